@@ -1,0 +1,50 @@
+"""How a solve ended, and the error that a failed one raises."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """How an impact ended; each member's `message` says what happened and what to do."""
+
+    SEPARATED = 0
+    SINKS_IN = 1
+    CAPTURED = 2
+    TOO_MANY_STEPS = 3
+    STEP_TOO_SMALL = 4
+    NOT_FINITE = 5
+    NOT_ACCURATE = 6
+
+    @property
+    def message(self) -> str:
+        """What happened and, for a failure, the remedy."""
+        return _MESSAGES[self]
+
+    @property
+    def failed(self) -> bool:
+        """Whether no trustworthy result came of it."""
+        return self >= Status.TOO_MANY_STEPS
+
+
+_MESSAGES = {
+    Status.SEPARATED: "the body separated; the result meets the tolerance",
+    Status.SINKS_IN: "the material is a liquid at long times and the body sinks in without ever turning back: e = 0",
+    Status.CAPTURED: "the constant force holds the body in contact: it does not separate in its first rebound, e = 0",
+    Status.TOO_MANY_STEPS: "the step limit was reached before separation; loosen rtol or check for extreme relaxation times",
+    Status.STEP_TOO_SMALL: "the step size fell to rounding level; loosen rtol or check for extreme relaxation times",
+    Status.NOT_FINITE: "a number overflowed; check for extreme moduli, masses or relaxation times",
+    Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
+}
+
+
+class SolverError(RuntimeError):
+    """A solve that ended without a trustworthy result.
+
+    Attributes
+    ----------
+    status : Status
+        What went wrong.
+    """
+
+    def __init__(self, status: Status, detail: str = "") -> None:
+        super().__init__(f"{status.name}: {status.message}" + (f" ({detail})" if detail else ""))
+        self.status = status
