@@ -1,0 +1,168 @@
+"""Axisymmetric indenter profiles: the interface that all share, and the power-type ones.
+
+The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius
+is x. All that an impact needs of a profile is the contact radius over depth, a(d), and its integral, the force
+integral.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.kernel.validation import Numeric, positive
+
+Array = NDArray[np.float64]
+
+
+def as_array(values: ArrayLike) -> Array:
+    """Return `values` as a float64 array (0-d for a number), on which every profile method computes."""
+    return np.asarray(values, dtype=np.float64)
+
+
+class Profile(ABC):
+    """Axisymmetric profile f(r) of a rigid indenter, f(0) = 0, never falling with r.
+
+    All methods are vectorised, take lengths in [m] and broadcast against array-valued parameters; f and g are
+    even functions.
+
+    Notes
+    -----
+    With the transform ``g(x) = |x| int_0^|x| f'(r)/sqrt(x^2 - r^2) dr`` (Popov and Hess, Method of
+    Dimensionality Reduction in Contact Mechanics and Friction, 2015; Willert et al., eq. 4) the contact radius a
+    of the approach obeys ``d = g(a)``, and the elastic force is ``F = 2 E* Pi`` with the force integral
+    ``Pi = int_0^a x g'(x) dx = int_0^d a dd``.
+
+    Over ``s = sqrt(d)`` the contact radius of a power-type profile is exactly
+    ``a = path_coefficient * s**path_exponent``. All others have None for both, and `path_table` tabulates a(s).
+    """
+
+    @abstractmethod
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f(r) [m] at radius r [m]."""
+
+    @abstractmethod
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g(x) [m]: the depth at which the contact radius is x [m]."""
+
+    @abstractmethod
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g'(x) [-] of the transformed profile at x [m]; odd in x."""
+
+    @abstractmethod
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a = g^-1(d) [m] of the approach at depth d [m]; 0 where d < 0."""
+
+    @abstractmethod
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi(a) = int_0^a x g'(x) dx [m^2] at contact radius a [m]."""
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a dd [m^2] at depth d [m], which also a flat punch has."""
+        return self.force_integral(self.contact_radius(depth))
+
+    @property
+    def path_exponent(self) -> Numeric | None:
+        """Exponent p of a = c s^p, s = sqrt(d); None where no power law holds."""
+        return None
+
+    @property
+    def path_coefficient(self) -> Numeric | None:
+        """Coefficient c [m^(1-p/2)] of a = c s^p, s = sqrt(d); None where no power law holds."""
+        return None
+
+    @property
+    def max_contact_radius(self) -> Numeric:
+        """Largest contact radius [m] that the profile describes."""
+        return math.inf
+
+    @property
+    def max_depth(self) -> Numeric:
+        """Largest indentation depth [m] that the profile describes."""
+        return math.inf
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are the same profile with the same numbers."""
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(
+            np.array_equal(mine, theirs) for mine, theirs in zip(_values(self), _values(other), strict=True)
+        )
+
+    def __hash__(self) -> int:
+        """Hash of the kind and the numbers."""
+        return hash((type(self), *(np.asarray(value).tobytes() for value in _values(self))))
+
+
+def _values(profile: Any) -> list[Any]:
+    return [getattr(profile, field.name) for field in fields(profile) if field.compare]
+
+
+@dataclass(frozen=True, eq=False)
+class Parabola(Profile):
+    """Paraboloid f = r^2/(2R), the small-strain form of a sphere.
+
+    Parameters
+    ----------
+    radius : float or array
+        Radius of curvature R at the tip [m], > 0.
+
+    Raises
+    ------
+    ValueError
+        If a radius is not finite and > 0.
+
+    Notes
+    -----
+    ``g = x^2/R``, ``Pi = 2 a^3/(3R)``, ``a = sqrt(R d)`` (Willert et al., eqs. 5 and 6). Valid for a << R.
+
+    Examples
+    --------
+    >>> ball = Parabola(radius=0.01)
+    >>> float(ball.contact_radius(1e-4))
+    0.001
+    >>> round(float(ball.transform(0.001)), 15), ball.path_exponent
+    (0.0001, 1.0)
+    """
+
+    radius: Numeric
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f = r^2/(2R) [m]."""
+        return as_array(r) ** 2 / (2.0 * self.radius)
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g = x^2/R [m]."""
+        return as_array(x) ** 2 / self.radius
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g' = 2x/R [-]."""
+        return 2.0 * as_array(x) / self.radius
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a = sqrt(R d) [m]."""
+        return np.sqrt(self.radius * np.maximum(as_array(depth), 0.0))
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi = 2 a^3/(3R) [m^2]."""
+        return 2.0 * as_array(contact_radius) ** 3 / (3.0 * self.radius)
+
+    @property
+    def path_exponent(self) -> Numeric:
+        """Exponent of a = c s^p: 1."""
+        return 1.0
+
+    @property
+    def path_coefficient(self) -> Numeric:
+        """Coefficient of a = c s^p: sqrt(R) [m^(1/2)]."""
+        if isinstance(self.radius, float):
+            return math.sqrt(self.radius)
+        return np.sqrt(self.radius)
