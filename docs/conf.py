@@ -1,0 +1,43 @@
+"""Sphinx configuration; nothing here runs a solve."""
+
+from importlib.metadata import version as installed_version
+
+project = "restitution"
+author = "The restitution developers"
+project_copyright = "The restitution developers"
+version = release = installed_version("restitution")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "numpydoc",
+]
+exclude_patterns = ["_build", "**/README.md"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "inherited-members": "Exception,tuple,int"}
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+# Names of other projects are not resolved, so that the build needs no network; our own must resolve.
+nitpick_ignore_regex = [(r"py:.*", r"(?!restitution\.).*")]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "restitution"
+html_static_path = ["_static"]
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+html_sidebars = {"quickstart": [], "validation": [], "changelog": []}
