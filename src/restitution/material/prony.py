@@ -1,0 +1,288 @@
+"""Prony series: a relaxation modulus as a sum of decaying exponentials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.kernel.validation import nonnegative, positive
+from restitution.material.secular import secular_roots
+
+Array = NDArray[np.float64]
+
+
+class Retardation(NamedTuple):
+    """Creep compliance J(t) = J_g + t/eta + sum J_k (1 - exp(-t/tau_k)) that belongs to a Prony series.
+
+    Attributes
+    ----------
+    instantaneous_compliance
+        J_g [1/Pa], 0 with a dashpot in parallel.
+    fluidity
+        1/eta [1/(Pa s)], 0 for a solid.
+    branch_compliances
+        J_k > 0 [1/Pa], shape (n_term,).
+    retardation_times
+        tau_k [s], ascending, shape (n_term,).
+    """
+
+    instantaneous_compliance: float
+    fluidity: float
+    branch_compliances: Array
+    retardation_times: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PronySeries:
+    """Relaxation modulus R(t) = R_inf + eta delta(t) + sum R_k exp(-t/tau_k) of a linear-viscoelastic material.
+
+    The spring R_inf, the Maxwell branches (R_k, tau_k) and the dashpot eta stand in parallel. Immutable.
+
+    Parameters
+    ----------
+    equilibrium_modulus
+        Long-time modulus R_inf >= 0 [Pa]; 0 for a liquid.
+    branch_moduli
+        Moduli R_k >= 0 of the branches [Pa], shape (n_branch,).
+    relaxation_times
+        Relaxation times tau_k > 0 of the branches [s], shape (n_branch,), in any order.
+    viscosity
+        Viscosity eta >= 0 of a dashpot in parallel [Pa s].
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range or the two lists differ in length.
+
+    Notes
+    -----
+    Ferry, *Viscoelastic Properties of Polymers*, 3rd ed. (1980), ch. 3, eqs. (26), (31), (32).
+
+    Examples
+    --------
+    >>> series = PronySeries(1e6, [2e6, 3e6], [1e-3, 1.0])
+    >>> series.instantaneous_modulus
+    6000000.0
+    >>> print(series.relaxation_modulus(0.0), series.storage_modulus(0.0))
+    6000000.0 1000000.0
+    """
+
+    equilibrium_modulus: float
+    branch_moduli: Array = field(default_factory=lambda: np.empty(0))
+    relaxation_times: Array = field(default_factory=lambda: np.empty(0))
+    viscosity: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        equilibrium = _scalar("equilibrium_modulus", self.equilibrium_modulus, "Pa")
+        viscosity = _scalar("viscosity", self.viscosity, "Pa s")
+        moduli = np.atleast_1d(nonnegative("branch_moduli", self.branch_moduli, "Pa"))
+        times = np.atleast_1d(positive("relaxation_times", self.relaxation_times, "s"))
+        if moduli.ndim != 1 or times.shape != moduli.shape:
+            raise ValueError(
+                f"branch_moduli has shape {moduli.shape} and relaxation_times {times.shape}: "
+                "must be one-dimensional and of equal length"
+            )
+        self._fill(equilibrium, moduli, times, viscosity)
+
+    def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
+        moduli.setflags(write=False)
+        times.setflags(write=False)
+        self.__dict__.update(
+            equilibrium_modulus=equilibrium, branch_moduli=moduli, relaxation_times=times, viscosity=viscosity
+        )
+
+    @classmethod
+    def from_checked(cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0) -> PronySeries:
+        """Series of numbers that are known to be admissible, without checking or copying them."""
+        series = object.__new__(cls)
+        series._fill(equilibrium, moduli, times, viscosity)
+        return series
+
+    @property
+    def n_branches(self) -> int:
+        """Number of branches as given, those with zero modulus included."""
+        return self.branch_moduli.size
+
+    @property
+    def instantaneous_modulus(self) -> float:
+        """Glass modulus R_0 = R_inf + sum R_k [Pa]; infinite with a dashpot in parallel."""
+        if self.viscosity > 0:
+            return float("inf")
+        return self.equilibrium_modulus + float(self.branch_moduli.sum())
+
+    @property
+    def flow_viscosity(self) -> float:
+        """Viscosity eta + sum R_k tau_k [Pa s] of the steady flow of a liquid, and the area under R(t) - R_inf."""
+        return self.viscosity + float(self.branch_moduli @ self.relaxation_times)
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether nothing relaxes: a spring alone."""
+        return self.viscosity == 0 and not self.branch_moduli.any()
+
+    @property
+    def is_liquid(self) -> bool:
+        """Whether nothing carries a load for ever: the equilibrium modulus is zero."""
+        return self.equilibrium_modulus == 0
+
+    def relaxation_modulus(self, time: ArrayLike) -> Any:
+        """Relaxation modulus R(t) [Pa] at the times t >= 0 [s], any shape; infinite at t = 0 with a dashpot.
+
+        Examples
+        --------
+        >>> PronySeries(1.0, [2.0], [3.0]).relaxation_modulus([0.0, 3.0])
+        array([3.        , 1.73575888])
+        """
+        t = np.asarray(nonnegative("time", time, "s"))
+        value = self.equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_times) @ self.branch_moduli
+        return np.where(t == 0, np.inf, value)[()] if self.viscosity > 0 else value[()]
+
+    def creep_compliance(self, time: ArrayLike) -> Any:
+        """Creep compliance J(t) [1/Pa] at the times t >= 0 [s], any shape: the strain under a unit step of stress.
+
+        Examples
+        --------
+        A Maxwell body of modulus 2 Pa and time 3 s flows at 1/(6 Pa s):
+
+        >>> PronySeries(0.0, [2.0], [3.0]).creep_compliance([0.0, 6.0])
+        array([0.5, 1.5])
+        """
+        t = np.asarray(nonnegative("time", time, "s"))
+        glass, fluidity, compliances, times = self.retardation
+        return (glass + fluidity * t - np.expm1(-t[..., None] / times) @ compliances)[()]
+
+    @cached_property
+    def retardation(self) -> Retardation:
+        """Retardation spectrum: the exact inverse 1/R(s) of the Carson transform, as a sum of partial fractions.
+
+        The retardation times are the roots of the secular equation of the series; each compliance is
+        1/(lambda R'(-lambda)), a sum of positive terms.
+        """
+        own = self.simplified()
+        if own.equilibrium_modulus == 0 and own.viscosity == 0 and own.n_branches == 0:
+            raise ValueError("equilibrium_modulus = 0 Pa: a series of zero modulus has no compliance")
+        roots = secular_roots(
+            own.equilibrium_modulus, own.viscosity, own.branch_moduli[::-1], 1.0 / own.relaxation_times[::-1]
+        )
+        glass = 0.0 if own.viscosity > 0 else 1.0 / own.instantaneous_modulus
+        fluidity = 1.0 / own.flow_viscosity if own.is_liquid else 0.0
+        return Retardation(glass, fluidity, 1.0 / roots.slopes[::-1], 1.0 / roots.rates[::-1])
+
+    def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
+        """Storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
+
+        Examples
+        --------
+        >>> print(PronySeries(1.0, [2.0], [0.5]).storage_modulus(2.0))
+        2.0
+        """
+        return self._dynamic(angular_frequency)[0]
+
+    def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
+        """Loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
+
+        Examples
+        --------
+        >>> print(PronySeries(1.0, [2.0], [0.5]).loss_modulus(2.0))
+        1.0
+        """
+        return self._dynamic(angular_frequency)[1]
+
+    def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
+        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s], any shape; infinite for a dashpot alone.
+
+        Examples
+        --------
+        >>> print(PronySeries(1.0, [2.0], [0.5]).loss_tangent(2.0))
+        0.5
+        """
+        storage, loss = self._dynamic(angular_frequency)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.divide(loss, storage)[()]
+
+    def _dynamic(self, angular_frequency: ArrayLike) -> tuple[Any, Any]:
+        omega = np.asarray(nonnegative("angular_frequency", angular_frequency, "rad/s"))
+        x = omega[..., None] * self.relaxation_times
+        with np.errstate(over="ignore", divide="ignore"):
+            storage = self.equilibrium_modulus + (1.0 / (1.0 + (1.0 / x) ** 2)) @ self.branch_moduli
+            loss = self.viscosity * omega + (1.0 / (x + 1.0 / x)) @ self.branch_moduli
+        return storage[()], loss[()]
+
+    def carson_transform(self, s: ArrayLike) -> Any:
+        """Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
+
+        Equals R_inf + eta s + sum R_k s tau_k/(1 + s tau_k); at s = i omega it is the complex modulus.
+
+        Examples
+        --------
+        >>> print(PronySeries(1.0, [2.0], [0.5]).carson_transform(2.0))
+        2.0
+        """
+        point = np.asarray(s)
+        x = point[..., None] * self.relaxation_times
+        value = self.equilibrium_modulus + self.viscosity * point + (x / (1.0 + x)) @ self.branch_moduli
+        return value[()]
+
+    def simplified(self) -> PronySeries:
+        """Same function in its shortest form: no zero branches, equal times merged, times ascending.
+
+        Examples
+        --------
+        >>> PronySeries(1.0, [2.0, 0.0, 3.0], [5.0, 1.0, 5.0]).simplified()
+        PronySeries(1.0, [5.0], [5.0])
+        """
+        keep = self.branch_moduli > 0
+        moduli, times = self.branch_moduli[keep], self.relaxation_times[keep]
+        steps = np.diff(times)
+        if not (steps > 0).all():
+            times, where = np.unique(times, return_inverse=True)
+            moduli = np.bincount(where, moduli, times.size)
+        return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.viscosity)
+
+    def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
+        """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
+
+        Examples
+        --------
+        >>> PronySeries(1.0, [2.0], [3.0]).scaled(2.0, time_factor=0.1)
+        PronySeries(2.0, [4.0], [0.30000000000000004])
+        """
+        factor, stretch = _scalar("factor", factor, ""), float(positive("time_factor", time_factor))
+        return PronySeries(
+            self.equilibrium_modulus * factor,
+            self.branch_moduli * factor,
+            self.relaxation_times * stretch,
+            viscosity=self.viscosity * factor * stretch,
+        )
+
+    def _key(self) -> tuple[float, float, bytes, bytes]:
+        # Adding 0.0 makes one of the two zeros.
+        return (
+            self.equilibrium_modulus,
+            self.viscosity,
+            (self.branch_moduli + 0.0).tobytes(),
+            self.relaxation_times.tobytes(),
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return self._key() == other._key() if isinstance(other, PronySeries) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        moduli, times = self.branch_moduli.tolist(), self.relaxation_times.tolist()
+        dashpot = f", viscosity={self.viscosity!r}" if self.viscosity > 0 else ""
+        branches = f", {moduli!r}, {times!r}" if moduli else ""
+        return f"PronySeries({self.equilibrium_modulus!r}{branches}{dashpot})"
+
+
+def _scalar(name: str, value: Any, unit: str) -> float:
+    number = nonnegative(name, value, unit)
+    if not isinstance(number, float):
+        raise ValueError(f"{name} has shape {number.shape}: must be a single number")
+    return number

@@ -1,0 +1,174 @@
+"""Isotropic linear-viscoelastic material: shear and bulk relaxation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from restitution.kernel.validation import finite, nonnegative, positive
+from restitution.material.prony import PronySeries
+
+
+@dataclass(frozen=True, init=False)
+class Material:
+    """Isotropic linear-viscoelastic material, given by its shear and bulk relaxation moduli.
+
+    Parameters
+    ----------
+    shear
+        Relaxation modulus in shear G(t) [Pa]; a number means elastic. Not zero throughout.
+    bulk
+        Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson ratio of -1.
+    density
+        Mass density rho [kg/m3], used only to judge whether the impact is quasi-static.
+    name
+        What to call the material.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    TypeError
+        If a modulus is neither a number nor a `PronySeries`.
+
+    Examples
+    --------
+    >>> rubber = Material(PronySeries(1e6, [5e6], [1e-4]), bulk=2e9, density=1100.0)
+    >>> print(round(rubber.poisson_ratio, 5), round(rubber.instantaneous_poisson_ratio, 5))
+    0.49975 0.4985
+    """
+
+    shear: PronySeries
+    bulk: PronySeries | float
+    density: float | None = field(kw_only=True)
+    name: str | None = field(kw_only=True)
+
+    def __init__(
+        self,
+        shear: PronySeries | float,
+        bulk: PronySeries | float,
+        *,
+        density: float | None = None,
+        name: str | None = None,
+    ) -> None:
+        shear = _series("shear", shear)
+        if shear.equilibrium_modulus == 0 and shear.viscosity == 0 and not shear.branch_moduli.any():
+            raise ValueError("shear = 0 Pa: must not be zero throughout")
+        if not isinstance(bulk, PronySeries) and _is_infinite(bulk):
+            bulk = math.inf
+        else:
+            bulk = _series("bulk", bulk)
+        if density is not None:
+            density = float(positive("density", density, "kg/m3"))
+        self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name)
+
+    @property
+    def is_incompressible(self) -> bool:
+        """Whether the bulk modulus is infinite."""
+        return not isinstance(self.bulk, PronySeries)
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Static Poisson ratio nu = (3K - 2G)/(6K + 2G) of the equilibrium moduli; for a liquid its limit at long times."""
+        if not isinstance(self.bulk, PronySeries):
+            return 0.5
+        shear, bulk = self.shear.equilibrium_modulus, self.bulk.equilibrium_modulus
+        if shear == 0 and bulk == 0:
+            shear, bulk = self.shear.flow_viscosity, self.bulk.flow_viscosity
+        return poisson_ratio(shear, bulk)
+
+    @property
+    def instantaneous_poisson_ratio(self) -> float:
+        """Poisson ratio nu = (3K - 2G)/(6K + 2G) of the instantaneous moduli."""
+        if not isinstance(self.bulk, PronySeries):
+            return 0.5
+        shear, bulk = self.shear.instantaneous_modulus, self.bulk.instantaneous_modulus
+        if math.isinf(shear) and math.isinf(bulk):
+            shear, bulk = self.shear.viscosity, self.bulk.viscosity
+        return poisson_ratio(shear, bulk)
+
+    @property
+    def shear_wave_speed(self) -> float | None:
+        """Speed sqrt(G/rho) [m/s] of the slowest shear wave: G at equilibrium, or instantaneous where that is zero."""
+        if self.density is None:
+            return None
+        return math.sqrt((self.shear.equilibrium_modulus or self.shear.instantaneous_modulus) / self.density)
+
+    @property
+    def pressure_wave_speed(self) -> float | None:
+        """Speed sqrt((K + 4G/3)/rho) [m/s] of the slowest pressure wave, from the same moduli as the shear wave's."""
+        if self.density is None:
+            return None
+        if not isinstance(self.bulk, PronySeries):
+            return math.inf
+        shear = self.shear.equilibrium_modulus or self.shear.instantaneous_modulus
+        bulk = self.bulk.equilibrium_modulus or self.bulk.instantaneous_modulus
+        return math.sqrt((bulk + 4.0 / 3.0 * shear) / self.density)
+
+    @property
+    def slowest_wave_speed(self) -> float | None:
+        """Speed of the slowest bulk wave [m/s], which is always the shear wave; None without a density."""
+        return self.shear_wave_speed
+
+
+def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
+    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], of which one may be infinite.
+
+    Examples
+    --------
+    >>> poisson_ratio(3.0, 5.0)
+    0.25
+    """
+    if math.isinf(bulk_modulus):
+        return 0.5
+    if math.isinf(shear_modulus):
+        return -1.0
+    ratio = shear_modulus / bulk_modulus if bulk_modulus > shear_modulus else None
+    if ratio is not None:
+        return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
+    ratio = bulk_modulus / shear_modulus
+    return (3.0 * ratio - 2.0) / (6.0 * ratio + 2.0)
+
+
+def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
+    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa]; infinite for nu = 1/2.
+
+    Parameters
+    ----------
+    shear_modulus
+        G > 0 [Pa].
+    ratio
+        Poisson ratio nu in [-1, 0.5].
+
+    Raises
+    ------
+    ValueError
+        If nu is outside [-1, 0.5].
+
+    Examples
+    --------
+    >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
+    5.0
+    """
+    number = float(finite("poisson_ratio", ratio))
+    if not -1.0 <= number <= 0.5:
+        raise ValueError(f"poisson_ratio = {number:g}: must be in [-1, 0.5]")
+    if number == 0.5:
+        return math.inf
+    if shear_modulus == 0:
+        raise ValueError("poisson_ratio: a liquid (equilibrium_modulus = 0 Pa) has 0.5; give bulk_modulus instead")
+    return 2.0 * shear_modulus * (1.0 + number) / (3.0 * (1.0 - 2.0 * number))
+
+
+def _is_infinite(value: Any) -> bool:
+    return isinstance(value, (int, float)) and value == math.inf
+
+
+def _series(name: str, value: Any) -> PronySeries:
+    if isinstance(value, PronySeries):
+        return value
+    modulus = nonnegative(name, value, "Pa")
+    if not isinstance(modulus, float):
+        raise TypeError(f"{name} = {value!r}: must be a number or a PronySeries")
+    return PronySeries(modulus)
