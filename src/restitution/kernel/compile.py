@@ -1,0 +1,97 @@
+"""The one place that knows how the kernel is compiled and where its machine code is kept."""
+
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import caching, config
+
+# `contract` alone: full fastmath removes the NaN checks that the status codes rest on and gains nothing more.
+_FLAGS: dict[str, Any] = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
+
+
+@cache
+def source_hash(folder: Path = Path(__file__).parent) -> str:
+    """Hash of all kernel sources: numba's own cache misses an edit in a callee of another file."""
+    digest = hashlib.sha256()
+    for source in sorted(folder.glob("*.py")):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def _user_cache() -> Path:
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = str(Path.home() / "Library" / "Caches")
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "restitution"
+
+
+@cache
+def cache_folder() -> str | None:
+    """First writable folder for machine code; None where there is none, and the kernel is then compiled anew."""
+    own = os.environ.get("NUMBA_CACHE_DIR")
+    candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", _user_cache()]
+    for folder in candidates:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return str(folder)
+        except (OSError, RuntimeError):
+            continue
+    return None
+
+
+class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
+    def __init__(self, py_func: Callable[..., Any], folder: str) -> None:
+        self._line = py_func.__code__.co_firstlineno
+        self._folder = folder
+
+    def get_cache_path(self) -> str:
+        return self._folder
+
+    def get_source_stamp(self) -> str:
+        return source_hash()
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
+        folder = cache_folder()
+        return None if folder is None else cls(py_func, folder)
+
+
+class _CacheImpl(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 (the base class declares it so)
+
+
+class _KernelCache(caching.FunctionCache):
+    _impl_class = _CacheImpl
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile an entry point of the kernel on its first call, and keep the machine code where that is possible."""
+    compiled = numba.njit(**_FLAGS)(function)
+    if not config.DISABLE_JIT and cache_folder() is not None:
+        compiled._cache = _KernelCache(function)
+    return compiled
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """Compile a piece of the kernel into its callers, so that the sizes which they pass are constants in it."""
+    return numba.njit(forceinline=True, **_FLAGS)(function)
+
+
+def is_compiled(entry_point: Any) -> bool:
+    """Whether an entry point has machine code in this process already (always true without compilation)."""
+    return bool(config.DISABLE_JIT) or bool(entry_point.signatures)

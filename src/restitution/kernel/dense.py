@@ -1,0 +1,26 @@
+"""Dense algebra on the small matrices of one element."""
+
+from typing import Any
+
+from restitution.kernel.compile import part
+
+
+@part
+def invert(M: Any, row: Any, S: int) -> None:
+    """Replace the S x S matrix M by its inverse: Gauss-Jordan without pivoting; `row` is scratch space of length S.
+
+    Each step moves the matrix up and to the left by one, so that the pivot is always M[0, 0] and every index is fixed.
+    The matrices of the collocation, `I + h A diag(x)` with x > 0, need no pivoting.
+    """
+    for _ in range(S):
+        pivot = 1.0 / M[0, 0]
+        for j in range(1, S):
+            row[j] = M[0, j] * pivot
+        for i in range(1, S):
+            factor = M[i, 0]
+            for j in range(1, S):
+                M[i - 1, j - 1] = M[i, j] - factor * row[j]
+            M[i - 1, S - 1] = -factor * pivot
+        for j in range(1, S):
+            M[S - 1, j - 1] = row[j]
+        M[S - 1, S - 1] = pivot

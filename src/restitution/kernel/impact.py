@@ -1,0 +1,437 @@
+"""One impact, and blocks of them: step control, turning point, separation."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.approach import F_, MODES_, S_, T_, V_, approach_element
+from restitution.kernel.compile import kernel, part
+from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.radau import Scheme
+from restitution.kernel.rebound import interpolate_path, rebound_element
+
+MAX_ELEMENTS = 600
+KAPPA = 0.3
+
+# Status codes; `restitution.impact.status` gives them names and words.
+SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE = 0, 1, 2, 3, 4, 5
+
+# Columns of an outcome.
+OUTCOME = (
+    "restitution_coefficient",
+    "contact_time",
+    "max_indentation_depth",
+    "max_force",
+    "max_contact_radius",
+    "residual_indentation_depth",
+    "turning_time",
+    "status",
+    "factorisations",
+)
+
+
+class Problem(NamedTuple):
+    """One impact in units in which mass and impact velocity are 1, d = s^2 and a = a(s).
+
+    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - load).
+    """
+
+    equilibrium: float
+    moduli: Any
+    times: Any
+    viscosity: float
+    load: float
+    path: Path
+
+
+class Work(NamedTuple):
+    """Scratch space of one element, and the two stored halves of an impact."""
+
+    x: Any
+    r: Any
+    g: Any
+    F: Any
+    Pi: Any
+    a: Any
+    v: Any
+    res: Any
+    row: Any
+    step: Any
+    phi_t: Any
+    F_t: Any
+    q_t: Any
+    B: Any
+    Y: Any
+    W: Any
+    J: Any
+    G: Any
+    T: Any
+    P: Any
+    D: Any
+    past: Any
+    approach: Any
+    approach_starts: Any
+    approach_lengths: Any
+    rebound: Any
+    rebound_starts: Any
+    rebound_lengths: Any
+    slopes: Any
+    turning: Any
+    counts: Any
+
+
+@part
+def allocate(S: int, N: int, elements: int) -> Work:
+    """Scratch space for S stages, N modes and that many stored elements in each half."""
+    columns = MODES_ + 2 * N
+    vector = np.zeros((13, S))
+    matrix = np.zeros((5, S, S))
+    return Work(
+        vector[0], vector[1], vector[2], vector[3], vector[4], vector[5], vector[6], vector[7], vector[8],
+        vector[9], vector[10], vector[11], vector[12],
+        np.zeros((N, S, S)), np.zeros((N, S)), np.zeros((N, S)),
+        matrix[0], matrix[1], matrix[2], matrix[3], matrix[4],
+        np.zeros((S, columns)),
+        np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
+        np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
+        np.zeros((elements, S)), np.zeros(columns), np.zeros(4, dtype=np.int64),
+    )  # fmt: skip
+
+
+@part
+def _tail(scheme: Scheme, table: Any, column: int) -> float:
+    """Size of the last two Legendre coefficients of a column over an element, the second to last with weight 0.05."""
+    points = len(scheme.size) + 1
+    before = 0.0
+    last = 0.0
+    for j in range(points):
+        before += scheme.tail[0, j] * table[j, column]
+        last += scheme.tail[1, j] * table[j, column]
+    return abs(last) + 0.05 * abs(before)
+
+
+@part
+def _value(scheme: Scheme, table: Any, column: int, x: float) -> float:
+    """Value at x of the interpolant of a column over an element."""
+    points = len(scheme.size) + 1
+    top = 0.0
+    total = 0.0
+    for j in range(points):
+        distance = x - scheme.c[j]
+        if abs(distance) < 1e-14:
+            return table[j, column]
+        weight = scheme.weights[j] / distance
+        top += weight * table[j, column]
+        total += weight
+    return top / total
+
+
+@part
+def _zero_of_velocity(scheme: Scheme, table: Any) -> float:
+    """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
+    low, high = 0.0, 1.0
+    f_low, f_high = table[0, V_], table[len(scheme.size), V_]
+    x = 0.5
+    for _ in range(100):
+        x = low + (high - low) * f_low / (f_low - f_high)
+        x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
+        f = _value(scheme, table, V_, x)
+        if f > 0.0:
+            low, f_low = x, f
+        else:
+            high, f_high = x, f
+        if abs(f) < 1e-17 or high - low < 1e-15:
+            break
+    return x
+
+
+@part
+def _predict_approach(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
+    """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
+    S = len(scheme.size)
+    table = work.approach[element]
+    s0, v0 = table[0, S_], table[0, V_]
+    slope = -2.0 * s0 * (table[0, F_] - problem.load)
+    ratio = 0.0 if element == 0 else h / work.approach_lengths[element - 1]
+    for i in range(S):
+        x = h * scheme.c[i + 1]
+        s = 0.0
+        if 0.0 < ratio <= 2.5:
+            s = _value(scheme, work.approach[element - 1], S_, 1.0 + scheme.c[i + 1] * ratio)
+        if not s > 0.2 * s0:
+            s = s0 + x * v0 + 0.5 * x * x * slope
+        if not s > 0.2 * s0:
+            s = s0 + 0.1 * x * abs(v0)
+        work.x[i] = s
+
+
+@part
+def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
+    """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
+    S = len(scheme.size)
+    columns = work.turning.shape[0]
+    exponent = -1.0 / (S + 1.0)
+    h = first
+    element = 0
+    table = work.approach[0]
+    for n in range(columns):
+        table[0, n] = 0.0
+    table[0, V_] = 1.0
+    for n in range(MODES_ + 1, columns, 2):
+        table[0, n] = 1.0
+    if problem.path.exponent == 0.0:
+        table[0, F_] = problem.viscosity
+    sigma = 0.0
+    attempts = 0
+    while True:
+        attempts += 1
+        if element >= work.approach.shape[0] - 1 or attempts > 4 * work.approach.shape[0]:
+            return TOO_MANY_STEPS
+        if not h > 1e-15 * sigma + 1e-150:
+            return STEP_TOO_SMALL
+        table = work.approach[element]
+        if element > 0:
+            slope = -2.0 * table[0, S_] * (table[0, F_] - problem.load)
+            if slope < 0.0:
+                h = min(h, 1.35 * table[0, V_] / -slope)
+        _predict_approach(problem, scheme, work, element, h)
+        iterations = approach_element(problem, scheme, work, table, h, accept)
+        work.counts[2] += 1
+        if iterations < 0:
+            h *= 0.3
+            continue
+        amplitude = math.sqrt(table[S, V_] ** 2 + table[S, F_] * table[S, S_] ** 2)
+        error = _tail(scheme, table, V_) / (tolerance * min(amplitude, 1.0))
+        if not error <= 1.0:
+            if not error < math.inf:
+                return NOT_FINITE
+            h *= max(0.1, 0.75 * error**exponent)
+            continue
+        work.approach_starts[element] = sigma
+        work.approach_lengths[element] = h
+        if table[S, V_] <= 0.0:
+            break
+        sigma += h
+        element += 1
+        for n in range(columns):
+            work.approach[element, 0, n] = table[S, n]
+        if problem.equilibrium == 0.0 and table[S, V_] < 1e-14:
+            return SINKS_IN
+        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+    x = _zero_of_velocity(scheme, table)
+    sigma += x * h
+    interpolate_path(
+        scheme, work.approach, work.approach_starts, work.approach_lengths, element, sigma, work.turning
+    )
+    work.counts[0] = element
+    work.rebound_starts[0] = sigma
+    return SEPARATED
+
+
+@part
+def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float) -> int:
+    """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
+    S = len(scheme.size)
+    N = problem.moduli.shape[0]
+    columns = work.turning.shape[0]
+    exponent = -1.0 / (S + 1.0)
+    sigma_m = work.rebound_starts[0]
+    element = 0
+    hint = work.counts[0]
+    table = work.rebound[0]
+    for n in range(columns):
+        table[0, n] = work.turning[n]
+    table[0, V_] = 0.0
+    s_m = work.turning[S_]
+    h = min(work.approach_lengths[max(hint - 1, 0)], sigma_m)
+    glass = problem.equilibrium
+    for k in range(N):
+        table[0, MODES_ + 2 * k] = 1.0
+        glass += problem.moduli[k]
+    amplitude = KAPPA * math.sqrt(table[0, F_] * s_m * s_m)
+    for k in range(N):
+        if F_max * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
+            h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
+    position = 0.0
+    attempts = 0
+    previous = 0.0
+    while True:
+        attempts += 1
+        if element >= work.rebound.shape[0] - 1 or attempts > 4 * work.rebound.shape[0]:
+            return TOO_MANY_STEPS
+        if not h > 1e-15 * sigma_m:
+            return STEP_TOO_SMALL
+        left = sigma_m - position
+        final = h >= 0.999 * left
+        if final:
+            h = left
+        elif h > 0.6 * left:
+            h = 0.5 * left
+        table = work.rebound[element]
+        place = hint
+        for i in range(S):
+            sigma = left - h * scheme.c[i + 1]
+            if final and i == S - 1:
+                sigma = 0.0
+            place = interpolate_path(
+                scheme, work.approach, work.approach_starts, work.approach_lengths, place, sigma, work.past[i]
+            )
+            work.Pi[i] = radius_and_integral(problem.path, work.past[i, S_])[1]
+        _predict_rebound(scheme, work, element, h, previous, table[0, S_])
+        iterations = rebound_element(problem, scheme, work, table, h, accept)
+        work.counts[2] += 1
+        if iterations < 0:
+            h *= 0.3
+            continue
+        scale = max(abs(table[S, V_]), amplitude)
+        error = max(_tail(scheme, table, V_), F_max * _tail(scheme, table, T_)) / (tolerance * scale)
+        if not error <= 1.0:
+            if not error < math.inf:
+                return NOT_FINITE
+            h *= max(0.1, 0.75 * error**exponent)
+            continue
+        work.rebound_starts[element] = position
+        work.rebound_lengths[element] = h
+        for i in range(S):
+            work.slopes[element, i] = work.x[i]
+        previous = h
+        hint = place
+        if problem.load > 0.0 and table[S, V_] >= 0.0:
+            return CAPTURED
+        if final:
+            break
+        position += h
+        element += 1
+        for n in range(columns):
+            work.rebound[element, 0, n] = table[S, n]
+        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+    work.counts[1] = element
+    return SEPARATED
+
+
+@part
+def _predict_rebound(scheme: Scheme, work: Work, element: int, h: float, previous: float, s0: float) -> None:
+    """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued; at the turning point u -> 2 s1."""
+    S = len(scheme.size)
+    for i in range(S):
+        s1 = max(work.past[i, S_], 1e-12)
+        if element == 0:
+            work.x[i] = 2.0 * s1
+            continue
+        before = work.slopes[element - 1]
+        last = work.rebound[element - 1]
+        x = 1.0 + scheme.c[i + 1] * h / previous
+        ratio = 0.0
+        if h <= 2.0 * previous:
+            top = 0.0
+            total = 0.0
+            for j in range(S):
+                weight = scheme.extrapolation[j] / (x - scheme.c[j + 1])
+                top += weight * before[j] / last[j + 1, S_]
+                total += weight
+            ratio = top / total
+        end = before[S - 1] / s0
+        if not (0.1 * end < ratio < 10.0 * end):
+            ratio = end
+        work.x[i] = ratio * s1
+
+
+@part
+def _peak_force(scheme: Scheme, work: Work) -> float:
+    """Largest force of the approach: the best node, then its polynomial by golden section."""
+    S = len(scheme.size)
+    last = work.counts[0]
+    best = 0.0
+    where = 0
+    node = 0
+    for element in range(last + 1):
+        for j in range(S + 1):
+            inside = element < last or work.approach[element, j, V_] >= 0.0
+            if inside and work.approach[element, j, F_] > best:
+                best, where, node = work.approach[element, j, F_], element, j
+    best = max(best, work.turning[F_])
+    for element in range(max(where - 1, 0), min(where + 1, last) + 1):
+        if element != where and not ((node == 0 and element < where) or (node == S and element > where)):
+            continue
+        table = work.approach[element]
+        high = 1.0
+        if element == last:
+            high = (work.rebound_starts[0] - work.approach_starts[element]) / work.approach_lengths[element]
+        low = 0.0
+        if element == where:
+            if node > 0:
+                low = scheme.c[node - 1]
+            if node < S:
+                high = min(high, scheme.c[node + 1])
+        for _ in range(40):
+            x1 = high - 0.6180339887498949 * (high - low)
+            x2 = low + 0.6180339887498949 * (high - low)
+            if _value(scheme, table, F_, x1) < _value(scheme, table, F_, x2):
+                low = x1
+            else:
+                high = x2
+        best = max(best, _value(scheme, table, F_, 0.5 * (low + high)))
+    return best
+
+
+@part
+def solve_one(
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float, outcome: Any
+) -> None:
+    """Solve one impact; write its outcome and leave both halves in `work`."""
+    S = len(scheme.size)
+    for n in range(outcome.shape[0]):
+        outcome[n] = math.nan
+    work.counts[2] = 0
+    status = approach(problem, scheme, work, tolerance, accept, first)
+    if status == SEPARATED:
+        outcome[2] = work.turning[S_] ** 2
+        outcome[3] = _peak_force(scheme, work)
+        outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
+        outcome[6] = work.turning[T_]
+        status = rebound(problem, scheme, work, tolerance, accept, outcome[3])
+    if status == SEPARATED:
+        last = work.counts[1]
+        table = work.rebound[last]
+        outcome[0] = -table[S, V_]
+        outcome[1] = table[S, T_]
+        depth = outcome[2]
+        for element in range(last + 1):
+            h = work.rebound_lengths[element]
+            for j in range(S):
+                weight = scheme.A[S - 1, j] * h * work.slopes[element, j]
+                depth += weight * work.rebound[element, j + 1, V_]
+        outcome[5] = depth
+    elif status in (SINKS_IN, CAPTURED):
+        outcome[0] = 0.0
+    outcome[7] = status
+    outcome[8] = work.counts[2]
+
+
+@kernel
+def solve_block(
+    scheme: Scheme,
+    tolerances: Any,
+    accepts: Any,
+    firsts: Any,
+    equilibria: Any,
+    viscosities: Any,
+    loads: Any,
+    offsets: Any,
+    moduli: Any,
+    times: Any,
+    path: Path,
+    outcomes: Any,
+) -> Any:
+    """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1]."""
+    S = len(scheme.size)
+    most = 0
+    for n in range(offsets.shape[0] - 1):
+        most = max(most, offsets[n + 1] - offsets[n])
+    work = allocate(S, most, MAX_ELEMENTS)
+    for n in range(offsets.shape[0] - 1):
+        low, high = offsets[n], offsets[n + 1]
+        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
+        solve_one(problem, scheme, work, tolerances[n], accepts[n], firsts[n], outcomes[n])
+    return work

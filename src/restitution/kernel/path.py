@@ -1,0 +1,72 @@
+"""The profile as the kernel sees it: contact radius over the square root of the depth."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.compile import part
+
+
+class Path(NamedTuple):
+    """Contact radius a(s) with depth d = s^2, dimensionless.
+
+    Attributes
+    ----------
+    exponent : float
+        p of a = s^p; negative where the table below holds instead.
+    inverse_cell : float
+        Reciprocal width of the table's cells in s.
+    radius : ndarray, shape (n_cells, n)
+        Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
+    integral : ndarray, shape (n_cells, n + 2)
+        The same for `Pi = int_0^s a 2 s ds`.
+    """
+
+    exponent: float
+    inverse_cell: float
+    radius: Any
+    integral: Any
+
+
+_EMPTY = np.zeros((0, 1))
+
+
+def power_path(exponent: float) -> Path:
+    """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
+    return Path(float(exponent), 0.0, _EMPTY, _EMPTY)
+
+
+@part
+def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
+    """Contact radius a and Pi at s."""
+    p = path.exponent
+    if p == 1.0:
+        return s, (2.0 / 3.0) * s * s * s
+    if p >= 0.0:
+        a = max(s, 0.0) ** p
+        return a, 2.0 / (p + 2.0) * s * s * a
+    z = max(s, 0.0) * path.inverse_cell
+    cell = min(int(z), path.radius.shape[0] - 1)
+    z -= cell
+    a = 0.0
+    for n in range(path.radius.shape[1] - 1, -1, -1):
+        a = a * z + path.radius[cell, n]
+    integral = 0.0
+    for n in range(path.integral.shape[1] - 1, -1, -1):
+        integral = integral * z + path.integral[cell, n]
+    return a, integral
+
+
+@part
+def radius_slope(path: Path, s: float, a: float) -> float:
+    """Slope da/ds at s."""
+    p = path.exponent
+    if p >= 0.0:
+        return p * a / s
+    z = max(s, 0.0) * path.inverse_cell
+    cell = min(int(z), path.radius.shape[0] - 1)
+    z -= cell
+    slope = 0.0
+    for n in range(path.radius.shape[1] - 1, 0, -1):
+        slope = slope * z + n * path.radius[cell, n]
+    return slope * path.inverse_cell

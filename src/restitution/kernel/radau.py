@@ -1,0 +1,113 @@
+"""Radau IIA collocation on S nodes: the numbers of the method, exact to rounding, computed once."""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Scheme(NamedTuple):
+    """Numbers of the S-stage Radau IIA method on the unit element.
+
+    Attributes
+    ----------
+    size : tuple of float
+        A tuple whose length is S: the length of a tuple is a constant to the compiler, a field is not.
+    c : ndarray, shape (S + 1,)
+        Zero and the S nodes; the last node is 1.
+    A : ndarray, shape (S, S)
+        Butcher matrix, `A_ij = int_0^c_i l_j`.
+    A2 : ndarray, shape (S, S)
+        Its square.
+    weights : ndarray, shape (S + 1,)
+        Barycentric weights of interpolation on `c`.
+    tail : ndarray, shape (2, S + 1)
+        Rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant.
+    extrapolation : ndarray, shape (S,)
+        Barycentric weights of interpolation on the S nodes without zero.
+    """
+
+    size: tuple[Any, ...]
+    c: Array
+    A: Array
+    A2: Array
+    weights: Array
+    tail: Array
+    extrapolation: Array
+
+    @property
+    def order(self) -> int:
+        """Declared order of the method at the end of an element, 2 S - 1."""
+        return 2 * len(self.size) - 1
+
+    @property
+    def stage_order(self) -> int:
+        """Declared order of the dense output, S + 1."""
+        return len(self.size) + 1
+
+
+def _nodes(stages: int) -> Array:
+    """Roots of P_S - P_(S-1) on [0, 1] by Newton from the eigenvalue start; the last one is 1 (Hairer & Wanner, IV.5)."""
+    series = np.zeros(stages + 1)
+    series[stages], series[stages - 1] = 1.0, -1.0
+    x = np.sort(legendre.legroots(series).real)
+    slope = legendre.legder(series)
+    for _ in range(3):
+        x -= legendre.legval(x, series) / legendre.legval(x, slope)
+    x[-1] = 1.0
+    return (x + 1.0) / 2.0
+
+
+def _barycentric(x: Array) -> Array:
+    difference = x[:, None] - x[None, :]
+    np.fill_diagonal(difference, 1.0)
+    weights = 1.0 / difference.prod(axis=1)
+    return weights / np.abs(weights).max()
+
+
+@cache
+def radau(stages: int) -> Scheme:
+    """Numbers of the Radau IIA method with `stages` stages.
+
+    Parameters
+    ----------
+    stages : int
+        S, from 2 to 12.
+
+    Returns
+    -------
+    Scheme
+        Nodes, Butcher matrix and what the kernel needs besides.
+
+    Notes
+    -----
+    Order 2 S - 1 at the end of an element, stage order S, A-stable and stiffly accurate [1]_.
+
+    References
+    ----------
+    .. [1] E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5.
+
+    Examples
+    --------
+    >>> radau(2).A.round(4).tolist()
+    [[0.4167, -0.0833], [0.75, 0.25]]
+    """
+    if not 2 <= stages <= 12:
+        raise ValueError(f"stages = {stages}: must be in [2, 12]")
+    nodes = _nodes(stages)
+    # A in the Legendre basis: well conditioned where the monomial one loses digits.
+    values = legendre.legvander(2.0 * nodes - 1.0, stages - 1)
+    integrals = np.empty_like(values)
+    for degree in range(stages):
+        antiderivative = legendre.legint(np.eye(stages)[degree], lbnd=-1.0) / 2.0
+        integrals[:, degree] = legendre.legval(2.0 * nodes - 1.0, antiderivative)
+    A = np.linalg.solve(values.T, integrals.T).T
+    points = np.concatenate([[0.0], nodes])
+    tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
+    arrays = [points, A, A @ A, _barycentric(points), tail, _barycentric(nodes)]
+    arrays = [np.ascontiguousarray(array) for array in arrays]
+    return Scheme((0.0,) * stages, *arrays)
