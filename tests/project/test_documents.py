@@ -1,0 +1,103 @@
+"""What the documents say is run or compared: code, case files, links, versions, names."""
+
+import importlib.metadata
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import restitution
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = sorted(
+    [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
+)
+PYTHON = ("README.md", "docs/quickstart.md")
+
+
+def blocks(name: str, language: str) -> list[str]:
+    return re.findall(
+        rf"^```{language}\n(.*?)^```$", (ROOT / name).read_text(), flags=re.DOTALL | re.MULTILINE
+    )
+
+
+def anchors(path: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.*)$", path.read_text(), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_python_blocks_run(name, capsys):
+    code = blocks(name, "python")
+    assert code
+    names: dict[str, object] = {}
+    for block in code:
+        exec(compile(block, name, "exec"), names)
+    assert 0.0 < names["result"].restitution_coefficient < 1.0
+    assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_case_files_are_solved(name, tmp_path):
+    from restitution.case.file import read_case
+
+    (case,) = blocks(name, "toml")
+    file = tmp_path / "case.toml"
+    file.write_text(case)
+    assert 0.0 < read_case(file).solve().restitution_coefficient < 1.0
+
+
+def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):
+    from restitution.case.file import read_case
+
+    names: dict[str, object] = {}
+    exec(blocks("README.md", "python")[0], names)
+    file = tmp_path / "case.toml"
+    file.write_text(blocks("README.md", "toml")[0])
+    result = read_case(file).solve()
+    assert result.restitution_coefficient == pytest.approx(names["result"].restitution_coefficient, rel=1e-12)
+    assert result.contact_time == pytest.approx(names["result"].contact_time, rel=1e-12)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_relative_links_lead_somewhere(document):
+    for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
+        if re.match(r"\w+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (document.parent / path).resolve() if path else document
+        assert file.exists(), target
+        assert not anchor or anchor in anchors(file), target
+
+
+def test_one_version():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE)
+    assert cited is not None
+    assert declared == restitution.__version__ == cited.group(1) == importlib.metadata.version("restitution")
+
+
+def test_reference_names_every_public_name():
+    reference = (ROOT / "docs" / "api" / "index.md").read_text()
+    words = set(re.findall(r"[\w.]+", reference))
+    public = {name for name in restitution.__all__ if not name.startswith("_")}
+    assert {
+        name for name in public if name not in words and f"restitution.impact.{name}" not in words
+    } == set()
+
+
+def test_architecture_names_every_module_and_no_other():
+    page = (ROOT / "docs" / "development" / "architecture.md").read_text()
+    layout = re.search(r"^```text\n(src/restitution.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    assert layout is not None
+    folder, named = "", set()
+    for line in layout.group(1).splitlines()[1:]:
+        entry = line.split()[0]
+        if entry.endswith("/"):
+            folder = entry
+        else:
+            named.add(folder + entry if line.startswith("    ") else entry)
+    source = ROOT / "src" / "restitution"
+    present = {str(path.relative_to(source)) for path in source.rglob("*.py")}
+    assert named == {name for name in present if name == "__init__.py" or not name.endswith("__init__.py")}
