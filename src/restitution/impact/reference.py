@@ -1,0 +1,318 @@
+"""The reduced equations of one impact through SciPy's `solve_ivp`: short, slow, independent of the kernel.
+
+One approach (Lee and Radok 1960) and one rebound (Graham 1967, Ting 1966) on a foundation whose reduced
+relaxation modulus is a Prony series, both as ordinary differential equations along a path on which they are
+smooth. It shares no code with the compiled kernel and is there to check it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.impact.status import SolverError, Status
+
+if TYPE_CHECKING:
+    from restitution.impact.scaling import ScaledImpact
+
+Array = NDArray[np.float64]
+
+# A solve takes some 1e4 evaluations at rtol = 1e-11; this many are half a minute.
+_MAX_EVALUATIONS = 1_000_000
+
+
+class ReferenceSolution(NamedTuple):
+    """History and results of one impact, in the units of `ScaledImpact` (length L, time L/v0, mass m).
+
+    The first five fields are arrays of shape `(n_step,)` from first touch to separation. A body that never
+    separates (`status` SINKS_IN or CAPTURED) has `restitution_coefficient` 0, `contact_time` infinite, and a
+    history that ends where the status was decided.
+    """
+
+    time: Array
+    indentation_depth: Array
+    velocity: Array
+    force: Array
+    contact_radius: Array
+    restitution_coefficient: float
+    contact_time: float
+    max_indentation_depth: float
+    max_force: float
+    max_contact_radius: float
+    residual_indentation_depth: float
+    status: Status
+
+
+def solve_reference(
+    scaled: ScaledImpact, *, rtol: float = 1e-9, contact_radius: Callable[[Any], Any] | None = None
+) -> ReferenceSolution:
+    """Approach and rebound of one impact by an implicit Runge-Kutta method of order 5 (Radau IIA).
+
+    Parameters
+    ----------
+    scaled : ScaledImpact
+        The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, contact radius `a(s)`
+        with depth `d = s^2`, motion `v' = -(F - load)`, `v(0) = 1`.
+    rtol : float
+        Relative tolerance [-] of the restitution coefficient where that is above 1e-3, and below it
+        `1e-3 rtol` absolute; between 1e-12 and 1e-2.
+    contact_radius : callable, optional
+        Contact radius a(s) over the square root of the depth, scaled, s >= 0, in place of that in `scaled`:
+        so that a profile need not be seen through the table that the kernel uses.
+
+    Returns
+    -------
+    ReferenceSolution
+        History, restitution coefficient, contact time, peaks and how the impact ended. A body that would
+        leave a liquid with less than `1e-3 rtol` of its velocity counts as sinking in.
+
+    Raises
+    ------
+    ValueError
+        For an `rtol` outside [1e-12, 1e-2].
+    SolverError
+        If the integration fails or needs more than a million evaluations.
+
+    Notes
+    -----
+    Approach, along `sigma` with `dt = 2 s dsigma` (all right-hand sides are smooth at first touch, where
+    `d^(3/2)` in time is not), with `dPi = a dd` and the memory of force `Y_k` and of displacement `W_k`::
+
+        ds/dsigma   = v                               dPi/dsigma  = 2 s a v
+        dv/dsigma   = -2 s (F - load)                 dY_k/dsigma = -2 s Y_k/tau_k + 2 s a v
+        dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma      W_k = v - (1/tau_k) int exp(-(t-t')/tau_k) d' dt'
+
+    Rebound, backwards over the approach: index 1 is the approach at `sigma_m - lambda`, where the contact
+    radius was the same; `X_k = exp(-(t - t1)/tau_k)`. The line load at the edge of contact stays zero,
+    `q dt = v1 phi dt1`::
+
+        dt/dlambda = -2 s1 v1 phi/q      phi = E_inf + sum E_k X_k      F = E_inf Pi1 + sum E_k X_k Y1_k
+        q = E_inf v + viscosity dv/dt + sum E_k [W_k + X_k (v1 - W1_k)]
+
+    The dashpot does not enter F in the rebound: it loads the whole contact alike by `viscosity v`, and the
+    line load, of which F is the integral, is zero at the edge. A constant force may turn the edge of contact
+    back outwards before the body separates (`q` vanishes, dt/dlambda grows without bound); a second loading
+    is outside the theory, and the status is CAPTURED. Where that can happen, the end of the rebound is
+    integrated along `lambda + int dt/(2 s1)`, on which it is regular.
+
+    Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438; T. C. T. Ting, J. Appl. Mech. 33
+    (1966) 845; G. A. C. Graham, Int. J. Eng. Sci. 5 (1967) 495.
+
+    Examples
+    --------
+    An elastic body returns with the velocity with which it came.
+
+    >>> import numpy as np
+    >>> from types import SimpleNamespace
+    >>> nothing = np.empty(0)
+    >>> elastic = SimpleNamespace(equilibrium=1.0, moduli=nothing, times=nothing, viscosity=0.0, load=0.0,
+    ...                           exponent=1.0, table=None)
+    >>> round(solve_reference(elastic).restitution_coefficient, 9)
+    1.0
+    """
+    if not 1e-12 <= rtol <= 1e-2:
+        raise ValueError(f"rtol = {rtol:g}: must be in [1e-12, 0.01]")
+    return _Equations(scaled, rtol, contact_radius or _contact_radius(scaled)).solve()
+
+
+def _contact_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
+    """Contact radius a(s) over the square root of the depth."""
+    table, exponent = scaled.table, scaled.exponent
+    if table is not None:
+        return table.contact_radius
+    return lambda s: s**exponent
+
+
+class _Equations:
+    """States y = (s, t, v, Pi, Y_k, W_k) of the approach and z = (t, v, d, W_k) of the rebound."""
+
+    def __init__(self, scaled: ScaledImpact, rtol: float, radius: Callable[[Any], Any]) -> None:
+        self.equilibrium, self.viscosity, self.load = scaled.equilibrium, scaled.viscosity, scaled.load
+        self.moduli = np.asarray(scaled.moduli, dtype=np.float64)
+        self.times = np.asarray(scaled.times, dtype=np.float64)
+        # Inner stages of the integrator may try s < 0.
+        self.radius = lambda s: radius(np.maximum(s, 0.0))
+        self.glass = self.equilibrium + float(self.moduli.sum())
+        n = self.moduli.size
+        self.forces, self.lags = slice(4, 4 + n), slice(4 + n, 4 + 2 * n)
+        self.evaluations = 0
+        self.floor = 1e-3 * rtol
+        self.rtol = rtol
+
+        def arrest(s: float) -> float:
+            return (self.glass * s**4 + self.viscosity * s**2) * float(radius(s))
+
+        # Where the stiffest response stops the body, to a factor of two: the scale of absolute tolerances.
+        s = 1.0
+        for _ in range(100):
+            s *= 0.5 if arrest(s) > 2.0 else 2.0 if arrest(2.0 * s) < 2.0 else 1.0
+        pi, quick = s**2 * float(radius(s)), np.minimum(1.0, self.times / s**2)
+        self.atol_approach = 0.1 * self.floor * np.concatenate([[s, s**2, 1.0, pi], pi * quick, quick])
+        self.atol_rebound = 0.1 * self.floor * np.concatenate([[s, s**2, 1.0, s**2], quick])
+
+    def solve(self) -> ReferenceSolution:
+        approach = self.integrate_approach()
+        s, t, v = approach.y[:3]
+        history = (t, s**2, v, self.approach_force(approach.y), self.radius(s))
+        if not self.turned(approach):
+            rests = Status.CAPTURED if self.equilibrium > 0.0 else Status.SINKS_IN
+            return self.result(history, approach, rests)
+        way, z, separated = self.integrate_rebound(approach)
+        walked, (t, v, d) = approach.sol(approach.t[-1] - way), z[:3]
+        later = (t, d, v, self.rebound_force(t, walked), self.radius(walked[0]))
+        history = [np.concatenate(pair) for pair in zip(history, later, strict=True)]
+        return self.result(history, approach, Status.SEPARATED if separated else Status.CAPTURED)
+
+    def integrate_approach(self) -> Any:
+        stiffness, drag = self.equilibrium, self.viscosity + float(self.moduli @ self.times)
+        slowest = float(self.times.max(initial=0.0))
+
+        def rates(_: float, y: Array) -> Array:
+            self.count()
+            dt, v = 2.0 * y[0], y[2]
+            dv = -dt * (self.approach_force(y) - self.load)
+            dpi = dt * self.radius(y[0]) * v
+            decay = -dt / self.times
+            return np.concatenate([[v, dt, dv, dpi], dpi + decay * y[self.forces], dv + decay * y[self.lags]])
+
+        def turns(_: float, y: Array) -> float:
+            return y[2]
+
+        def rests(_: float, y: Array) -> float:
+            """Time beyond 100 times the slowest decay: exp(-100) is left of all that could turn the body."""
+            a = float(self.radius(y[0]))
+            if a == 0.0:
+                return -1.0
+            if stiffness > 0.0:
+                decay = (slowest * self.glass + drag) / stiffness + 1.0 / np.sqrt(stiffness * a)
+            else:
+                decay = slowest + 1.0 / (drag * a)
+            return y[1] - 100.0 * decay
+
+        start = np.concatenate([[0.0, 0.0, 1.0, 0.0], np.zeros_like(self.moduli), np.ones_like(self.moduli)])
+        may_rest = stiffness == 0.0 or self.load > 0.0
+        events = [(turns, -1), (rests, 1)] if may_rest else [(turns, -1)]
+        return self.integrate(rates, (0.0, np.inf), start, self.atol_approach, events)
+
+    def turned(self, approach: Any) -> bool:
+        """Whether the body is on its way out with more than noise."""
+        y = approach.y[:, -1]
+        a, pull = float(self.radius(y[0])), float(self.approach_force(y)) - self.load
+        recoil = pull / (np.sqrt(self.glass * a) + self.viscosity * a)
+        return approach.t_events[0].size > 0 and recoil > self.floor
+
+    def integrate_rebound(self, approach: Any) -> tuple[Array, Array, bool]:
+        """Path walked backwards, states (t, v, d, W_k) and whether the body separates."""
+        end, sol = approach.t[-1], approach.sol
+
+        def parts(way: float, z: Array) -> tuple[float, float, Array]:
+            """Both sides of (-q) dt = 2 s1 v1 phi dlambda, and the rates of z in time."""
+            self.count()
+            y1, v = sol(end - way), z[1]
+            fading = self.fading(z[0], y1)
+            pull = float(self.rebound_force(z[0], y1)) - self.load
+            q = self.equilibrium * v - self.viscosity * pull
+            q += float(self.moduli @ (z[3:] + fading * (y1[2] - y1[self.lags])))
+            gain = float(2.0 * y1[0] * y1[2] * (self.equilibrium + self.moduli @ fading))
+            return -q, gain, np.concatenate([[1.0, -pull, v], -pull - z[3:] / self.times])
+
+        def along_path(way: float, z: Array) -> Array:
+            loss, gain, rates = parts(way, z)
+            return gain / loss * rates
+
+        def along_both(_: float, x: Array) -> Array:
+            loss, gain, rates = parts(x[0], x[1:])
+            return np.concatenate([[loss], gain * rates]) / (loss + gain)
+
+        def lingers(way: float, z: Array) -> float:
+            loss, gain, _ = parts(way, z)
+            return gain - 10.0 * loss
+
+        def separates(_: float, x: Array) -> float:
+            return x[0] - end
+
+        def widens(_: float, x: Array) -> float:
+            return -parts(x[0], x[1:])[0]
+
+        # dt/dlambda is 0/0 at the turning point. Close to it the deceleration is constant and the response
+        # glassy, so that the edge of contact obeys viscosity v + E_0 (d - d1) = 0; 1e-9 is close enough
+        # for relaxation times down to 1e-10 of the contact time.
+        y, way = sol(end), 1e-9 * end
+        before, slack = 2.0 * y[0] * way, self.viscosity / self.glass
+        after = before**2 / (slack + np.hypot(slack, before))
+        pull = float(self.approach_force(y)) - self.load
+        z = np.concatenate([[y[1], 0.0, y[0] ** 2], y[self.lags]])
+        z += after * np.concatenate([[1.0, -pull, 0.0], -pull - y[self.lags] / self.times])
+        may_rest = [(lingers, 1)] if self.load > 0.0 else []
+        leg = self.integrate(along_path, (way, end), z, self.atol_rebound[1:], may_rest, first_step=0.1 * way)
+        if leg.status == 0:
+            return leg.t, leg.y, True
+        start = np.concatenate([leg.t[-1:], leg.y[:, -1]])
+        last = self.integrate(
+            along_both, (0.0, np.inf), start, self.atol_rebound, [(separates, 1), (widens, 1)]
+        )
+        way, z = np.append(leg.t, last.y[0, 1:]), np.hstack([leg.y, last.y[1:, 1:]])
+        return way, z, last.t_events[0].size > 0
+
+    def integrate(
+        self, rates: Any, span: tuple[float, float], start: Array, atol: Array, events: list[tuple[Any, int]],
+        **options: Any,
+    ) -> Any:  # fmt: skip
+        from scipy.integrate import solve_ivp
+
+        for event, direction in events:
+            event.terminal, event.direction = True, direction
+        # SciPy's finite differences widen their step tenfold at each Jacobian for a state on which nothing
+        # depends (t in the approach, d in the rebound) until it overflows; the derivative stays zero.
+        with np.errstate(over="ignore"):
+            found = solve_ivp(
+                rates, span, start, method="Radau", rtol=self.rtol, atol=atol, dense_output=True,
+                events=[event for event, _ in events], **options,
+            )  # fmt: skip
+        if found.status < 0:
+            raise SolverError(Status.STEP_TOO_SMALL, found.message)
+        if not np.all(np.isfinite(found.y)):
+            raise SolverError(Status.NOT_FINITE)
+        return found
+
+    def count(self) -> None:
+        self.evaluations += 1
+        if self.evaluations > _MAX_EVALUATIONS:
+            raise SolverError(Status.TOO_MANY_STEPS, f"{_MAX_EVALUATIONS} evaluations")
+
+    def approach_force(self, y: Array) -> Any:
+        dashpot = self.viscosity * self.radius(y[0]) * y[2]
+        return self.equilibrium * y[3] + dashpot + np.tensordot(self.moduli, y[self.forces], axes=1)
+
+    def rebound_force(self, t: Any, y1: Array) -> Any:
+        memory = np.tensordot(self.moduli, self.fading(t, y1) * y1[self.forces], axes=1)
+        return self.equilibrium * y1[3] + memory
+
+    def fading(self, t: Any, y1: Array) -> Array:
+        """X_k = exp(-(t - t1)/tau_k)."""
+        return np.exp(-np.multiply.outer(1.0 / self.times, np.maximum(t - y1[1], 0.0)))
+
+    def result(self, history: Sequence[Array], approach: Any, status: Status) -> ReferenceSolution:
+        from scipy.optimize import minimize_scalar
+
+        time, depth, velocity, force, radius = history
+        # The force only falls after the turning point, so its peak is in the approach.
+        sigma, peak = approach.t, int(np.argmax(force[: approach.t.size]))
+        bounds = (sigma[max(peak - 1, 0)], sigma[min(peak + 1, sigma.size - 1)])
+        found: Any = minimize_scalar(
+            lambda x: -float(self.approach_force(approach.sol(x))), bounds=bounds, method="bounded"
+        )
+        left = status is Status.SEPARATED
+        return ReferenceSolution(
+            time, depth, velocity, force, radius,
+            restitution_coefficient=-float(velocity[-1]) if left else 0.0,
+            contact_time=float(time[-1]) if left else np.inf,
+            max_indentation_depth=float(depth.max()),
+            max_force=max(float(force.max()), -float(found.fun)),
+            max_contact_radius=float(radius.max()),
+            residual_indentation_depth=float(depth[-1]),
+            status=status,
+        )  # fmt: skip
