@@ -1,0 +1,1 @@
+"""Pictures: functions that take and return matplotlib Axes and never show anything."""

@@ -1,0 +1,154 @@
+"""One look for every figure: fonts, sizes, colour-blind-safe colours, and how a figure is made and saved."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito (2008), https://jfly.uni-koeln.de/color: told apart under all common colour blindness.
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY_BLUE = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#7F7F7F"
+
+SEQUENTIAL = "cividis"
+DIVERGING = "PuOr"
+
+COLUMN_WIDTH = 3.54
+PAGE_WIDTH = 7.2
+"""Widths of one and of two journal columns [inch]."""
+
+_SETTINGS: dict[str, Any] = {
+    # A concrete family, not "serif": the generic name is looked up when drawn, after the context has ended.
+    "font.family": ["STIXGeneral"],
+    "mathtext.fontset": "stix",
+    "font.size": 9.0,
+    "axes.labelsize": 10.0,
+    "axes.titlesize": 10.0,
+    "axes.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.prop_cycle": f"cycler('color', {[BLUE, VERMILION, GREEN, ORANGE, SKY_BLUE, PURPLE, BLACK]!r})",
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.3,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 300,
+    # Type 42 keeps glyphs as TrueType outlines, which publishers accept and programs can edit.
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    # Element names of an SVG are random without it.
+    "svg.hashsalt": "restitution",
+}
+
+
+@contextmanager
+def context() -> Generator[None]:
+    """Give every figure made inside this context the look of the package, whatever the user's own settings.
+
+    Matplotlib's settings are those of before when the context ends.
+
+    Examples
+    --------
+    >>> import matplotlib
+    >>> before = matplotlib.rcParams["font.size"]
+    >>> with context():
+    ...     matplotlib.rcParams["font.size"]
+    9.0
+    >>> matplotlib.rcParams["font.size"] == before
+    True
+    """
+    from matplotlib import style
+
+    with style.context(["default", _SETTINGS]):
+        yield
+
+
+def new_figure(width: float = PAGE_WIDTH, height: float = 4.4) -> Figure:
+    """Return an empty figure that pyplot does not know of, so that it needs no display and no closing.
+
+    Parameters
+    ----------
+    width, height : float
+        Size [inch].
+
+    Examples
+    --------
+    >>> with context():
+    ...     new_figure(3.5, 2.5).get_size_inches().tolist()
+    [3.5, 2.5]
+    """
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def panel_label(ax: Axes, text: str) -> None:
+    """Write a panel's letter above the upper left corner of its axes."""
+    ax.set_title(text, loc="left", fontweight="bold")
+
+
+def save_figure(figure: Figure, path: Path | str) -> Path:
+    """Save a figure whole or not at all, with embedded fonts; the suffix of `path` chooses the format.
+
+    The bytes depend on the figure alone: no date is written.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : path-like
+        Target file, e.g. `figure.pdf` or `figure.png`; replaced if it exists.
+
+    Returns
+    -------
+    pathlib.Path
+        The file written.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib cannot write that format.
+    OSError
+        If the file cannot be written; a file that was there before is then untouched.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder, context():
+    ...     save_figure(new_figure(2.0, 1.0), f"{folder}/empty.pdf").name
+    'empty.pdf'
+    """
+    from restitution.sweep.whole_file import whole_file
+
+    path = Path(path)
+    suffix = path.suffix.lower().lstrip(".")
+    known = figure.canvas.get_supported_filetypes()
+    if suffix not in known:
+        raise ValueError(f"path = {str(path)!r}: must end in one of .{', .'.join(sorted(known))}")
+    metadata: dict[str, Any] = {}
+    if suffix == "pdf":
+        metadata = {"CreationDate": None}
+    elif suffix in ("svg", "svgz"):
+        metadata = {"Date": None}
+    with context(), whole_file(path) as partial:
+        figure.savefig(partial, format=suffix, metadata=metadata or None)
+    return path
