@@ -1,0 +1,221 @@
+"""Quantities with units at the boundary: text such as "10 mm" becomes a number in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache, partial
+from typing import Any, Never
+
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
+
+from restitution.kernel import validation
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of quantity: its name, its SI unit and an example of how a person writes it."""
+
+    name: str
+    unit: str
+    example: str = ""
+
+    @property
+    def article(self) -> str:
+        """The name with its indefinite article."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+    @property
+    def advice(self) -> str:
+        """How to write one."""
+        return (
+            f'write e.g. "{self.example}", or a plain number in {self.unit}'
+            if self.unit
+            else "write a plain number"
+        )
+
+
+NUMBER = Kind("dimensionless number", "")
+LENGTH = Kind("length", "m", "10 mm")
+MASS = Kind("mass", "kg", "5 g")
+TIME = Kind("time", "s", "1 ms")
+DENSITY = Kind("density", "kg/m^3", "1100 kg/m^3")
+VELOCITY = Kind("velocity", "m/s", "1 m/s")
+ACCELERATION = Kind("acceleration", "m/s^2", "9.81 m/s^2")
+FORCE = Kind("force", "N", "50 mN")
+MODULUS = Kind("modulus", "Pa", "2 MPa")
+VISCOSITY = Kind("viscosity", "Pa s", "1 kPa s")
+
+# Kinds that no key of a case file takes, but that a person may write by mistake.
+_OTHERS = (
+    Kind("frequency", "1/s"),
+    Kind("temperature", "K"),
+    Kind("area", "m^2"),
+    Kind("volume", "m^3"),
+    Kind("energy", "J"),
+    Kind("power", "W"),
+    Kind("stiffness", "N/m"),
+    Kind("kinematic viscosity", "m^2/s"),
+    Kind("electric charge", "C"),
+)
+_KINDS = (NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, MODULUS, VISCOSITY, *_OTHERS)
+
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL
+)
+_UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
+# "mm2" and "s-1", as people write them, which pint reads as names.
+_BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
+_TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
+_COMMON = (
+    "Pa",
+    "kPa",
+    "MPa",
+    "GPa",
+    "mm",
+    "um",
+    "cm",
+    "m",
+    "kg",
+    "g",
+    "mg",
+    "ms",
+    "us",
+    "s",
+    "min",
+    "N",
+    "mN",
+    "kN",
+)
+
+
+@cache
+def _registry() -> Any:
+    # Pint takes 0.4 s to import and to set up, which a case of plain numbers and `--help` need not pay.
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+def _unit(text: str, advice: str) -> Any:
+    refused = ValueError(f"unknown unit {text!r}; {advice}")
+    # A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
+    if not _UNIT.fullmatch(text) or _TOWER.search(text) or len(text) > 80:
+        raise refused
+    try:
+        return _registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
+    except Exception:  # pint's parser lets errors of many unrelated types through
+        close = [name for name in _COMMON if name.lower() == text.lower()]
+        close = close or get_close_matches(text, _COMMON, 1, 0.6)
+        if not close:
+            raise refused from None
+        raise ValueError(f"unknown unit {text!r}, did you mean {' or '.join(close)}? {advice}") from None
+
+
+def to_si(text: str, kind: Kind) -> float:
+    """Return the number in SI units that a text such as "10 mm" stands for.
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit; percent and degrees count as units of dimensionless numbers.
+    kind : Kind
+        The kind of quantity that is wanted.
+
+    Returns
+    -------
+    float
+        The number in `kind.unit`.
+
+    Raises
+    ------
+    ValueError
+        In one line: no number, an unknown unit, or a unit of another dimension.
+
+    Examples
+    --------
+    >>> to_si("10 mm", LENGTH)
+    0.01
+    >>> to_si("10 s", LENGTH)
+    Traceback (most recent call last):
+        ...
+    ValueError: is a time, not a length; write e.g. "10 mm", or a plain number in m
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError(f"cannot be read as a number and a unit; {kind.advice}")
+    number, name = float(match[1]), match[2]
+    unit = _unit(name, kind.advice)
+    wanted = _registry().parse_units(kind.unit)
+    if unit.dimensionality != wanted.dimensionality:
+        found = next(
+            (k for k in _KINDS if _registry().parse_units(k.unit).dimensionality == unit.dimensionality), None
+        )
+        if not name:
+            raise ValueError(f"has no unit; {kind.advice}")
+        what = found.article if found else f"a quantity of dimension {unit.dimensionality}"
+        raise ValueError(f"is {what}, not {kind.article}; {kind.advice}")
+    return float(_registry().Quantity(number, unit).to(wanted).magnitude)
+
+
+def refuse(why: str, *keys: str) -> Never:
+    """Raise what pydantic collects; `keys` lead from the section checked to the value to blame."""
+    raise PydanticCustomError("case", "{why}", {"why": why, "keys": keys})
+
+
+def _read(value: Any, kind: Kind, check: Callable[..., Any]) -> float:
+    try:
+        if isinstance(value, str):
+            number = to_si(value, kind)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            number = float(value)
+        else:
+            raise ValueError(f"must be {kind.article}; {kind.advice}")
+    except OverflowError:
+        number = float("inf")
+    except ValueError as error:
+        refuse(str(error))
+    try:
+        return float(check("value", number, kind.unit))
+    except ValueError as error:
+        refuse(str(error).partition(": ")[2])
+
+
+def _split(value: Any) -> Any:
+    """Turn "[1, 2, 3] s" into a list of texts with the unit of each."""
+    if not isinstance(value, str):
+        return value
+    match = re.fullmatch(r"\s*\[(.*)\]\s*(.*?)\s*", value, re.DOTALL)
+    if match is None:
+        refuse('must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"')
+    return [f"{item.strip()} {match[2]}".strip() for item in match[1].split(",")] if match[1].strip() else []
+
+
+def positive(kind: Kind) -> BeforeValidator:
+    """Read a quantity that is finite and > 0."""
+    return BeforeValidator(partial(_read, kind=kind, check=validation.positive))
+
+
+def nonnegative(kind: Kind) -> BeforeValidator:
+    """Read a quantity that is finite and >= 0."""
+    return BeforeValidator(partial(_read, kind=kind, check=validation.nonnegative))
+
+
+def finite(kind: Kind) -> BeforeValidator:
+    """Read a quantity of either sign."""
+    return BeforeValidator(partial(_read, kind=kind, check=validation.finite))
+
+
+def within(kind: Kind, low: float, high: float) -> BeforeValidator:
+    """Read a quantity in the closed interval [low, high], whose ends may be infinite."""
+
+    def check(name: str, value: float, unit: str) -> Any:
+        return validation.within(name, value, low, high, unit)
+
+    return BeforeValidator(partial(_read, kind=kind, check=check))
+
+
+LIST = BeforeValidator(_split)

@@ -1,0 +1,188 @@
+"""The command `restitution`: argument parsing and printing only."""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import Commands, user_input, warn
+
+app = typer.Typer(
+    cls=Commands,
+    name="restitution",
+    help="Impact of bodies on viscoelastic ones: coefficient of restitution, contact time, force and energy.",
+    epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed, 130 interrupted by Ctrl-C.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+class Method(StrEnum):
+    """How an impact is solved."""
+
+    exact = "exact"
+    elements = "elements"
+    reference = "reference"
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"restitution {presentation.version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    pass
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
+
+
+@app.command("standard-solid")
+def standard_solid(
+    nu: Annotated[
+        float, typer.Option("--nu", help="Static Poisson ratio, in [-1, 0.5]; 0.5 is incompressible.")
+    ],
+    p2: Annotated[float, typer.Option("--p2", help="Ratio of the moduli, Ginf/G1, > 0.")],
+    p3: Annotated[
+        float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")
+    ],
+    method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
+    rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
+    json: Json = False,
+) -> None:
+    """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
+
+    All numbers are dimensionless: mass, radius, velocity and equilibrium shear modulus are 1.
+    """
+    from restitution.contact.profile import Parabola
+    from restitution.impact.problem import Impact
+    from restitution.impact.solve import solve as solve_impact
+    from restitution.kernel.validation import positive, within
+    from restitution.material.classical import standard_solid as material
+
+    with user_input():
+        within("nu", nu, -1.0, 0.5)
+        positive("p2", p2)
+        positive("p3", p3)
+        solid = material(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+        impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
+        result = solve_impact(impact, method=method.value, rtol=rtol)
+    if json:
+        presentation.print_json(presentation.as_json(result))
+        return
+    presentation.print_table(
+        result, f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}", dimensionless=True
+    )
+    for warning in result.warnings:
+        warn(warning)
+
+
+@app.command("solve")
+def solve(
+    case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
+    json: Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the impact: .png, .pdf or .svg.", show_default=False),
+    ] = None,
+    history: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write depth, velocity, force, contact radius over time: .nc or .csv."
+        ),
+    ] = None,
+) -> None:
+    """Solve the impact that a case file describes."""
+    presentation.check_target("--plot", plot, presentation.PICTURES)
+    presentation.check_target("--history", history, presentation.TABLES)
+    with user_input():
+        from restitution.case.file import read_case
+
+        problem = read_case(case)
+        result = problem.solve()
+    if json:
+        presentation.print_json(presentation.as_json(result))
+    else:
+        presentation.print_table(result, problem.title or str(case))
+        for warning in result.warnings:
+            warn(warning)
+    if history is not None:
+        presentation.write_history(result, history)
+    if plot is not None:
+        presentation.write_plot(result, plot)
+
+
+@app.command("reproduce")
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for figures, data and claims.")] = Path(
+        "reproduction"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of the random inputs.", show_default=False)
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+) -> None:
+    """Compute and draw the paper's figures 3 to 6 and two more, and judge its claims."""
+    from restitution.paper import reproduction
+
+    with user_input(), _progress_bar("reproducing") as progress:
+        made = reproduction.reproduce(
+            out,
+            quick=quick,
+            seed=reproduction.DEFAULT_SEED if seed is None else seed,
+            workers=workers,
+            progress=progress,
+        )
+    for claim in made.claims:
+        print(f"{'holds' if claim.holds else 'does not hold'}: {claim.statement}")
+    print(f"{made.solves} impacts, {len(made.files)} files in {made.folder}, {made.seconds:.1f} s")
+
+
+@contextmanager
+def _progress_bar(words: str) -> Generator[Callable[[int, int], None]]:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn(words),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        task = bar.add_task(words, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def main() -> None:
+    """Run the command line; ends the process with one of its exit codes."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A terminal or file that has no µ is no reason to fail; standard error does the same by default.
+        sys.stdout.reconfigure(errors="backslashreplace")
+    app()

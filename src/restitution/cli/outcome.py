@@ -1,0 +1,99 @@
+"""How a command ends: its exit code, and the one line that says why.
+
+0: done. 2: bad input, the command line's included. 3: a solver that failed. 130: interrupted by Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Any, cast
+
+import typer
+from typer.core import TyperGroup
+
+from restitution.impact.status import SolverError
+
+DONE = 0
+BAD_INPUT = 2
+SOLVER_FAILED = 3
+INTERRUPTED = 130
+
+# What unknown options, missing arguments and the like have in common; typer does not export it.
+_UsageProblem = cast("type[Exception]", typer.BadParameter.__mro__[2])
+
+
+class BadInput(Exception):
+    """Input that cannot be used; the message is one line."""
+
+
+@contextmanager
+def user_input() -> Generator[None]:
+    """Take a ValueError or TypeError of the block for what the user gave."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise BadInput(str(error)) from error
+
+
+def tell(kind: str, message: str, colour: str) -> None:
+    """Write one line on standard error, coloured where that is a terminal."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(stderr=True, highlight=False)
+    console.print(Text.assemble((f"{kind}:", f"bold {colour}"), " ", message), soft_wrap=True)
+
+
+def warn(message: str) -> None:
+    """Write a warning on standard error."""
+    tell("warning", message, "yellow")
+
+
+def exit_code(command: Callable[[], Any]) -> int:
+    """Run a command and return its exit code; what went wrong goes to standard error in one line."""
+    try:
+        code = command()
+        sys.stdout.flush()
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
+        return code if isinstance(code, int) else DONE
+    except _UsageProblem as error:
+        problem: Any = error
+        # Without any argument, typer shows the help and has nothing more to say.
+        if message := " ".join(problem.format_message().split()):
+            where = problem.ctx.command_path if getattr(problem, "ctx", None) else "restitution"
+            tell("error", f"{message} (see: {where} --help)", "red")
+        return BAD_INPUT
+    except BadInput as error:
+        tell("error", str(error), "red")
+        return BAD_INPUT
+    except SolverError as error:
+        tell("error", str(error), "red")
+        return SOLVER_FAILED
+    except BrokenPipeError:
+        # Whoever reads has read enough; the interpreter must not find the pipe broken again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        if error.errno == errno.EINTR or error.strerror is None:
+            raise
+        tell("error", f"{error.filename}: {error.strerror}" if error.filename else error.strerror, "red")
+        return BAD_INPUT
+    except (KeyboardInterrupt, typer.Abort):
+        tell("error", "interrupted; every file written is whole", "red")
+        return INTERRUPTED
+
+
+class Commands(TyperGroup):
+    """The commands, which end with one of the four exit codes and never with a traceback for bad input."""
+
+    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        """Parse the command line and run what it asks for."""
+        parse = super().main
+        if not standalone_mode:
+            return parse(*args, standalone_mode=False, **extra)
+        sys.exit(exit_code(lambda: parse(*args, standalone_mode=False, **extra)))

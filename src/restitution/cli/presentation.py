@@ -1,0 +1,135 @@
+"""What a result looks like: a table for people, JSON for programs, files for both."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from restitution.cli.outcome import BadInput
+
+if TYPE_CHECKING:
+    from restitution.impact.result import ImpactResult
+
+_ROWS = (
+    ("restitution coefficient", "restitution_coefficient", "e", ""),
+    ("contact time", "contact_time", "T", "s"),
+    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
+    ("largest force", "max_force", "F_max", "N"),
+    ("largest contact radius", "max_contact_radius", "a_max", "m"),
+    ("residual indentation depth", "residual_indentation_depth", "d_end", "m"),
+    ("rebound velocity", "rebound_velocity", "v_end", "m/s"),
+)
+_ENERGY_ROWS = (
+    ("kinetic energy before", "kinetic_in", "", "J"),
+    ("kinetic energy after", "kinetic_out", "", "J"),
+    ("energy dissipated", "dissipated", "", "J"),
+    ("energy still stored", "stored", "", "J"),
+)
+
+PICTURES = (".png", ".pdf", ".svg")
+TABLES = (".nc", ".csv")
+
+
+def version() -> str:
+    """Version of the package."""
+    from importlib.metadata import version
+
+    return version("restitution")
+
+
+def as_json(result: ImpactResult) -> str:
+    """Write a result as JSON in SI; an infinite number or one that is not a number becomes null."""
+    energy = result.energy
+    content: dict[str, Any] = {attribute: _plain(getattr(result, attribute)) for _, attribute, _, _ in _ROWS}
+    content["energy"] = {attribute: _plain(getattr(energy, attribute)) for _, attribute, _, _ in _ENERGY_ROWS}
+    content["energy"]["residual"] = content["energy_residual"] = _plain(energy.residual)
+    content["status"] = result.status.name
+    content["method"] = result.method
+    content["rtol"] = _plain(result.rtol)
+    content["warnings"] = list(result.warnings)
+    content["version"] = version()
+    return json.dumps(content, indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False) -> None:
+    """Print a result for people: each value with its unit and symbol."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("quantity", no_wrap=True)
+    table.add_column("symbol", no_wrap=True)
+    table.add_column("value", no_wrap=True, justify="right")
+    if not dimensionless:
+        table.add_column("unit", no_wrap=True)
+    for source, rows in ((result, _ROWS), (result.energy, _ENERGY_ROWS)):
+        for words, attribute, symbol, unit in rows:
+            value, prefixed = _for_people(float(getattr(source, attribute)), "" if dimensionless else unit)
+            table.add_row(words, symbol, value, prefixed)
+    console = Console(highlight=False)
+    # A line that is too long for the terminal is better broken by it than cut off by the table.
+    console.width = max(console.width, 100)
+    console.print(table)
+    residual = float(result.energy.residual)
+    print(f"method {result.method}, rtol {result.rtol:g}, energy residual {residual:.1e}")
+
+
+def _for_people(value: float, unit: str) -> tuple[str, str]:
+    if unit == "":
+        return f"{value:.8g}", ""
+    from restitution.plot.labels import scaled_unit
+
+    scale = scaled_unit(value, unit)
+    return f"{value * scale.factor:.6g}", scale.unit
+
+
+def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
+    """Refuse, before any work is done, a file that could not be written in the end."""
+    if path is None:
+        return
+    if path.suffix.lower() not in suffixes:
+        raise BadInput(f"{option} {path}: must end in {' or '.join(suffixes)}")
+    if not path.parent.is_dir():
+        raise BadInput(f"{option} {path}: no such folder: {path.parent}")
+    if path.is_dir():
+        raise BadInput(f"{option} {path}: is a folder")
+
+
+def write_history(result: ImpactResult, path: Path) -> None:
+    """Write the history of an impact, whole or not at all: NetCDF, or CSV with the units in the header."""
+    from restitution.sweep.whole_file import whole_file
+
+    history = result.history
+    with whole_file(path) as partial:
+        if path.suffix.lower() == ".nc":
+            history.to_netcdf(partial, engine="h5netcdf")
+            return
+        columns = [history["time"], *history.data_vars.values()]
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file)
+            table.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
+            table.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
+
+
+def write_plot(result: ImpactResult, path: Path) -> None:
+    """Draw an impact and write the picture, whole or not at all."""
+    from restitution.plot.history import overview
+    from restitution.plot.style import save_figure
+
+    save_figure(overview(result), path)
+
+
+def print_json(text: str) -> None:
+    """Print JSON as it stands, whatever the width of the terminal."""
+    sys.stdout.write(text + "\n")

@@ -1,0 +1,62 @@
+import csv
+import re
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case import material, schema
+from restitution.case.file import read_case
+from restitution.case.section import Section
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def test_the_epoxy_is_the_measured_one() -> None:
+    epoxy = read_case(EXAMPLES / "epoxy.toml").impact.material
+    # Simon, McKenna, Sindt 2000: glassy 891 MPa, rubbery 4.9 MPa, 24 terms, whose shares add up to 1.
+    assert epoxy.shear.n_branches == 24
+    assert epoxy.shear.equilibrium_modulus == 4.9e6
+    assert epoxy.shear.instantaneous_modulus == pytest.approx(891e6, rel=1e-14)
+    assert epoxy.shear.branch_moduli[4] == pytest.approx(0.0267 * (891e6 - 4.9e6), rel=1e-13)
+    assert epoxy.shear.relaxation_times[0] == 1e-7
+    assert epoxy.shear.relaxation_times[-1] == 1e5
+    assert epoxy.bulk.equilibrium_modulus == 3e9
+
+
+def test_the_epoxy_carries_the_coefficients_of_its_source(shared_reference: Path) -> None:
+    with (shared_reference / "materials" / "epoxy_prony.csv").open() as file:
+        rows = np.array(list(csv.reader(file))[1:], dtype=float)
+    shear = read_case(EXAMPLES / "epoxy.toml").impact.material.shear
+    np.testing.assert_array_equal(shear.relaxation_times, rows[:, 0])
+    np.testing.assert_allclose(shear.branch_moduli, rows[:, 1] * (891e6 - 4.9e6), rtol=1e-13)
+
+
+def test_every_key_is_explained() -> None:
+    text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    sections = [
+        value
+        for module in (schema, material)
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Section)
+    ]
+    keys = {key for section in sections for key in section.model_fields}
+    assert len(keys) > 25
+    for key in keys:
+        assert re.search(rf"`{key}\b|\[{key}\]|\.{key}\]", text), key
+
+
+@pytest.mark.parametrize("name", ["rubber_ball", "epoxy"])
+def test_cases_run(name: str) -> None:
+    result = read_case(EXAMPLES / f"{name}.toml").solve()
+    assert 0.0 < result.restitution_coefficient < 1.0
+    # The balance is an independent quadrature; the bound is that of the whole package.
+    assert abs(result.energy.residual) < 10 * result.rtol
+
+
+def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(EXAMPLES / "restitution_over_velocity.py"))
+    rows = np.array([line.split() for line in capsys.readouterr().out.splitlines()[1:]], dtype=float)
+    assert rows.shape == (9, 3)
+    assert np.all((rows[:, 1] > 0) & (rows[:, 1] < 1))

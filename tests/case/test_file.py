@@ -1,0 +1,435 @@
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from restitution.case.file import Case, read_case
+from restitution.case.section import CaseError
+from restitution.contact.profile import Parabola
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+BODY = '[body]\nmass = "5 g"\nradius = "10 mm"\n'
+SOLID = """
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "1 kPa s"
+poisson_ratio = 0.45
+"""
+IMPACT = '[impact]\nvelocity = "1 m/s"\n'
+PRONY = """
+[material]
+bulk = "3 GPa"
+[material.shear]
+equilibrium_modulus = "1 MPa"
+branch_moduli = "[2, 3, 4] MPa"
+relaxation_times = [1e-3, "10 ms", 0.1]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def read(text: str) -> Case:
+    Path("ball.toml").write_text(text, encoding="utf-8")
+    return read_case("ball.toml")
+
+
+def refuses(text: str, message: str) -> None:
+    with pytest.raises(CaseError, match=rf"^{re.escape(message)}\Z"):
+        read(text)
+
+
+def material(text: str) -> Any:
+    return read(BODY + IMPACT + text).impact.material
+
+
+def test_the_smallest_case(folder: Path) -> None:
+    case = read(BODY + SOLID + IMPACT)
+    assert case.impact.profile == Parabola(0.01)
+    assert case.impact.material == standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    assert (case.impact.mass, case.impact.velocity, case.impact.force) == (0.005, 1.0, 0.0)
+    assert case.impact.counter_material is None
+    assert case.options == {"method": "exact"}
+    assert case.title is None
+
+
+def test_units_and_plain_numbers_say_the_same(folder: Path) -> None:
+    plain = """
+        body = {mass = 0.005, radius = 0.01}
+        impact = {velocity = 1}
+        [material]
+        equilibrium_modulus = 1e6
+        branch_modulus = 1e7
+        viscosity = 1000
+        poisson_ratio = 0.45
+    """
+    assert read(plain).impact == read(BODY + SOLID + IMPACT).impact
+
+
+def test_everything_a_case_may_say(folder: Path) -> None:
+    case = read(
+        """
+        title = "All of it"
+        [body]
+        density = "1000 kg/m^3"
+        radius = "10 mm"
+        [profile]
+        type = "parabola"
+        radius = "20 mm"
+        [impact]
+        drop_height = "20 cm"
+        gravity = 10
+        weight = true
+        [solver]
+        method = "elements"
+        rtol = 1e-3
+        n_elements = 200
+        time_step = "1 us"
+        [counter_material]
+        shear = "80 GPa"
+        poisson_ratio = 0.3
+        """
+        + SOLID
+        + 'density = "1.1 g/cm^3"\nname = "rubber"\n'
+    )
+    impact = case.impact
+    assert case.title == "All of it"
+    assert impact.profile == Parabola(0.02)
+    mass = 1000.0 * 4.0 / 3.0 * math.pi * 1e-6
+    assert impact.mass == pytest.approx(mass, rel=1e-15)
+    assert impact.velocity == pytest.approx(2.0, rel=1e-15)
+    assert impact.force == pytest.approx(10.0 * mass, rel=1e-15)
+    assert case.options == {
+        "method": "elements",
+        "rtol": 1e-3,
+        "n_elements": 200,
+        "time_step": pytest.approx(1e-6),
+    }
+    assert impact.material.name == "rubber"
+    assert impact.material.density == pytest.approx(1100.0, rel=1e-15)
+    # K = 2 G (1 + nu)/(3 (1 - 2 nu))
+    assert impact.counter_material.bulk.equilibrium_modulus == pytest.approx(80e9 * 2.6 / 1.2, rel=1e-15)
+
+
+def test_bulk_in_all_its_forms(folder: Path) -> None:
+    solid = SOLID.replace("poisson_ratio = 0.45\n", "")
+    series = PRONY.replace('bulk = "3 GPa"\n', "{}")
+    for text in ("bulk_modulus = inf", 'bulk_modulus = "incompressible"', "poisson_ratio = 0.5"):
+        assert material(solid + text).bulk == math.inf
+        assert material(series.format(text + "\n")).bulk == math.inf
+    for text in ('bulk = "3 GPa"', "bulk_modulus = 3e9"):
+        assert material(series.format(text + "\n")).bulk == PronySeries(3e9)
+    bulk = "[material.bulk]\nequilibrium_modulus = 2e9\nbranch_moduli = [1e9]\nrelaxation_times = [1]\n"
+    assert material(series.format("") + bulk).bulk == PronySeries(2e9, [1e9], [1.0])
+    # Static: K = 2 G (1 + nu)/(3 (1 - 2 nu)) with G = 1 MPa at rest.
+    static = material(series.format("poisson_ratio = 0.2\n"))
+    assert static.bulk.equilibrium_modulus == pytest.approx(1e6 * 2.4 / 1.8, rel=1e-15)
+
+
+def test_moduli_as_numbers(folder: Path) -> None:
+    assert material(PRONY) == Material(PronySeries(1e6, [2e6, 3e6, 4e6], [1e-3, 1e-2, 0.1]), 3e9)
+
+
+@pytest.mark.parametrize(
+    ("ends", "numbers", "equilibrium", "branches"),
+    [
+        ("instantaneous_modulus = 10e6", "branch_moduli = [2e6, 3e6]", 5e6, [2e6, 3e6]),
+        ("instantaneous_modulus = 10e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
+        ("equilibrium_modulus = 5e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
+        # Both ends: shares of the instantaneous modulus, or of the difference of the two.
+        (
+            "instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6",
+            "relative_moduli = [0.2, 0.3]",
+            5e6,
+            [2e6, 3e6],
+        ),
+        (
+            "instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6",
+            "relative_moduli = [0.4, 0.6]",
+            5e6,
+            [2e6, 3e6],
+        ),
+    ],
+)
+def test_end_moduli(folder: Path, ends: str, numbers: str, equilibrium: float, branches: list[float]) -> None:
+    shear = material(
+        f"[material]\nbulk_modulus = inf\n[material.shear]\n{ends}\n{numbers}\nrelaxation_times = [1, 2]"
+    ).shear
+    assert shear.equilibrium_modulus == pytest.approx(equilibrium, rel=1e-14)
+    np.testing.assert_allclose(shear.branch_moduli, branches, rtol=1e-14)
+
+
+def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
+    (folder / "deep").mkdir()
+    (folder / "deep" / "terms.csv").write_text("relaxation_time_ms,branch_modulus_MPa\n1,2\n")
+    text = (
+        '[material]\nbulk_modulus = inf\n[material.shear]\nequilibrium_modulus = 1e6\nterms = "terms.csv"\n'
+    )
+    (folder / "deep" / "ball.toml").write_text(BODY + IMPACT + text)
+    assert read_case("deep/ball.toml").impact.material.shear == PronySeries(1e6, [2e6], [1e-3])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'radius = "10 mm"',
+            'radius = "10 s"',
+            'body.radius = "10 s": is a time, not a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        ('radius = "10 mm"', 'radius = "-10 mm"', 'body.radius = "-10 mm": must be finite and > 0'),
+        ('radius = "10 mm"', "radius = 0", "body.radius = 0: must be finite and > 0"),
+        ('radius = "10 mm"', "radius = nan", "body.radius = nan: must be finite and > 0"),
+        ('radius = "10 mm"', f"radius = 1{'0' * 400}", f"body.radius = 1{'0' * 58}…: must be finite and > 0"),
+        (
+            'radius = "10 mm"',
+            "radius = true",
+            'body.radius = true: must be a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        (
+            'radius = "10 mm"',
+            "radius = [1, 2]",
+            'body.radius = [1, 2]: must be a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        (
+            'radius = "10 mm"',
+            "radius = 1979-05-27",
+            'body.radius = 1979-05-27: must be a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        ('radius = "10 mm"', 'raduis = "10 mm"', 'body.raduis = "10 mm": unknown key; did you mean radius?'),
+        ('radius = "10 mm"', "colour = 1", "body.colour = 1: unknown key; known are mass, density, radius"),
+        ('radius = "10 mm"', '"a\\nb" = 1', 'body."a\\nb" = 1: unknown key; known are mass, density, radius'),
+        ('radius = "10 mm"', "", "body.radius: is missing; the profile takes its radius"),
+        ('mass = "5 g"', "", "body: give exactly one of mass and density; none is given"),
+        (
+            'mass = "5 g"',
+            'mass = "5 g"\ndensity = 1000',
+            "body: give exactly one of mass and density; mass and density are given",
+        ),
+        (
+            BODY,
+            "[body]\ndensity = 1000\n[profile]\nradius = 1\n",
+            "body.radius: is missing; a mass from the density takes the radius of the sphere",
+        ),
+        (BODY, "", "body: the section is missing"),
+        (BODY, "body = 3\n", "body = 3: must be a table"),
+        (BODY, "[[body]]\n", "body = [{}]: must be a table"),
+        ("[body]", "[boody]", "boody: unknown key; did you mean body?"),
+        (
+            "[body]",
+            "[profile]\ntype = 'parabel'\n[body]",
+            'profile.type = "parabel": must be one of "parabola"',
+        ),
+        ("poisson_ratio = 0.45", "poisson_ratio = 0.6", "material.poisson_ratio = 0.6: must be in [-1, 0.5]"),
+        (
+            "poisson_ratio = 0.45",
+            "",
+            "material: give exactly one of poisson_ratio and bulk_modulus; none is given",
+        ),
+        (
+            "poisson_ratio = 0.45",
+            'bulk_modulus = "-1 GPa"',
+            'material.bulk_modulus = "-1 GPa": must be in [0, inf] Pa',
+        ),
+        ('viscosity = "1 kPa s"\n', "", "material.viscosity: is missing"),
+        ("viscosity", "viskosity", 'material.viskosity = "1 kPa s": unknown key; did you mean viscosity?'),
+        ("viscosity", "sheer", 'material.sheer = "1 kPa s": unknown key; did you mean shear?'),
+        ("[impact]", "[impact]\nweight = 1", "impact.weight = 1: must be true or false"),
+        ("[impact]", "[impact]\nweight = true\nforce = 1", "impact: give force or weight = true, not both"),
+        ('velocity = "1 m/s"', "", "impact: give exactly one of velocity and drop_height; none is given"),
+        (
+            "[impact]",
+            '[solver]\nmethod = "exakt"\n[impact]',
+            'solver.method = "exakt": must be one of "exact", "elements", "reference"',
+        ),
+        (
+            "[impact]",
+            "[solver]\nn_elements = 100\n[impact]",
+            'solver.n_elements = 100: is an option of method = "elements", not of method = "exact"',
+        ),
+        (
+            "[impact]",
+            '[solver]\nmethod = "elements"\nn_elements = 0\n[impact]',
+            "solver.n_elements = 0: must be >= 1",
+        ),
+        (
+            "[impact]",
+            '[solver]\nmethod = "elements"\nn_elements = 1.5\n[impact]',
+            "solver.n_elements = 1.5: must be a whole number",
+        ),
+        ("[body]", "title = 3\n[body]", "title = 3: must be text"),
+        (
+            'radius = "10 mm"',
+            "radius = -1\nmass = -1\n".replace("mass", "density"),
+            "body.density = -1: must be finite and > 0 (and 1 more error)",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, message: str) -> None:
+    text = BODY + SOLID + IMPACT
+    assert old in text
+    refuses(text.replace(old, new, 1), f"ball.toml: {message}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "0.1]",
+            '"0.1 m"]',
+            'material.shear.relaxation_times[2] = "0.1 m": is a length, not a time; '
+            'write e.g. "1 ms", or a plain number in s',
+        ),
+        ("0.1]", "-0.1]", "material.shear.relaxation_times[2] = -0.1: must be finite and > 0"),
+        (
+            '"[2, 3, 4] MPa"',
+            '"[2, 3, -4] MPa"',
+            'material.shear.branch_moduli[2] = "-4 MPa": must be finite and >= 0',
+        ),
+        (
+            '"[2, 3, 4] MPa"',
+            '"[2, 3] MPa"',
+            "material.shear: 2 branch_moduli for 3 relaxation_times; give as many of each",
+        ),
+        ('"[2, 3, 4] MPa"', "2", "material.shear.branch_moduli = 2: must be a list"),
+        (
+            '"[2, 3, 4] MPa"',
+            '"2 MPa"',
+            'material.shear.branch_moduli = "2 MPa": must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"',
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            "",
+            "material.shear: give exactly one of branch_moduli, relative_moduli and terms; none is given",
+        ),
+        (
+            "relaxation_times",
+            "relaxation_time",
+            'material.shear.relaxation_time = [0.001, "10 ms", 0.1]: unknown key; '
+            "did you mean relaxation_times?",
+        ),
+        (
+            'equilibrium_modulus = "1 MPa"',
+            "",
+            "material.shear: give exactly one of equilibrium_modulus and "
+            "instantaneous_modulus; none is given",
+        ),
+        (
+            'equilibrium_modulus = "1 MPa"',
+            "instantaneous_modulus = 8e6",
+            "material.shear.instantaneous_modulus = "
+            "8000000.0: must be at least the sum of the branch moduli, 9e+06 Pa",
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            "relative_moduli = [0.2, 0.3, 0.6]",
+            "material.shear: the relative moduli add up to 1.1; must be below 1",
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e6",
+            "material.shear: the relative moduli add up to 0.9; with both end moduli given must add up to 1 "
+            "(shares of the difference) or 0.75 (shares of instantaneous_modulus)",
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e5",
+            'material.shear.equilibrium_modulus = "1 MPa": '
+            "must be at most the instantaneous_modulus, 400000 Pa",
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            'terms = "none.csv"',
+            'material.shear.terms = "none.csv": no such file: none.csv',
+        ),
+        (
+            'branch_moduli = "[2, 3, 4] MPa"',
+            "terms = 1",
+            'material.shear.terms = 1: must be the name of a CSV file, e.g. "prony.csv"',
+        ),
+        (
+            'bulk = "3 GPa"',
+            'bulk = "3 GPa"\npoisson_ratio = 0.3',
+            "material: give exactly one of bulk, bulk_modulus and "
+            "poisson_ratio; bulk and poisson_ratio are given",
+        ),
+        (
+            'bulk = "3 GPa"',
+            'bulk = "3 GPa m"',
+            'material.bulk = "3 GPa m": is a stiffness, not a modulus; '
+            'write e.g. "2 MPa", or a plain number in Pa',
+        ),
+        (
+            'bulk = "3 GPa"',
+            "bulk = {instantaneous_modulus = -1}",
+            "material.bulk.instantaneous_modulus = -1: must be finite and > 0",
+        ),
+        (
+            'bulk = "3 GPa"',
+            'bulk = "3 GPa"\nviscosity = 1',
+            "material.viscosity = 1: unknown key; known are name, density, "
+            "shear, bulk, bulk_modulus, poisson_ratio",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_prony_series(folder: Path, old: str, new: str, message: str) -> None:
+    assert old in PRONY
+    refuses(BODY + IMPACT + PRONY.replace(old, new, 1), f"ball.toml: {message}")
+
+
+def test_what_only_the_material_itself_can_tell(folder: Path) -> None:
+    # K = 2 Ginf (1 + nu)/(3 (1 - 2 nu)) says nothing of a liquid.
+    text = BODY + IMPACT + SOLID.replace('equilibrium_modulus = "1 MPa"', "equilibrium_modulus = 0")
+    with pytest.raises(CaseError, match=r"^ball\.toml: material: poisson_ratio.* liquid .*\Z"):
+        read(text)
+
+
+def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
+    (folder / "terms.csv").write_text("relaxation_time_s,branch_modulus_Pa\n1,-2\n")
+    text = BODY + IMPACT + PRONY.replace('branch_moduli = "[2, 3, 4] MPa"', 'terms = "terms.csv"')
+    refuses(
+        text,
+        'ball.toml: material.shear.terms = "terms.csv": line 2: branch_modulus = -2: must be finite and >= 0',
+    )
+    (folder / "terms.csv").write_text("relaxation_time_s,branch_modulus_Pa\n1,2\n")
+    refuses(
+        text,
+        'ball.toml: material.shear.relaxation_times = [0.001, "10 ms", 0.1]: stands in the file of terms '
+        "already; leave one of the two out",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "[body]\nmass = 5 g\n",
+            "line 2, column 10: not valid TOML: expected newline or end of document after a statement",
+        ),
+        ("[body]\nmass = \n", "line 2, column 8: not valid TOML: invalid value"),
+        ("[body]\nmass = 'x", 'line 2, at the end: not valid TOML: expected "\'"'),
+        ("[body]\nmass = 1\nmass = 2\n", "line 3, column 9: not valid TOML: cannot overwrite a value"),
+        ("", "body: the section is missing (and 2 more errors)"),
+    ],
+)
+def test_what_is_no_toml(folder: Path, text: str, message: str) -> None:
+    refuses(text, f"ball.toml: {message}")
+
+
+def test_what_cannot_be_read(folder: Path) -> None:
+    for name, message in (("none.toml", "no such file"), (".", "is a folder, not a case file")):
+        with pytest.raises(CaseError, match=rf"^{re.escape(name)}: {message}\Z"):
+            read_case(name)
+    Path("ball.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(CaseError, match=r"^ball\.toml: cannot be read: not a text file in UTF-8\Z"):
+        read_case("ball.toml")
+    refuses("a = " + "[" * 100_000, "ball.toml: not valid TOML: nested too deeply")

@@ -1,0 +1,91 @@
+import math
+import re
+
+import pytest
+
+from restitution.case.quantity import DENSITY, LENGTH, MODULUS, NUMBER, TIME, VELOCITY, VISCOSITY, Kind, to_si
+
+TEMPERATURE = Kind("temperature", "K", "25 degC")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "number"),
+    [
+        ("10 mm", LENGTH, 0.01),
+        ("10mm", LENGTH, 0.01),
+        ("1e-2 m", LENGTH, 0.01),
+        ("-.5 m", LENGTH, -0.5),
+        # The inch is 25.4 mm, the pound 0.45359237 kg (international yard and pound agreement, 1959).
+        ("1 in", LENGTH, 0.0254),
+        ("1 lb/in^3", DENSITY, 0.45359237 / 0.0254**3),
+        # psi: pound-force, with standard gravity 9.80665 m/s^2, per square inch.
+        ("1 psi", MODULUS, 0.45359237 * 9.80665 / 0.0254**2),
+        ("2 N/mm2", MODULUS, 2e6),
+        ("2 N/mm²", MODULUS, 2e6),
+        ("3 kPa s", VISCOSITY, 3e3),
+        ("3 kPa·s", VISCOSITY, 3e3),
+        ("3 kPa*s", VISCOSITY, 3e3),
+        ("1100 kg m-3", DENSITY, 1100.0),
+        ("36 km/h", VELOCITY, 10.0),
+        ("45 %", NUMBER, 0.45),
+        ("0.45", NUMBER, 0.45),
+        ("180 deg", NUMBER, math.pi),
+        ("25 °C", TEMPERATURE, 298.15),
+        ("77 degF", TEMPERATURE, 298.15),
+        ("inf GPa", MODULUS, math.inf),
+    ],
+)
+def test_a_text_becomes_a_number_in_si(text: str, kind: Kind, number: float) -> None:
+    # One rounding in the unit's factor and one in the product.
+    assert to_si(text, kind) == pytest.approx(number, rel=4e-16, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "message"),
+    [
+        ("10 s", LENGTH, 'is a time, not a length; write e.g. "10 mm", or a plain number in m'),
+        ("10", LENGTH, 'has no unit; write e.g. "10 mm", or a plain number in m'),
+        (
+            "10 deg",
+            LENGTH,
+            'is a dimensionless number, not a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        (
+            "ten mm",
+            LENGTH,
+            'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m',
+        ),
+        (
+            "1,5 mm",
+            LENGTH,
+            'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m',
+        ),
+        ("", LENGTH, 'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m'),
+        (
+            "2 mpa",
+            MODULUS,
+            "unknown unit 'mpa', did you mean MPa? write e.g. \"2 MPa\", or a plain number in Pa",
+        ),
+        ("60 ShoreA", MODULUS, "unknown unit 'ShoreA'; write e.g. \"2 MPa\", or a plain number in Pa"),
+        ("1 fur\nlong)", LENGTH, "unknown unit 'fur\\nlong)'; write e.g. \"10 mm\", or a plain number in m"),
+        ("1 Hz", TIME, 'is a frequency, not a time; write e.g. "1 ms", or a plain number in s'),
+        ("3 MPa m^3", MODULUS, 'is an energy, not a modulus; write e.g. "2 MPa", or a plain number in Pa'),
+        ("1 kPa s", MODULUS, 'is a viscosity, not a modulus; write e.g. "2 MPa", or a plain number in Pa'),
+        (
+            "1 cm^-1",
+            LENGTH,
+            "is a quantity of dimension 1 / [length], not a length; "
+            'write e.g. "10 mm", or a plain number in m',
+        ),
+        ("0.45 m", NUMBER, "is a length, not a dimensionless number; write a plain number"),
+    ],
+)
+def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(text: str, kind: Kind, message: str) -> None:
+    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
+        to_si(text, kind)
+
+
+@pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
+def test_towers_of_powers_are_refused_at_once(text: str) -> None:
+    with pytest.raises(ValueError, match="unknown unit"):
+        to_si(text, LENGTH)

@@ -1,0 +1,343 @@
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+from restitution.cli.main import app
+from restitution.impact import solve as solver
+from restitution.impact.status import SolverError, Status
+from restitution.paper import reproduction
+
+CASE = """
+title = "A [bold] ball"
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "10 kPa s"
+poisson_ratio = 0.45
+[impact]
+velocity = "1 m/s"
+"""
+KEYS = [
+    "restitution_coefficient",
+    "contact_time",
+    "max_indentation_depth",
+    "max_force",
+    "max_contact_radius",
+    "residual_indentation_depth",
+    "rebound_velocity",
+    "energy",
+    "energy_residual",
+    "status",
+    "method",
+    "rtol",
+    "warnings",
+    "version",
+]
+ANSI = re.compile(r"\x1b\[[0-9;]*m")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.toml").write_text(CASE, encoding="utf-8")
+    return tmp_path
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
+
+
+def result(**changes: Any) -> SimpleNamespace:
+    columns = {
+        "indentation_depth": ("time", [0.0, 2e-3, 1e-3], {"units": "m"}),
+        "velocity": ("time", [1.0, 0.0, -0.5], {"units": "m/s"}),
+        "force": ("time", [0.0, 0.1 + 0.2, 0.0], {"units": "N"}),
+        "contact_radius": ("time", [0.0, 4e-3, 0.0], {"units": "m"}),
+    }
+    values: dict[str, Any] = {
+        "restitution_coefficient": 0.5,
+        "contact_time": 1.234567891e-3,
+        "max_indentation_depth": 2e-3,
+        "max_force": 12.5,
+        "max_contact_radius": 4e-3,
+        "residual_indentation_depth": 1e-3,
+        "rebound_velocity": 0.5,
+        "energy": SimpleNamespace(
+            kinetic_in=2.5e-3, kinetic_out=6.25e-4, dissipated=1.8e-3, stored=7.5e-5, residual=1e-12
+        ),
+        "status": Status.SEPARATED,
+        "method": "exact",
+        "rtol": 1e-9,
+        "warnings": ["contact radius over R = 0.4: small strains need less than 0.2"],
+        "history": xr.Dataset(columns, {"time": ("time", [0.0, 1e-3, 2e-3], {"units": "s"})}),
+    }
+    return SimpleNamespace(**(values | changes))
+
+
+def fake(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
+    monkeypatch.setattr(solver, "solve", lambda impact, **options: result(**changes))
+
+
+def error(answer: Result) -> str:
+    """The one line on standard error."""
+    assert answer.stderr.count("\n") == 1
+    assert answer.stdout == ""
+    return answer.stderr.rstrip("\n")
+
+
+def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch)
+    answer = run("solve", "ball.toml", "--json")
+    assert answer.exit_code == 0
+    assert answer.stderr == ""
+    content = json.loads(answer.stdout)
+    assert list(content) == KEYS
+    assert content["contact_time"] == 1.234567891e-3
+    assert content["energy"] == {
+        "kinetic_in": 2.5e-3,
+        "kinetic_out": 6.25e-4,
+        "dissipated": 1.8e-3,
+        "stored": 7.5e-5,
+        "residual": 1e-12,
+    }
+    assert content["energy_residual"] == 1e-12
+    assert content["status"] == "SEPARATED"
+    assert content["warnings"] == ["contact radius over R = 0.4: small strains need less than 0.2"]
+
+
+def test_json_has_no_infinite_numbers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch, contact_time=math.inf, residual_indentation_depth=math.nan)
+    content = json.loads(run("solve", "ball.toml", "--json").stdout)
+    assert content["contact_time"] is None
+    assert content["residual_indentation_depth"] is None
+
+
+@pytest.mark.parametrize("columns", ["20", "300"])
+def test_the_table_is_whole_whatever_the_width(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, columns: str
+) -> None:
+    fake(monkeypatch)
+    monkeypatch.setenv("COLUMNS", columns)
+    answer = run("solve", "ball.toml")
+    assert answer.exit_code == 0
+    words = [line.split() for line in answer.stdout.splitlines()]
+    assert words[0] == ["A", "[bold]", "ball"]
+    assert ["contact", "time", "T", "1.23457", "ms"] in words
+    assert ["largest", "force", "F_max", "12.5", "N"] in words
+    assert ["restitution", "coefficient", "e", "0.5"] in words
+    assert ["energy", "still", "stored", "75", "µJ"] in words
+    assert answer.stderr == "warning: contact radius over R = 0.4: small strains need less than 0.2\n"
+
+
+def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch)
+    assert run("solve", "ball.toml", "--history", "h.csv").exit_code == 0
+    assert run("solve", "ball.toml", "--history", "h.nc").exit_code == 0
+    lines = Path("h.csv").read_text().splitlines()
+    assert lines[0] == "time [s],indentation_depth [m],velocity [m/s],force [N],contact_radius [m]"
+    # Written so that the number read is the number computed.
+    np.testing.assert_array_equal(
+        np.array(lines[2].split(","), dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3]
+    )
+    with xr.open_dataset("h.nc", engine="h5netcdf") as stored:
+        assert stored.identical(result().history)
+    assert sorted(os.listdir()) == ["ball.toml", "h.csv", "h.nc"]
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_plot(folder: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
+    fake(monkeypatch)
+    assert run("solve", "ball.toml", "--plot", f"p.{suffix}").exit_code == 0
+    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix]
+    assert Path(f"p.{suffix}").read_bytes().startswith(start)
+
+
+def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Full(dict[str, Any]):
+        def to_netcdf(self, path: Path, **options: Any) -> None:
+            Path(path).write_text("half")
+            raise OSError(28, "No space left on device")
+
+    fake(monkeypatch, history=Full())
+    answer = run("solve", "ball.toml", "--json", "--history", "h.nc")
+    assert answer.exit_code == 2
+    assert answer.stderr == "error: No space left on device\n"
+    assert os.listdir() == ["ball.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["solve", "none.toml"], "error: none.toml: no such file"),
+        (["solve", "ball.toml", "--plot", "p.txt"], "error: --plot p.txt: must end in .png or .pdf or .svg"),
+        (["solve", "ball.toml", "--history", "no/h.nc"], "error: --history no/h.nc: no such folder: no"),
+        (["solve"], "error: Missing argument 'CASE.toml'. (see: restitution solve --help)"),
+        (
+            ["standard-solid", "--nu", "0.6", "--p2", "1", "--p3", "1"],
+            "error: nu = 0.6: must be in [-1, 0.5]",
+        ),
+        (
+            ["standard-solid", "--nu", "nan", "--p2", "1", "--p3", "1"],
+            "error: nu = nan: must be in [-1, 0.5]",
+        ),
+        (["standard-solid", "--nu", "0", "--p2", "0", "--p3", "1"], "error: p2 = 0: must be finite and > 0"),
+        (
+            ["standard-solid", "--nu", "0", "--p2", "1", "--p3", "-1"],
+            "error: p3 = -1: must be finite and > 0",
+        ),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_line(folder: Path, arguments: list[str], message: str) -> None:
+    answer = run(*arguments)
+    assert answer.exit_code == 2
+    assert error(answer) == message
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solv"],
+        ["solve", "ball.toml", "--jsn"],
+        ["standard-solid", "--nu", "a lot", "--p2", "1", "--p3", "1"],
+        ["standard-solid", "--nu", "0", "--p2", "1"],
+        ["standard-solid", "--nu", "0", "--p2", "1", "--p3", "1", "--method", "guess"],
+        ["reproduce", "--workers", "0"],
+        ["reproduce", "--seed", "-1"],
+        ["reproduce", "--out", "ball.toml"],
+    ],
+)
+def test_bad_command_lines_end_with_2_and_one_line(folder: Path, arguments: list[str]) -> None:
+    # Their wording is typer's and changes with its version.
+    answer = run(*arguments)
+    assert answer.exit_code == 2
+    assert error(answer).startswith("error: ")
+
+
+def test_a_case_that_the_solver_refuses(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(impact: Any, **options: Any) -> None:
+        raise ValueError("rtol = 1e-30: must be in [1e-12, 1e-2]")
+
+    monkeypatch.setattr(solver, "solve", refuse)
+    answer = run("solve", "ball.toml")
+    assert answer.exit_code == 2
+    assert error(answer) == "error: ball.toml: rtol = 1e-30: must be in [1e-12, 1e-2]"
+
+
+def test_a_solver_that_fails_ends_with_3(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(impact: Any, **options: Any) -> None:
+        raise SolverError(Status.NOT_ACCURATE)
+
+    monkeypatch.setattr(solver, "solve", fail)
+    for arguments in (["solve", "ball.toml"], ["standard-solid", "--nu", "0", "--p2", "1", "--p3", "1"]):
+        answer = run(*arguments)
+        assert answer.exit_code == 3
+        assert error(answer) == f"error: NOT_ACCURATE: {Status.NOT_ACCURATE.message}"
+
+
+def test_an_interrupt_ends_with_130(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(impact: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(solver, "solve", interrupt)
+    answer = run("solve", "ball.toml")
+    assert answer.exit_code == 130
+    assert error(answer) == "error: interrupted; every file written is whole"
+
+
+def test_reproduce_hands_its_options_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: dict[str, Any] = {}
+
+    def reproduce(out: Path, **options: Any) -> SimpleNamespace:
+        seen.update(out=out, **options)
+        options["progress"](1, 2)
+        claim = SimpleNamespace(holds=True, statement="Three numbers are enough.")
+        return SimpleNamespace(claims=[claim], solves=7, files=["a", "b"], folder=out, seconds=1.25)
+
+    monkeypatch.setattr(reproduction, "reproduce", reproduce)
+    answer = run("reproduce", "--out", "there", "--quick", "--seed", "5", "--workers", "2")
+    assert answer.exit_code == 0
+    assert answer.stdout == "holds: Three numbers are enough.\n7 impacts, 2 files in there, 1.2 s\n"
+    del seen["progress"]
+    assert seen == {"out": Path("there"), "quick": True, "seed": 5, "workers": 2}
+    run("reproduce")
+    del seen["progress"]
+    assert seen == {
+        "out": Path("reproduction"),
+        "quick": False,
+        "seed": reproduction.DEFAULT_SEED,
+        "workers": None,
+    }
+
+
+# The program itself, in a process of its own.
+
+
+def program(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from restitution.cli.main import main; main()", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)
+
+
+def test_version_and_help() -> None:
+    answer = program("--version")
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert re.fullmatch(r"restitution \d+\.\d+\.\d+\n", answer.stdout)
+    answer = program("--help")
+    assert answer.returncode == 0
+    for command in ("standard-solid", "solve", "reproduce", "--install-completion", "130"):
+        assert command in answer.stdout
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; sys.argv = ['restitution', '--help']\n"
+        "from restitution.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'pint', 'xarray', 'matplotlib', 'pydantic'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_no_command_shows_the_help_and_is_a_usage_error() -> None:
+    answer = program()
+    assert answer.returncode == 2
+    assert "standard-solid" in answer.stdout + answer.stderr
+
+
+def test_bad_input_gives_no_traceback(tmp_path: Path) -> None:
+    case = tmp_path / "ball.toml"
+    case.write_text(CASE.replace('"10 mm"', '"10 s"'), encoding="utf-8")
+    answer = program("solve", str(case))
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr == (
+        f'error: {case}: body.radius = "10 s": is a time, not a length; '
+        'write e.g. "10 mm", or a plain number in m\n'
+    )
+
+
+def test_a_terminal_that_knows_no_greek_is_no_reason_to_fail(tmp_path: Path) -> None:
+    case = tmp_path / "ball.toml"
+    case.write_text("ä = 1", encoding="utf-8")
+    answer = program("solve", str(case), env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    assert answer.returncode == 2
+    assert "Traceback" not in answer.stderr
