@@ -28,7 +28,8 @@ def standard_solid(
     viscosity
         eta > 0 [Pa s] of the dashpot in series with G_1; the relaxation time is eta/G_1.
     poisson_ratio
-        Static Poisson ratio nu in [-1, 0.5]; 0.5 means incompressible. Exactly one of this and `bulk_modulus`.
+        Static Poisson ratio nu in [-1, 0.5]; 0.5 means incompressible. Exactly one of this and
+        `bulk_modulus`.
     bulk_modulus
         K >= 0 [Pa], may be infinite.
     density
@@ -63,7 +64,7 @@ def standard_solid(
 def _elastic_bulk(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:
     if (poisson_ratio is None) == (bulk_modulus is None):
         raise ValueError(
-            f"poisson_ratio = {poisson_ratio}, bulk_modulus = {bulk_modulus}: exactly one of them must be given"
+            f"poisson_ratio = {poisson_ratio}, bulk_modulus = {bulk_modulus}: exactly one must be given"
         )
     if poisson_ratio is not None:
         return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -36,9 +36,9 @@ class Retardation(NamedTuple):
     retardation_times: Array
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class PronySeries:
-    """Relaxation modulus R(t) = R_inf + eta delta(t) + sum R_k exp(-t/tau_k) of a linear-viscoelastic material.
+    """Relaxation modulus R(t) = R_inf + eta delta(t) + sum R_k exp(-t/tau_k) [Pa].
 
     The spring R_inf, the Maxwell branches (R_k, tau_k) and the dashpot eta stand in parallel. Immutable.
 
@@ -72,21 +72,28 @@ class PronySeries:
     """
 
     equilibrium_modulus: float
-    branch_moduli: Array = field(default_factory=lambda: np.empty(0))
-    relaxation_times: Array = field(default_factory=lambda: np.empty(0))
-    viscosity: float = field(default=0.0, kw_only=True)
+    branch_moduli: Array
+    relaxation_times: Array
+    viscosity: float
 
-    def __post_init__(self) -> None:
-        equilibrium = _scalar("equilibrium_modulus", self.equilibrium_modulus, "Pa")
-        viscosity = _scalar("viscosity", self.viscosity, "Pa s")
-        moduli = np.atleast_1d(nonnegative("branch_moduli", self.branch_moduli, "Pa"))
-        times = np.atleast_1d(positive("relaxation_times", self.relaxation_times, "s"))
+    def __init__(
+        self,
+        equilibrium_modulus: float,
+        branch_moduli: ArrayLike = (),
+        relaxation_times: ArrayLike = (),
+        *,
+        viscosity: float = 0.0,
+    ) -> None:
+        equilibrium = _scalar("equilibrium_modulus", equilibrium_modulus, "Pa")
+        dashpot = _scalar("viscosity", viscosity, "Pa s")
+        moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
+        times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
         if moduli.ndim != 1 or times.shape != moduli.shape:
             raise ValueError(
                 f"branch_moduli has shape {moduli.shape} and relaxation_times {times.shape}: "
                 "must be one-dimensional and of equal length"
             )
-        self._fill(equilibrium, moduli, times, viscosity)
+        self._fill(equilibrium, moduli, times, dashpot)
 
     def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
         moduli.setflags(write=False)
@@ -96,7 +103,9 @@ class PronySeries:
         )
 
     @classmethod
-    def from_checked(cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0) -> PronySeries:
+    def from_checked(
+        cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0
+    ) -> PronySeries:
         """Series of numbers that are known to be admissible, without checking or copying them."""
         series = object.__new__(cls)
         series._fill(equilibrium, moduli, times, viscosity)
@@ -116,7 +125,7 @@ class PronySeries:
 
     @property
     def flow_viscosity(self) -> float:
-        """Viscosity eta + sum R_k tau_k [Pa s] of the steady flow of a liquid, and the area under R(t) - R_inf."""
+        """Viscosity eta + sum R_k tau_k [Pa s] of the steady flow of a liquid."""
         return self.viscosity + float(self.branch_moduli @ self.relaxation_times)
 
     @property
@@ -142,7 +151,7 @@ class PronySeries:
         return np.where(t == 0, np.inf, value)[()] if self.viscosity > 0 else value[()]
 
     def creep_compliance(self, time: ArrayLike) -> Any:
-        """Creep compliance J(t) [1/Pa] at the times t >= 0 [s], any shape: the strain under a unit step of stress.
+        """Creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
 
         Examples
         --------
@@ -157,7 +166,7 @@ class PronySeries:
 
     @cached_property
     def retardation(self) -> Retardation:
-        """Retardation spectrum: the exact inverse 1/R(s) of the Carson transform, as a sum of partial fractions.
+        """Retardation spectrum: the inverse 1/R(s) of the Carson transform, in partial fractions.
 
         The retardation times are the roots of the secular equation of the series; each compliance is
         1/(lambda R'(-lambda)), a sum of positive terms.
@@ -166,11 +175,11 @@ class PronySeries:
         if own.equilibrium_modulus == 0 and own.viscosity == 0 and own.n_branches == 0:
             raise ValueError("equilibrium_modulus = 0 Pa: a series of zero modulus has no compliance")
         roots = secular_roots(
-            own.equilibrium_modulus, own.viscosity, own.branch_moduli[::-1], 1.0 / own.relaxation_times[::-1]
+            own.equilibrium_modulus, own.viscosity, own.branch_moduli[::-1], own.relaxation_times[::-1]
         )
         glass = 0.0 if own.viscosity > 0 else 1.0 / own.instantaneous_modulus
         fluidity = 1.0 / own.flow_viscosity if own.is_liquid else 0.0
-        return Retardation(glass, fluidity, 1.0 / roots.slopes[::-1], 1.0 / roots.rates[::-1])
+        return Retardation(glass, fluidity, 1.0 / roots.slopes[::-1], roots.times[::-1])
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
         """Storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
@@ -193,7 +202,7 @@ class PronySeries:
         return self._dynamic(angular_frequency)[1]
 
     def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
-        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s], any shape; infinite for a dashpot alone.
+        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone.
 
         Examples
         --------
@@ -206,8 +215,8 @@ class PronySeries:
 
     def _dynamic(self, angular_frequency: ArrayLike) -> tuple[Any, Any]:
         omega = np.asarray(nonnegative("angular_frequency", angular_frequency, "rad/s"))
-        x = omega[..., None] * self.relaxation_times
         with np.errstate(over="ignore", divide="ignore"):
+            x = omega[..., None] * self.relaxation_times
             storage = self.equilibrium_modulus + (1.0 / (1.0 + (1.0 / x) ** 2)) @ self.branch_moduli
             loss = self.viscosity * omega + (1.0 / (x + 1.0 / x)) @ self.branch_moduli
         return storage[()], loss[()]
@@ -223,8 +232,8 @@ class PronySeries:
         2.0
         """
         point = np.asarray(s)
-        x = point[..., None] * self.relaxation_times
-        value = self.equilibrium_modulus + self.viscosity * point + (x / (1.0 + x)) @ self.branch_moduli
+        share = point[..., None] / (point[..., None] + 1.0 / self.relaxation_times)
+        value = self.equilibrium_modulus + self.viscosity * point + share @ self.branch_moduli
         return value[()]
 
     def simplified(self) -> PronySeries:
@@ -235,12 +244,12 @@ class PronySeries:
         >>> PronySeries(1.0, [2.0, 0.0, 3.0], [5.0, 1.0, 5.0]).simplified()
         PronySeries(1.0, [5.0], [5.0])
         """
-        keep = self.branch_moduli > 0
-        moduli, times = self.branch_moduli[keep], self.relaxation_times[keep]
-        steps = np.diff(times)
-        if not (steps > 0).all():
-            times, where = np.unique(times, return_inverse=True)
-            moduli = np.bincount(where, moduli, times.size)
+        moduli, times = self.branch_moduli, self.relaxation_times
+        keep = moduli > 0
+        if keep.all() and (times[1:] > times[:-1]).all():
+            return self
+        times, where = np.unique(times[keep], return_inverse=True)
+        moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
         return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.viscosity)
 
     def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
@@ -283,6 +292,6 @@ class PronySeries:
 
 def _scalar(name: str, value: Any, unit: str) -> float:
     number = nonnegative(name, value, unit)
-    if not isinstance(number, float):
+    if isinstance(number, np.ndarray):
         raise ValueError(f"{name} has shape {number.shape}: must be a single number")
-    return number
+    return float(number)

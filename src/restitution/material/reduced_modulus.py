@@ -39,11 +39,11 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
 
     Notes
     -----
-    Theory: Lee and Radok, J. Appl. Mech. 27 (1960) 438. Validity: small strains, frictionless contact, half-spaces.
+    Lee and Radok, J. Appl. Mech. 27 (1960) 438. Valid for small strains, frictionless contact, half-spaces.
 
     Examples
     --------
-    With a constant bulk modulus K and a standard solid in shear, E* has two branches; the first is the shear branch:
+    A standard solid with a constant bulk modulus has two branches in E*, the first one that of G:
 
     >>> material = Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0)
     >>> series = reduced_modulus(material)
@@ -60,17 +60,12 @@ def _single(material: Material) -> PronySeries:
     shear = material.shear.simplified()
     if not isinstance(material.bulk, PronySeries):
         return shear.scaled(4.0)
-    grid = _grid(shear, material.bulk.simplified())
-    g, k = grid.parts
-    first = _Part(4.0 * g.constant, 4.0 * g.viscosity, 4.0 * g.weights)
-    second = _Part(
-        4.0 * (k.constant + g.constant / 3.0),
-        4.0 * (k.viscosity + g.viscosity / 3.0),
-        4.0 * (k.weights + g.weights / 3.0),
-    )
+    times, g, k = _common(shear, material.bulk.simplified())
+    first = _NOTHING.plus(g, 4.0)
+    second = _NOTHING.plus(g, 4.0 / 3.0).plus(k, 4.0)
     # Where 4G + 4K + 4G/3 = 0, 4G equals -3K too, which is exact where G itself cancels.
-    third = _Part(3.0 * k.constant, 3.0 * k.viscosity, 3.0 * k.weights)
-    return _connect(grid.rates, first, second, third)
+    third = _NOTHING.plus(k, 3.0)
+    return _connect(times, first, second, third)
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
@@ -84,7 +79,7 @@ def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
     Returns
     -------
     PronySeries
-        Simplified. Its rates are those that A and B share and the roots of A + B = 0.
+        Simplified. Its rates are those shared by A and B and the roots lambda of A + B = 0 at s = -lambda.
 
     Notes
     -----
@@ -98,8 +93,7 @@ def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
     >>> series_connection(PronySeries(2.0), PronySeries(0.0, viscosity=6.0))
     PronySeries(0.0, [2.0], [3.0])
     """
-    grid = _grid(first.simplified(), second.simplified())
-    return _connect(grid.rates, *grid.parts)
+    return _connect(*_common(first.simplified(), second.simplified()))
 
 
 class _Part(NamedTuple):
@@ -107,19 +101,25 @@ class _Part(NamedTuple):
     viscosity: float
     weights: Array
 
-    def at(self, rates: Array, terms: Array) -> tuple[Array, Array]:
-        """Value at s = -rates and the size of what is summed."""
-        value = self.constant - self.viscosity * rates + terms @ self.weights
-        return value, self.constant + self.viscosity * rates + np.abs(terms) @ self.weights
+    def plus(self, other: _Part, factor: float) -> _Part:
+        """Parallel connection with the other part, the latter times a factor."""
+        return _Part(
+            self.constant + factor * other.constant,
+            self.viscosity + factor * other.viscosity,
+            self.weights + factor * other.weights,
+        )
+
+    def at(self, times: Array, terms: Array, sizes: Array) -> tuple[Array, Array]:
+        """Value at s = -1/times and the size of what is summed."""
+        steady, flowing = self.constant, self.viscosity / times
+        return steady - flowing + terms @ self.weights, steady + flowing + sizes @ self.weights
 
 
-class _Grid(NamedTuple):
-    rates: Array
-    parts: tuple[_Part, _Part]
+_NOTHING = _Part(0.0, 0.0, np.zeros(1))
 
 
-def _grid(first: PronySeries, second: PronySeries) -> _Grid:
-    """Both series, whose times ascend, on their common ascending rates."""
+def _common(first: PronySeries, second: PronySeries) -> tuple[Array, _Part, _Part]:
+    """Descending times of two simplified series, and each series on them."""
     n_first = first.n_branches
     times, where = np.unique(
         np.concatenate((first.relaxation_times, second.relaxation_times)), return_inverse=True
@@ -128,28 +128,32 @@ def _grid(first: PronySeries, second: PronySeries) -> _Grid:
     weights = np.zeros((2, times.size))
     weights[0, where[:n_first]] = first.branch_moduli
     weights[1, where[n_first:]] = second.branch_moduli
-    parts = (
+    return (
+        times[::-1],
         _Part(first.equilibrium_modulus, first.viscosity, weights[0]),
         _Part(second.equilibrium_modulus, second.viscosity, weights[1]),
     )
-    return _Grid(1.0 / times[::-1], parts)
 
 
-def _connect(rates: Array, first: _Part, second: _Part, *others: _Part) -> PronySeries:
-    """Series connection on common rates; `others` equal plus or minus the first wherever first + second = 0."""
-    total = _Part(*(x + y for x, y in zip(first, second, strict=True)))
-    roots = secular_roots(total.constant, total.viscosity, total.weights, rates)
+def _connect(times: Array, first: _Part, second: _Part, *others: _Part) -> PronySeries:
+    """Series connection on common times; `others` equal the first up to sign wherever first + second = 0."""
+    total = first.plus(second, 1.0)
+    roots = secular_roots(total.constant, total.viscosity, total.weights, times)
     both = (first.weights > 0) & (second.weights > 0)
     shared = first.weights[both] * (second.weights[both] / total.weights[both])
-    values, sizes = zip(*(part.at(roots.rates, roots.terms) for part in (first, second, *others)), strict=True)
-    best = np.argmin(sizes, axis=0)
-    at_root = np.choose(best, values)
+    sizes = np.abs(roots.terms)
+    candidates = [part.at(roots.times, roots.terms, sizes) for part in (first, second, *others)]
+    at_root, size = candidates[0]
+    for value, other in candidates[1:]:
+        at_root, size = np.where(other < size, value, at_root), np.minimum(size, other)
     moduli = np.concatenate((shared, at_root * (at_root / roots.slopes)))
-    times = np.concatenate((1.0 / rates[both], 1.0 / roots.rates))
+    relaxation_times = np.concatenate((times[both], roots.times))
+    order = np.argsort(relaxation_times)
     equilibrium = _in_series(first.constant, second.constant)
     viscosity = _in_series(first.viscosity, second.viscosity)
-    order = np.argsort(times)
-    connected = PronySeries.from_checked(equilibrium, moduli[order], times[order], viscosity).simplified()
+    connected = PronySeries.from_checked(
+        equilibrium, moduli[order], relaxation_times[order], viscosity
+    ).simplified()
     return _without_rounding(connected)
 
 
@@ -160,7 +164,8 @@ def _in_series(x: float, y: float) -> float:
 def _without_rounding(series: PronySeries) -> PronySeries:
     """Series without the branches that change it nowhere by more than rounding.
 
-    A branch of modulus R_k changes the Carson transform R(s) by at most the fraction R_k/R(1/tau_k) at any s > 0.
+    A branch of modulus R_k changes the Carson transform R(s) at any s > 0 by at most
+    the fraction R_k/R(1/tau_k).
     """
     moduli, times = series.branch_moduli, series.relaxation_times
     if moduli.size < 2:

@@ -4,11 +4,12 @@ A relaxation function a + b delta(t) + sum E_k exp(-lambda_k t) has the Carson t
 
     S(s) = a + b s + sum E_k s/(s + lambda_k),
 
-which grows strictly between its poles, so its zeros s = -lambda are real, negative and interlace with the poles.
+which grows strictly between its poles, so its zeros s = -lambda are real, negative and interlace with them.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -26,15 +27,15 @@ class SecularRoots(NamedTuple):
 
     Attributes
     ----------
-    rates
-        Roots lambda [1/s], shape (n_root,).
+    times
+        Reciprocals 1/lambda of the roots [s], descending, shape (n_root,).
     slopes
         lambda S'(-lambda), positive, in the unit of S, shape (n_root,).
     terms
         lambda/(lambda - lambda_k), the value of s/(s + lambda_k) at s = -lambda, shape (n_root, n_pole).
     """
 
-    rates: Array
+    times: Array
     slopes: Array
     terms: Array
 
@@ -43,17 +44,19 @@ def log_ratios(upper: Array, lower: Array) -> Array:
     """Logarithm of upper/lower, to full relative accuracy also where the two almost agree."""
     ratio = upper / lower
     near = np.abs(ratio - 1.0) < 0.5
-    return np.where(near, np.log1p(np.where(near, (upper - lower) / lower, 0.0)), np.log(ratio))
+    logs = np.where(near, np.log1p(np.where(near, (upper - lower) / lower, 0.0)), np.log(ratio))
+    return np.clip(logs, -_LARGEST_LOG, _LARGEST_LOG)
 
 
-def secular_roots(constant: float, viscosity: float, weights: Array, rates: Array) -> SecularRoots:
+def secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots:
     """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0.
 
-    Each root is found as the offset u = ln(lambda/lambda_o) from its nearest pole lambda_o, through the unknown
-    y = 1/expm1(|u|), in which the pole's own term is linear and every other one a hyperbola: LAPACK's dlaed4 in log
-    time. So a root that float64 cannot tell from its pole still has an offset of full relative accuracy. One
-    evaluation yields two bounds, as the function is concave in y: Newton's step from below, and from above the step
-    of the model that keeps the nearest pole's weight and bends all others into one at the far end of the interval.
+    Each root is found as the offset u = ln(lambda/lambda_o) from its nearest pole lambda_o, as in LAPACK's
+    dlaed4 but in log time, so a root that float64 cannot tell from its pole still has an offset of full
+    relative accuracy. The unknown is y = 1/expm1(|u|), in which the pole's own term is linear and every other
+    one a hyperbola, and the sum is concave. So each evaluation yields two bounds: Newton's step from below,
+    and from above the step of a model that keeps the nearest pole's weight and bends all others into one at
+    the far end of the interval.
 
     Parameters
     ----------
@@ -63,120 +66,140 @@ def secular_roots(constant: float, viscosity: float, weights: Array, rates: Arra
         b >= 0.
     weights
         E_k > 0, shape (n_pole,).
-    rates
-        lambda_k > 0, strictly ascending, shape (n_pole,).
+    times
+        Reciprocals tau_k > 0 of the poles lambda_k, strictly descending, shape (n_pole,). Times, not rates,
+        as two neighbouring floats may have the same reciprocal.
 
     Returns
     -------
     SecularRoots
-        Ascending: one root below the first pole if a > 0, one between each two neighbours, one above the last pole
-        if b > 0 or a + sum E_k < 0.
+        Ascending in lambda: one root below the first pole if a > 0, one between each two neighbours, one
+        above the last pole if b > 0 or a + sum E_k < 0.
 
     Examples
     --------
-    >>> secular_roots(1.0, 0.0, np.array([3.0]), np.array([2.0])).rates
-    array([0.5])
+    >>> secular_roots(1.0, 0.0, np.array([3.0]), np.array([0.5])).times
+    array([2.])
     """
-    n_pole = rates.size
+    n_pole = times.size
     if n_pole == 0:
         if constant > 0 and viscosity > 0:
-            return SecularRoots(np.array([constant / viscosity]), np.array([constant]), np.empty((1, 0)))
+            return SecularRoots(np.array([viscosity / constant]), np.array([constant]), np.empty((1, 0)))
         return SecularRoots(np.empty(0), np.empty(0), np.empty((0, 0)))
 
+    logs = log_ratios(times[:, None], times[None, :]) if n_pole > 1 else np.zeros((1, 1))
+    rates = 1.0 / times
     total = float(weights.sum())
-    below = constant > 0
-    above = viscosity > 0 or constant + total < 0
-    logs = np.clip(log_ratios(rates[None, :], rates[:, None]), -_LARGEST_LOG, _LARGEST_LOG)
-
-    gap = np.diagonal(logs, 1)
-    start = 1.0 / np.expm1(0.5 * gap)
-    far = 1.0 / np.expm1(gap)
-    origin = np.arange(n_pole - 1)
-    side = np.ones(n_pole - 1)
+    parts: list[_Brackets] = []
+    if constant > 0:
+        parts.append(_bracket_below(constant, viscosity, total, float(weights[0]), float(rates[0])))
     if n_pole > 1:
-        decay = np.expm1(logs[:-1])
-        middle = constant - viscosity * rates[:-1] * (1.0 + 1.0 / start)
-        middle -= ((1.0 + start)[:, None] / (decay * start[:, None] - 1.0)) @ weights
-        right = middle > 0
-        origin = origin + right
-        side[right] = -1.0
-    ceiling = np.full(n_pole - 1, np.inf)
-    if below:
-        lowest = constant / (total + viscosity * rates[0])
-        origin, side = np.concatenate(([0], origin)), np.concatenate(([-1.0], side))
-        start, far = np.concatenate(([lowest], start)), np.concatenate(([-1.0], far))
-        ceiling = np.concatenate(([constant / weights[0]], ceiling))
-    if above:
-        drag = viscosity * rates[-1]
-        lowest = _positive_root(total, constant + total - drag, drag if viscosity > 0 else 0.0)
-        highest = _positive_root(float(weights[-1]), constant + total - drag, drag if viscosity > 0 else 0.0)
-        origin, side = np.concatenate((origin, [n_pole - 1])), np.concatenate((side, [1.0]))
-        start = np.concatenate((start, [lowest]))
-        far = np.concatenate((far, [0.0 if viscosity > 0 else -1.0]))
-        ceiling = np.concatenate((ceiling, [highest]))
-    if origin.size == 0:
+        parts.append(_brackets_between(constant, viscosity, weights, rates, logs))
+    if viscosity > 0 or constant + total < 0:
+        parts.append(_bracket_above(constant, viscosity, total, float(weights[-1]), float(rates[-1]), n_pole))
+    if not parts:
         return SecularRoots(np.empty(0), np.empty(0), np.empty((0, n_pole)))
-    return _solve(constant, viscosity, weights, rates, logs, origin, side, start, far, ceiling)
+    brackets = parts[0] if len(parts) == 1 else _Brackets(*map(np.concatenate, zip(*parts, strict=True)))
+    return _solve(constant, viscosity, weights, times, logs, brackets)
+
+
+class _Brackets(NamedTuple):
+    """Nearest pole of each root, the side of it where lambda lies, bounds of y, y at the far end."""
+
+    origin: NDArray[np.intp]
+    side: Array
+    lowest: Array
+    highest: Array
+    far: Array
+
+
+def _bracket_below(constant: float, viscosity: float, total: float, own: float, rate: float) -> _Brackets:
+    # Past the far end u = -inf (y = 0) every hyperbola bends at y <= -1.
+    lowest = constant / (total + viscosity * rate)
+    highest = constant / own
+    return _Brackets(
+        np.array([0]), np.array([-1.0]), np.array([lowest]), np.array([highest]), np.array([-1.0])
+    )
+
+
+def _bracket_above(
+    constant: float, viscosity: float, total: float, own: float, rate: float, n_pole: int
+) -> _Brackets:
+    drag = viscosity * rate
+    level = constant + total - drag
+    lowest, highest = (_positive_root(square, level, drag) for square in (total, own))
+    far = 0.0 if viscosity > 0 else -1.0
+    return _Brackets(
+        np.array([n_pole - 1]), np.array([1.0]), np.array([lowest]), np.array([highest]), np.array([far])
+    )
 
 
 def _positive_root(square: float, linear: float, less: float) -> float:
     """Positive root of square y^2 + linear y - less = 0."""
-    root = float(np.sqrt(linear * linear + 4.0 * square * less))
+    root = math.sqrt(linear * linear + 4.0 * square * less)
     return 2.0 * less / (linear + root) if linear > 0 else (root - linear) / (2.0 * square)
 
 
+def _brackets_between(
+    constant: float, viscosity: float, weights: Array, rates: Array, logs: Array
+) -> _Brackets:
+    gap = np.diagonal(logs, 1)
+    middle = 1.0 / np.expm1(0.5 * gap)
+    value = constant - viscosity * rates[:-1] * (1.0 + 1.0 / middle)
+    value -= ((1.0 + middle)[:, None] / (np.expm1(logs[:-1]) * middle[:, None] - 1.0)) @ weights
+    right = value > 0
+    origin = np.arange(gap.size) + right
+    side = np.where(right, -1.0, 1.0)
+    return _Brackets(origin, side, middle, np.full(gap.size, np.inf), 1.0 / np.expm1(gap))
+
+
 def _solve(
-    constant: float,
-    viscosity: float,
-    weights: Array,
-    rates: Array,
-    logs: Array,
-    origin: NDArray[np.int64],
-    side: Array,
-    start: Array,
-    far: Array,
-    ceiling: Array,
+    constant: float, viscosity: float, weights: Array, times: Array, logs: Array, brackets: _Brackets
 ) -> SecularRoots:
+    origin, side, lowest, highest, far = brackets
     upward = side > 0
     theta = side[:, None] * logs[origin]
     decay = np.expm1(theta)
     growth = np.exp(theta)
-    fixed = upward[:, None] * 1.0
+    fixed = np.where(upward, 1.0, 0.0)[:, None]
     linear = np.where(upward[:, None], 1.0, growth)
     own = weights[origin]
-    drag = viscosity * rates[origin]
+    drag = viscosity / times[origin]
     offset = side * constant
-    lowest, highest, y = start, ceiling, start
-    slope = denominator = np.empty(0)
-    tolerance = (4.0 + weights.size) * _EPS
+    y = lowest
+    tolerance = 4.0 * _EPS
     for _ in range(_MAX_ITERATIONS):
-        denominator = decay * y[:, None] - 1.0
-        parts = ((fixed + linear * y[:, None]) / denominator) * weights
-        value = offset - parts.sum(axis=1)
-        size = abs(constant) + np.abs(parts).sum(axis=1)
+        across = y[:, None]
+        denominator = 1.0 - decay * across
+        terms = (fixed + linear * across) / denominator
+        value = offset + terms @ weights
         slope = (growth / denominator / denominator) @ weights
+        size = abs(constant) + np.abs(terms) @ weights
         if viscosity > 0:
             shifted = np.where(upward, y, 1.0 + y)
             pull = np.where(upward, -(1.0 + 1.0 / y), y / shifted) * drag
             value = value + pull
             size += np.abs(pull)
             slope = slope + drag / shifted / shifted
+        done = np.abs(value) <= tolerance * size
+        if done.all():
+            break
         reach = y - far
         lean = value + slope * reach
         root = np.sqrt(np.maximum(lean * lean - 4.0 * own * value * reach, 0.0))
         steep = lean > 0
         step = np.where(steep, -2.0 * value * reach, root - lean) / np.where(steep, lean + root, 2.0 * own)
-        model = np.maximum(y + step, lowest)
         rising = value <= 0
         lowest = np.maximum(np.maximum(lowest, y - value / slope), np.where(rising, y, 0.0))
-        highest = np.minimum(np.minimum(highest, model), np.where(rising, np.inf, y))
-        target = np.where(highest < 4.0 * lowest, highest, np.sqrt(lowest) * np.sqrt(highest))
-        done = (np.abs(value) <= tolerance * size) | (np.abs(target - y) <= 2.0 * _EPS * y)
+        highest = np.where(rising, highest, np.minimum(highest, y))
+        # A model taken from afar is noisy, so its bound serves for one step only.
+        target = np.minimum(highest, np.maximum(y + step, lowest))
+        target = np.where(target < 4.0 * lowest, target, np.sqrt(lowest) * np.sqrt(target))
+        done |= np.abs(target - y) <= 2.0 * _EPS * y
         if done.all():
             break
         y = np.where(done, y, target)
     else:
         raise ArithmeticError("the secular equation was not solved within its bounded number of steps")
-    stretch = np.where(upward, (1.0 + y) / y, y / (1.0 + y))
-    terms = (-side)[:, None] * (fixed + linear * y[:, None]) / denominator
-    return SecularRoots(rates[origin] * stretch, slope * y * (1.0 + y), terms)
+    stretch = np.where(upward, y / (1.0 + y), 1.0 + 1.0 / y)
+    return SecularRoots(times[origin] * stretch, slope * y * (1.0 + y), side[:, None] * terms)

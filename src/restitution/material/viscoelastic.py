@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from restitution.kernel.validation import finite, nonnegative, positive
 from restitution.material.prony import PronySeries
 
@@ -19,7 +21,8 @@ class Material:
     shear
         Relaxation modulus in shear G(t) [Pa]; a number means elastic. Not zero throughout.
     bulk
-        Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson ratio of -1.
+        Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson
+        ratio of -1.
     density
         Mass density rho [kg/m3], used only to judge whether the impact is quasi-static.
     name
@@ -55,10 +58,7 @@ class Material:
         shear = _series("shear", shear)
         if shear.equilibrium_modulus == 0 and shear.viscosity == 0 and not shear.branch_moduli.any():
             raise ValueError("shear = 0 Pa: must not be zero throughout")
-        if not isinstance(bulk, PronySeries) and _is_infinite(bulk):
-            bulk = math.inf
-        else:
-            bulk = _series("bulk", bulk)
+        bulk = math.inf if _is_infinite(bulk) else _series("bulk", bulk)
         if density is not None:
             density = float(positive("density", density, "kg/m3"))
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name)
@@ -70,7 +70,7 @@ class Material:
 
     @property
     def poisson_ratio(self) -> float:
-        """Static Poisson ratio nu = (3K - 2G)/(6K + 2G) of the equilibrium moduli; for a liquid its limit at long times."""
+        """Static Poisson ratio nu = (3K - 2G)/(6K + 2G), that of the equilibrium moduli."""
         if not isinstance(self.bulk, PronySeries):
             return 0.5
         shear, bulk = self.shear.equilibrium_modulus, self.bulk.equilibrium_modulus
@@ -90,14 +90,14 @@ class Material:
 
     @property
     def shear_wave_speed(self) -> float | None:
-        """Speed sqrt(G/rho) [m/s] of the slowest shear wave: G at equilibrium, or instantaneous where that is zero."""
+        """Speed sqrt(G/rho) [m/s] of the slowest shear wave: G at equilibrium, instantaneous if that is 0."""
         if self.density is None:
             return None
         return math.sqrt((self.shear.equilibrium_modulus or self.shear.instantaneous_modulus) / self.density)
 
     @property
     def pressure_wave_speed(self) -> float | None:
-        """Speed sqrt((K + 4G/3)/rho) [m/s] of the slowest pressure wave, from the same moduli as the shear wave's."""
+        """Speed sqrt((K + 4G/3)/rho) [m/s] of the slowest pressure wave, of moduli chosen as for shear."""
         if self.density is None:
             return None
         if not isinstance(self.bulk, PronySeries):
@@ -157,7 +157,7 @@ def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     if number == 0.5:
         return math.inf
     if shear_modulus == 0:
-        raise ValueError("poisson_ratio: a liquid (equilibrium_modulus = 0 Pa) has 0.5; give bulk_modulus instead")
+        raise ValueError("poisson_ratio: is 0.5 for a liquid (equilibrium_modulus = 0 Pa); give bulk_modulus")
     return 2.0 * shear_modulus * (1.0 + number) / (3.0 * (1.0 - 2.0 * number))
 
 
@@ -169,6 +169,6 @@ def _series(name: str, value: Any) -> PronySeries:
     if isinstance(value, PronySeries):
         return value
     modulus = nonnegative(name, value, "Pa")
-    if not isinstance(modulus, float):
+    if isinstance(modulus, np.ndarray):
         raise TypeError(f"{name} = {value!r}: must be a number or a PronySeries")
-    return PronySeries(modulus)
+    return PronySeries(float(modulus))

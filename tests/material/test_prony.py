@@ -1,0 +1,132 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from restitution.material.prony import PronySeries
+from strategies import prony_series
+
+pytestmark = pytest.mark.plain
+
+
+def test_relaxation_of_two_branches_by_hand():
+    series = PronySeries(1.0, [2.0, 4.0], [1.0, 10.0])
+    t = np.array([[0.0, 1.0], [10.0, 1e9]])
+    expected = [[7.0, 1 + 2 / math.e + 4 * math.exp(-0.1)], [1 + 2 * math.exp(-10) + 4 / math.e, 1.0]]
+    assert series.relaxation_modulus(t) == pytest.approx(np.array(expected), rel=1e-15, abs=0)
+
+
+@given(prony_series(liquid=None, viscosity=None))
+def test_dynamic_moduli_are_the_carson_transform_on_the_imaginary_axis(series):
+    omega = np.geomspace(1e-8, 1e8, 33)
+    value = series.carson_transform(1j * omega)
+    assert series.storage_modulus(omega) == pytest.approx(value.real, rel=1e-13, abs=0)
+    assert series.loss_modulus(omega) == pytest.approx(value.imag, rel=1e-13, abs=0)
+    with np.errstate(divide="ignore"):
+        assert series.loss_tangent(omega) == pytest.approx(value.imag / value.real, rel=1e-13, abs=0)
+
+
+def test_standard_solid_storage_and_loss_at_the_peak():
+    """Ferry (1980), eqs. (31), (32) of ch. 3 with one term at omega tau = 1: R_inf + R_1/2 and R_1/2."""
+    series = PronySeries(2.0, [6.0], [0.25])
+    assert (series.storage_modulus(4.0), series.loss_modulus(4.0)) == (5.0, 3.0)
+
+
+def test_creep_of_the_standard_solid():
+    """J = 1/R_inf - (1/R_inf - 1/R_0) exp(-t R_inf/(R_0 tau)) (Christensen, ch. 1)."""
+    equilibrium, branch, tau = 2.0, 6.0, 0.25
+    t = np.linspace(0.0, 5.0, 21)
+    slow, fast = 1 / equilibrium, 1 / (equilibrium + branch)
+    expected = slow - (slow - fast) * np.exp(-t * equilibrium / ((equilibrium + branch) * tau))
+    assert PronySeries(equilibrium, [branch], [tau]).creep_compliance(t) == pytest.approx(
+        expected, rel=1e-15, abs=0
+    )
+
+
+def test_creep_of_kelvin_voigt_and_maxwell():
+    t = np.linspace(0.0, 5.0, 11)
+    voigt = PronySeries(2.0, viscosity=6.0).creep_compliance(t)
+    assert voigt == pytest.approx(0.5 * (1 - np.exp(-t / 3.0)), rel=1e-15, abs=0)
+    assert PronySeries(0.0, [2.0], [3.0]).creep_compliance(t) == pytest.approx(
+        0.5 + t / 6.0, rel=1e-15, abs=0
+    )
+
+
+@given(prony_series(liquid=None, viscosity=None))
+def test_compliance_inverts_the_modulus(series):
+    """J(s) R(s) = 1 for the Carson transforms, the first one from the retardation spectrum."""
+    s = np.geomspace(1e-9, 1e9, 37)
+    glass, fluidity, compliances, times = series.retardation
+    assert np.all(compliances > 0)
+    compliance = glass + fluidity / s + (1.0 / (1.0 + s[:, None] * times)) @ compliances
+    assert compliance * series.carson_transform(s) == pytest.approx(np.ones(37), rel=1e-12, abs=0)
+
+
+@given(prony_series(liquid=None, viscosity=None))
+def test_simplified_is_the_same_function(series):
+    short = series.simplified()
+    assert np.all(np.diff(short.relaxation_times) > 0)
+    assert np.all(short.branch_moduli > 0)
+    t = np.geomspace(1e-9, 1e9, 37)
+    assert short.relaxation_modulus(t) == pytest.approx(series.relaxation_modulus(t), rel=1e-12, abs=0)
+
+
+def test_instantaneous_and_flow():
+    assert PronySeries(1.0, [2.0, 3.0], [1.0, 2.0]).instantaneous_modulus == 6.0
+    assert PronySeries(1.0, [2.0], [1.0], viscosity=1.0).instantaneous_modulus == math.inf
+    assert PronySeries(0.0, [2.0, 3.0], [1.0, 2.0], viscosity=1.0).flow_viscosity == 9.0
+    assert PronySeries(0.0, viscosity=1.0).relaxation_modulus([0.0, 1.0]).tolist() == [math.inf, 0.0]
+
+
+def test_equality_and_hash_by_value():
+    first, second = PronySeries(1.0, [2.0], [3.0]), PronySeries(1.0, np.array([2.0]), np.array([3.0]))
+    assert first == second
+    assert hash(first) == hash(second)
+    assert first != PronySeries(1.0, [2.0], [3.0], viscosity=1.0)
+    assert first != PronySeries(1.0, [2.0], [4.0])
+    assert first != 1.0
+
+
+def test_immutable_and_independent_of_the_arrays_given():
+    moduli = np.array([2.0])
+    series = PronySeries(1.0, moduli, [3.0])
+    moduli[0] = 7.0
+    assert series.branch_moduli[0] == 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        series.branch_moduli[0] = 1.0
+    with pytest.raises(AttributeError):
+        series.viscosity = 1.0  # type: ignore[misc]
+
+
+def test_evaluates_by_its_own_repr():
+    series = PronySeries(1.0, [2.0, 0.1], [3.0, 1e-9], viscosity=5.0)
+    assert eval(repr(series)) == series
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((-1.0,), "equilibrium_modulus = -1 Pa"),
+        ((math.nan,), "equilibrium_modulus = nan Pa"),
+        (([1.0, 2.0],), "equilibrium_modulus has shape"),
+        ((1.0, [1.0, -2.0], [1.0, 2.0]), r"branch_moduli\[1\] = -2 Pa"),
+        ((1.0, [1.0], [0.0]), r"relaxation_times\[0\] = 0 s"),
+        ((1.0, [1.0, 2.0], [1.0]), "equal length"),
+        ((1.0, [[1.0]], [[1.0]]), "one-dimensional"),
+    ],
+)
+def test_bad_input_is_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        PronySeries(*arguments)
+
+
+def test_zero_series_has_no_compliance():
+    with pytest.raises(ValueError, match="no compliance"):
+        _ = PronySeries(0.0).retardation
+
+
+def test_extreme_frequencies_do_not_overflow():
+    series = PronySeries(1.0, [2.0], [1e200])
+    assert series.storage_modulus([0.0, 1e-300, 1e200]).tolist() == [1.0, 1.0, 3.0]
+    assert series.loss_modulus([0.0, 1e200]).tolist() == [0.0, 0.0]
