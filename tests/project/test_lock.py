@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -58,7 +59,7 @@ def test_lock_belongs_to_the_declared_dependencies(project, lock):
         locked.add(
             (
                 canonicalize_name(entry["name"]),
-                entry.get("specifier", ""),
+                str(SpecifierSet(entry.get("specifier", ""))),
                 frozenset(entry.get("extras", ())),
                 extra.group(1) if extra else None,
             )
