@@ -78,6 +78,7 @@ class Work(NamedTuple):
     rebound_lengths: Any
     slopes: Any
     turning: Any
+    turning_place: Any
     counts: Any
 
 
@@ -95,7 +96,7 @@ def allocate(S: int, N: int, elements: int) -> Work:
         np.zeros((S, columns)),
         np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
         np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
-        np.zeros((elements, S)), np.zeros(columns), np.zeros(4, dtype=np.int64),
+        np.zeros((elements, S)), np.zeros(columns), np.zeros(1), np.zeros(4, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -225,7 +226,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         scheme, work.approach, work.approach_starts, work.approach_lengths, element, sigma, work.turning
     )
     work.counts[0] = element
-    work.rebound_starts[0] = sigma
+    work.turning_place[0] = sigma
     return SEPARATED
 
 
@@ -236,7 +237,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     N = problem.moduli.shape[0]
     columns = work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
-    sigma_m = work.rebound_starts[0]
+    sigma_m = work.turning_place[0]
     element = 0
     hint = work.counts[0]
     table = work.rebound[0]
@@ -357,7 +358,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
         table = work.approach[element]
         high = 1.0
         if element == last:
-            high = (work.rebound_starts[0] - work.approach_starts[element]) / work.approach_lengths[element]
+            high = (work.turning_place[0] - work.approach_starts[element]) / work.approach_lengths[element]
         low = 0.0
         if element == where:
             if node > 0:

@@ -14,26 +14,34 @@ class Path(NamedTuple):
     ----------
     exponent : float
         p of a = s^p; negative where the table below holds instead.
+    grading : float
+        The table's cells are equal in s^(1/grading).
     inverse_cell : float
-        Reciprocal width of the table's cells in s.
+        Reciprocal width of the cells in s^(1/grading).
     radius : ndarray, shape (n_cells, n)
         Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
-    integral : ndarray, shape (n_cells, n + 2)
+    integral : ndarray, shape (n_cells, n + 2 grading)
         The same for `Pi = int_0^s a 2 s ds`.
     """
 
     exponent: float
+    grading: float
     inverse_cell: float
     radius: Any
     integral: Any
 
 
-_EMPTY = np.zeros((0, 1))
-
-
 def power_path(exponent: float) -> Path:
     """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
-    return Path(float(exponent), 0.0, _EMPTY, _EMPTY)
+    return Path(float(exponent), 1.0, 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
+
+
+@part
+def _place(path: Path, s: float) -> float:
+    """Coordinate of s in cells."""
+    if path.grading == 1.0:
+        return max(s, 0.0) * path.inverse_cell
+    return max(s, 0.0) ** (1.0 / path.grading) * path.inverse_cell
 
 
 @part
@@ -45,28 +53,28 @@ def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
     if p >= 0.0:
         a = max(s, 0.0) ** p
         return a, 2.0 / (p + 2.0) * s * s * a
-    z = max(s, 0.0) * path.inverse_cell
-    cell = min(int(z), path.radius.shape[0] - 1)
-    z -= cell
+    y = _place(path, s)
+    cell = min(int(y), path.radius.shape[0] - 1)
+    y -= cell
     a = 0.0
     for n in range(path.radius.shape[1] - 1, -1, -1):
-        a = a * z + path.radius[cell, n]
+        a = a * y + path.radius[cell, n]
     integral = 0.0
     for n in range(path.integral.shape[1] - 1, -1, -1):
-        integral = integral * z + path.integral[cell, n]
+        integral = integral * y + path.integral[cell, n]
     return a, integral
 
 
 @part
 def radius_slope(path: Path, s: float, a: float) -> float:
-    """Slope da/ds at s."""
+    """Slope da/ds at s > 0."""
     p = path.exponent
     if p >= 0.0:
         return p * a / s
-    z = max(s, 0.0) * path.inverse_cell
-    cell = min(int(z), path.radius.shape[0] - 1)
-    z -= cell
+    place = _place(path, s)
+    cell = min(int(place), path.radius.shape[0] - 1)
+    y = place - cell
     slope = 0.0
     for n in range(path.radius.shape[1] - 1, 0, -1):
-        slope = slope * z + n * path.radius[cell, n]
-    return slope * path.inverse_cell
+        slope = slope * y + n * path.radius[cell, n]
+    return slope * place / (path.grading * s)

@@ -29,6 +29,8 @@ class Scheme(NamedTuple):
         Rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant.
     extrapolation : ndarray, shape (S,)
         Barycentric weights of interpolation on the S nodes without zero.
+    derivative : ndarray, shape (S + 1, S + 1)
+        Maps values at `c` to the slopes of their interpolant there.
     """
 
     size: tuple[Any, ...]
@@ -38,6 +40,7 @@ class Scheme(NamedTuple):
     weights: Array
     tail: Array
     extrapolation: Array
+    derivative: Array
 
     @property
     def order(self) -> int:
@@ -67,6 +70,16 @@ def _barycentric(x: Array) -> Array:
     np.fill_diagonal(difference, 1.0)
     weights = 1.0 / difference.prod(axis=1)
     return weights / np.abs(weights).max()
+
+
+def _differentiation(x: Array, weights: Array) -> Array:
+    """Barycentric differentiation matrix (Berrut & Trefethen, SIAM Review 46 (2004) 501, section 9.3)."""
+    difference = x[:, None] - x[None, :]
+    np.fill_diagonal(difference, 1.0)
+    matrix = weights[None, :] / weights[:, None] / difference
+    np.fill_diagonal(matrix, 0.0)
+    np.fill_diagonal(matrix, -matrix.sum(axis=1))
+    return matrix
 
 
 @cache
@@ -108,6 +121,7 @@ def radau(stages: int) -> Scheme:
     A = np.linalg.solve(values.T, integrals.T).T
     points = np.concatenate([[0.0], nodes])
     tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
-    arrays = [points, A, A @ A, _barycentric(points), tail, _barycentric(nodes)]
+    weights = _barycentric(points)
+    arrays = [points, A, A @ A, weights, tail, _barycentric(nodes), _differentiation(points, weights)]
     arrays = [np.ascontiguousarray(array) for array in arrays]
     return Scheme((0.0,) * stages, *arrays)
