@@ -1,0 +1,215 @@
+"""Closed forms against quoted values, numerical quadrature, and the SciPy solution of the impact."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from restitution.impact import closed_forms as cf
+from restitution.impact.reference import ReferenceSolution, solve_reference
+from restitution.impact.status import Status
+
+
+def impact(
+    equilibrium: float = 0.0, moduli=(), times=(), *, viscosity=0.0, exponent=1.0, rtol=1e-9
+) -> ReferenceSolution:
+    """Impact with m = v0 = 1 and the force constants (2 E* in the closed forms' notation) given."""
+    scaled = SimpleNamespace(
+        equilibrium=equilibrium, moduli=np.array(moduli, float), times=np.array(times, float),
+        viscosity=viscosity, load=0.0, exponent=exponent, table=None,
+    )  # fmt: skip
+    return solve_reference(scaled, rtol=rtol)
+
+
+def standard_solid(nu: float, p2: float, p3: float) -> float:
+    g1, tau = 1.0 / p2, p2 * p3
+    if nu == 0.5:
+        return impact(8.0, [8.0 * g1], [tau]).restitution_coefficient
+    k = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+    soft, stiff = 3.0 * k + 4.0, 3.0 * k + 4.0 * (1.0 + g1)
+    second = 27.0 * k**2 / 4.0 * (1.0 / soft - 1.0 / stiff)
+    series = impact(4.0 / (1.0 - nu), [2.0 * g1, 2.0 * second], [tau, tau * stiff / soft])
+    return series.restitution_coefficient
+
+
+def test_constants_have_their_published_digits():
+    assert pytest.approx(2.9432751843, abs=5e-11) == cf.HERTZ_TIME_FACTOR
+    assert pytest.approx(1.1534488581, abs=5e-11) == cf.SMALL_LOSS_FACTOR
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0])
+def test_elastic_impact(exponent):
+    found = impact(2.6, exponent=exponent)
+    depth = cf.elastic_max_indentation_depth(1.3, 1.0, 1.0, 1.0, path_exponent=exponent)
+    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+    assert found.contact_time == pytest.approx(
+        cf.elastic_contact_time(depth, 1.0, path_exponent=exponent), rel=1e-9
+    )
+    assert found.max_force == pytest.approx(
+        cf.elastic_max_force(depth, 1.0, 1.0, path_exponent=exponent), rel=1e-8
+    )
+    assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-9)
+
+
+def test_hertz_in_si_units():
+    # Steel ball on glass-like half-space, worked by hand from (15 m v0^2/(16 E* sqrt R))^(2/5).
+    mass, radius, modulus, velocity = 4.07e-3, 5e-3, 5.2e10, 0.8
+    depth = cf.elastic_max_indentation_depth(modulus, math.sqrt(radius), mass, velocity)
+    assert (4 / 3) * modulus * math.sqrt(radius) * depth**2.5 * (2 / 5) == pytest.approx(
+        mass * velocity**2 / 2
+    )
+    force = cf.elastic_max_force(depth, mass, velocity)
+    assert force == pytest.approx((4 / 3) * modulus * math.sqrt(radius) * depth**1.5)
+
+
+@pytest.mark.parametrize("ratio", cf.MAXWELL_RESTITUTION)
+def test_maxwell_values(ratio):
+    # E* = 3/4, R = 1: F = d^1.5 at short times.
+    hertz = cf.elastic_contact_time(cf.elastic_max_indentation_depth(0.75, 1.0, 1.0, 1.0), 1.0)
+    found = impact(0.0, [1.5], [hertz / ratio])
+    # Half a unit of the table's last digit.
+    assert found.restitution_coefficient == pytest.approx(cf.MAXWELL_RESTITUTION[ratio], abs=5.01e-9)
+
+
+@pytest.mark.parametrize("p3", cf.KELVIN_VOIGT_RESTITUTION)
+def test_kelvin_voigt_values(p3):
+    found = impact(8.0, viscosity=8.0 * p3)
+    assert found.restitution_coefficient == pytest.approx(cf.KELVIN_VOIGT_RESTITUTION[p3], abs=5.01e-8)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 0.999, 1.0, 1.5, 25.0])
+def test_flat_punch_on_kelvin_voigt(ratio):
+    found = impact(1.0, viscosity=2.0 * ratio, exponent=0.0)
+    assert found.restitution_coefficient == pytest.approx(
+        cf.flat_punch_kelvin_voigt_restitution(ratio), rel=1e-9
+    )
+
+
+def test_flat_punch_formula_is_smooth_through_critical_damping():
+    # Second differences over steps of 1e-4 are e'' 1e-8, e'' being of order 0.1.
+    e = cf.flat_punch_kelvin_voigt_restitution(1.0 + 1e-4 * np.arange(-3, 4))
+    assert np.abs(np.diff(e, 2)).max() < 1e-8
+    assert e[3] == pytest.approx(math.exp(-2.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.3, 0.9])
+def test_flat_punch_on_maxwell(ratio):
+    found = impact(0.0, [1.0], [0.5 / ratio], exponent=0.0)
+    assert found.restitution_coefficient == pytest.approx(cf.flat_punch_maxwell_restitution(ratio), rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.5])
+def test_overdamped_flat_punch_on_maxwell_never_returns(ratio):
+    assert cf.flat_punch_maxwell_restitution(ratio) == 0.0
+    assert impact(0.0, [1.0], [0.5 / ratio], exponent=0.0).status is Status.SINKS_IN
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_first_order_of_kelvin_voigt(exponent):
+    """The slope at zero loss, extrapolated from two small ones."""
+    depth = cf.elastic_max_indentation_depth(0.5, 1.0, 1.0, 1.0, path_exponent=exponent)
+
+    def loss_over_prediction(tau: float) -> float:
+        law = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
+        found = impact(1.0, viscosity=tau, exponent=exponent)
+        return (1.0 - found.restitution_coefficient) / (1.0 - law)
+
+    coarse, fine = loss_over_prediction(2e-3), loss_over_prediction(1e-3)
+    assert 2.0 * fine - coarse == pytest.approx(1.0, abs=5e-6)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_first_order_of_slow_relaxation(exponent):
+    depth = cf.elastic_max_indentation_depth(1.0, 1.0, 1.0, 1.0, path_exponent=exponent)
+    time = cf.elastic_contact_time(depth, 1.0, path_exponent=exponent)
+
+    def loss_over_prediction(slowness: float) -> float:
+        moduli, times = np.array([0.3, 0.5]), slowness * np.array([1.0, 4.0])
+        law = cf.hunter_restitution(0.2, moduli, times, time, path_exponent=exponent)
+        found = impact(0.4, 2.0 * moduli, times, exponent=exponent)
+        return (1.0 - found.restitution_coefficient) / (1.0 - law)
+
+    coarse, fine = loss_over_prediction(500.0), loss_over_prediction(1000.0)
+    assert 2.0 * fine - coarse == pytest.approx(1.0, abs=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("nu", "slope"), [(0.0, 1.70760), (0.3, 2.22267), (0.45, 2.96746), (0.5, 3.37979), (-1.0, None)]
+)
+def test_small_p3_slope(nu, slope):
+    found = cf.standard_solid_small_p3_slope(nu)
+    # Values of the theory; at nu = -1 the identity with the incompressible case.
+    wanted = slope or cf.equivalent_incompressible_p3(3.37979)
+    assert found == pytest.approx(wanted, abs=5.1e-6)
+    coarse, fine = ((1.0 - standard_solid(nu, 0.5, p3)) / p3 / found for p3 in (1e-3, 5e-4))
+    assert 2.0 * fine - coarse == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(("nu", "p2"), [(-1.0, 0.1), (0.0, 1.0), (0.3, 0.01), (0.5, 0.1)])
+def test_large_p3_slope(nu, p2):
+    found = cf.standard_solid_large_p3_slope(nu, p2)
+    coarse, fine = ((1.0 - standard_solid(nu, p2, p3)) * p3 / found for p3 in (1e3 / p2, 2e3 / p2))
+    assert 2.0 * fine - coarse == pytest.approx(1.0, abs=2e-5)
+
+
+def test_vanishing_bulk_stiffness_is_a_softer_incompressible_case():
+    for p2, p3 in [(0.01, 3.0), (1.0, 0.3)]:
+        assert standard_solid(-1.0, p2, p3) == pytest.approx(
+            standard_solid(0.5, p2, cf.equivalent_incompressible_p3(p3)), rel=1e-10
+        )
+
+
+@pytest.mark.parametrize(("x", "tolerance"), [(0.1, 1e-6), (0.5, 1e-6), (1.0, 7e-4), (3.0, 7e-4)])
+def test_pade_of_mueller_and_poeschel(x, tolerance):
+    """Against its own equation of motion, rho = m = v0 = 1, up to where the force vanishes."""
+    from scipy.integrate import solve_ivp
+
+    a = x**2 / 1.5
+
+    def motion(_, y):
+        root = math.sqrt(max(y[0], 0.0))
+        return [y[1], -root * (y[0] + 1.5 * a * y[1])]
+
+    def leaves(t, y):
+        return y[0] + 1.5 * a * y[1] if t > 0.0 else 1.0
+
+    leaves.terminal, leaves.direction = True, -1
+    found = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], rtol=1e-10, atol=1e-13, method="DOP853", events=leaves)
+    assert cf.mueller_poeschel_restitution(x) == pytest.approx(-found.y[1, -1], abs=tolerance)
+
+
+def test_both_rebounds_agree_to_first_order_only():
+    """Kelvin-Voigt by the exact rebound and by the law that Mueller and Poeschel solve."""
+
+    def difference(p3: float) -> float:
+        b = 1.5 * (16.0 / 3.0) ** 0.4 * p3
+        exact = impact(8.0, viscosity=8.0 * p3).restitution_coefficient
+        return cf.mueller_poeschel_restitution(math.sqrt(b)) - exact
+
+    # Quadratic in p3 while that is small, and no small matter later.
+    assert difference(1e-2) / difference(1e-3) == pytest.approx(100.0, rel=0.2)
+    assert difference(0.1) < -8e-3
+
+
+def test_arrays_broadcast():
+    depth = cf.elastic_max_indentation_depth([[1.0], [2.0]], 1.0, [1.0, 2.0, 3.0], 1.0)
+    assert np.shape(depth) == (2, 3)
+    assert isinstance(cf.elastic_contact_time(1.0, 1.0), float)
+    e = cf.flat_punch_kelvin_voigt_restitution(np.array([0.5, 1.0, 2.0]))
+    assert e[0] == cf.flat_punch_kelvin_voigt_restitution(0.5)
+    assert e[2] == cf.flat_punch_kelvin_voigt_restitution(2.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: cf.elastic_max_indentation_depth(1.0, 1.0, 0.0, 1.0), "mass = 0 kg: must be finite and > 0"),
+        (lambda: cf.elastic_contact_time(1.0, -1.0), "velocity = -1 m/s: must be finite and > 0"),
+        (lambda: cf.standard_solid_small_p3_slope(0.6), r"nu = 0.6: must be in \[-1, 0.5\]"),
+        (lambda: cf.flat_punch_maxwell_restitution(-0.1), "damping_ratio = -0.1: must be finite and >= 0"),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        call()
