@@ -1,12 +1,15 @@
 """The SciPy solution against tabulated values of other programs, closed forms, and its own tolerance."""
 
 import csv
+import math
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from restitution.contact.path import path_table
+from restitution.contact.profile import Parabola
 from restitution.impact.reference import ReferenceSolution, solve_reference
 from restitution.impact.status import Status
 
@@ -116,12 +119,14 @@ def test_vanishing_dashpot_is_none():
     assert tiny.restitution_coefficient == pytest.approx(without.restitution_coefficient, rel=1e-10)
 
 
-def test_radius_function_replaces_exponent_and_table():
-    power = solve_reference(scaled(1.0, [2.0], [0.5], exponent=2.0))
-    table = SimpleNamespace(contact_radius=lambda s: s * s)
-    tabulated = solve_reference(scaled(1.0, [2.0], [0.5], exponent=-1.0, table=table))
-    given = solve_reference(scaled(1.0, [2.0], [0.5], exponent=-1.0), contact_radius=lambda s: s * s)
-    assert tabulated.restitution_coefficient == given.restitution_coefficient == power.restitution_coefficient
+def test_radius_from_exponent_table_and_function():
+    power = solve_reference(scaled(1.0, [2.0], [0.5]))
+    tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=path_table(Parabola(0.02), 3e-4))
+    tabulated.length, tabulated.radius = 1e-4, math.sqrt(2e-6)
+    given = scaled(1.0, [2.0], [0.5], exponent=-1.0)
+    for found in (solve_reference(tabulated), solve_reference(given, contact_radius=lambda s: s)):
+        assert found.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)
+        assert found.contact_time == pytest.approx(power.contact_time, rel=1e-10)
 
 
 @pytest.mark.parametrize("load", [0.05, 10.0])

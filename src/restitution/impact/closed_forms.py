@@ -37,8 +37,8 @@ KELVIN_VOIGT_RESTITUTION: Mapping[float, float] = MappingProxyType(
 """e [-] of a parabola on an incompressible Kelvin-Voigt half-space over p3 [-].
 
 With the exact rebound (Graham 1967, Ting 1966), `F = (16/3) G sqrt(R) (d^1.5 + 1.5 tau d^0.5 d')` in the
-approach, `F = (16/3) G sqrt(R) (d + tau d')^1.5` in the rebound; p3 = tau where m = R = v0 = G = 1. This is not
-the law of Kuwabara and Kono and of Brilliantov and others, which keeps the first formula in the rebound. Seven
+approach, `F = (16/3) G sqrt(R) (d + tau d')^1.5` in the rebound; p3 = tau where m = R = v0 = G = 1. Not the
+law of Kuwabara and Kono and of Brilliantov and others, which keeps the first formula in the rebound. Seven
 digits, from two programs independent of this package.
 """
 

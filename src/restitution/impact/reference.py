@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.contact.path import evaluate
 from restitution.impact.status import SolverError, Status
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def solve_reference(
         `1e-3 rtol` absolute; between 1e-12 and 1e-2.
     contact_radius : callable, optional
         Contact radius a(s) over the square root of the depth, scaled, s >= 0, in place of that in `scaled`:
-        so that a profile need not be seen through the table that the kernel uses.
+        so that a profile need not be seen through the table from which the kernel works.
 
     Returns
     -------
@@ -120,10 +121,10 @@ def solve_reference(
 
 def _contact_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
     """Contact radius a(s) over the square root of the depth."""
-    table, exponent = scaled.table, scaled.exponent
-    if table is not None:
-        return table.contact_radius
-    return lambda s: s**exponent
+    if scaled.table is None:
+        return lambda s: s**scaled.exponent
+    table, root = scaled.table, np.sqrt(scaled.length)
+    return lambda s: evaluate(table, s * root)[0] / scaled.radius
 
 
 class _Equations:
