@@ -1,0 +1,200 @@
+"""The transform g(x) of a piecewise polynomial profile, by quadrature of the Abel integral to rounding."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.contact.profile import Array
+
+# Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at
+# most a quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
+_NEAR_NODES = 10
+_FAR_NODES = 8
+_FAR = 2.0
+# Numbers held at a time; bounds the memory at some tens of megabytes.
+_BLOCK = 500_000
+_DEGREE = 20
+_TAIL = 1e-12
+_MAX_SPLITS = 6
+
+
+class Pieces(NamedTuple):
+    """Piecewise polynomial: breaks (n+1,), coefficients (degree+1, n) in r - breaks[:-1], highest first."""
+
+    breaks: Array
+    coefficients: Array
+
+    def derivative(self) -> Pieces:
+        """The piecewise polynomial f'(r)."""
+        if len(self.coefficients) == 1:
+            return Pieces(self.breaks, np.zeros_like(self.coefficients))
+        powers = np.arange(len(self.coefficients) - 1, 0, -1)[:, None]
+        return Pieces(self.breaks, self.coefficients[:-1] * powers)
+
+    def __call__(self, r: Array) -> Array:
+        """Value at r within the breaks, of any shape."""
+        piece = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, len(self.breaks) - 2)
+        return _horner(self.coefficients[:, piece], r - self.breaks[piece])
+
+
+class Transformed(NamedTuple):
+    """Transform at some contact radii: g [m], dg/dy [-] with y = sqrt(x^2 - b^2), and Pi [m^2]."""
+
+    depth: Array
+    slope: Array
+    force_integral: Array
+
+
+class AbelTransform:
+    """Transform of a profile that is flat for r < b and a piecewise polynomial f(r) from b = breaks[0] on.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        The flank f(r) [m], of degree <= 5, over r [m]; f(b) = 0.
+
+    Notes
+    -----
+    With r = x cos(psi), over the piece in question: ``g = x int f' dpsi``,
+    ``g' = int (f' + r f'') dpsi + f'(b) b/sqrt(x^2 - b^2)``, ``Pi = int f' r^2 dpsi``; the last
+    from exchanging the order of integration in Pi = a g(a) - int g dx.
+
+    All are functions of y = sqrt(x^2 - b^2), in which g is smooth at b. Beyond the first piece they are kept
+    as Chebyshev series in the root of the distance to the last break before x, where g has a branch point of
+    half-integer power.
+    """
+
+    def __init__(self, pieces: Pieces) -> None:
+        self.face = float(pieces.breaks[0])
+        self._first = pieces.derivative()
+        self._second = self._first.derivative()
+        self._breaks = pieces.breaks
+        nodes, weights = np.polynomial.legendre.leggauss(_FAR_NODES)
+        widths = np.diff(pieces.breaks)
+        self._far_from = pieces.breaks[1:] + _FAR * widths
+        self._far_nodes = pieces.breaks[:-1, None] + widths[:, None] * (0.5 + 0.5 * nodes)
+        first, second = self._first(self._far_nodes), self._second(self._far_nodes)
+        integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=-1)
+        self._far_integrands = (0.5 * widths[:, None] * weights)[..., None] * integrands
+        self._cells: NDArray[np.float64] = np.empty((0, 3))
+        self._series: NDArray[np.float64] = np.empty((_DEGREE + 1, 0, 3))
+        if len(self._breaks) > 2:
+            self._build()
+
+    def __call__(self, y: Array) -> Transformed:
+        """Transform at flat y [m] within the breaks."""
+        x = np.hypot(self.face, y)
+        values = np.empty((len(y), 3))
+        near = x <= self._breaks[1]
+        values[near] = self._integrated(y[near])
+        far = np.flatnonzero(~near)
+        if far.size:
+            piece, root = self._located(x[far])
+            cell = np.searchsorted(self._cells[:, 0] + self._cells[:, 1], piece + root, side="right") - 1
+            cell = np.clip(cell, 0, len(self._cells) - 1)
+            low, high = self._cells[cell, 1], self._cells[cell, 2]
+            values[far] = _clenshaw(
+                self._series[:, cell], ((2.0 * root - low - high) / (high - low))[:, None]
+            )
+        return Transformed(*values.T)
+
+    def beyond_face(self, x: Array) -> Array:
+        """Return y = sqrt(x^2 - b^2) [m], 0 under the face."""
+        return np.sqrt(np.maximum((x - self.face) * (x + self.face), 0.0))
+
+    def _located(self, x: Array) -> tuple[NDArray[np.intp], Array]:
+        piece = np.clip(np.searchsorted(self._breaks, x, side="right") - 1, 1, len(self._breaks) - 2)
+        start, end = self._breaks[piece], self._breaks[piece + 1]
+        return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
+
+    def _build(self) -> None:
+        pending = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
+        scale = self._integrated(self.beyond_face(self._breaks[-1:]))[0]
+        cells: list[Array] = []
+        series: list[Array] = []
+        for split in range(_MAX_SPLITS + 1):
+            coefficients = self._chebyshev(pending)
+            tail = np.max(np.abs(coefficients[-2:]) / scale, axis=(0, 2))
+            good = (tail <= _TAIL) | (split == _MAX_SPLITS)
+            cells.append(pending[good])
+            series.append(coefficients[:, good])
+            piece, low, high = pending[~good].T
+            middle = 0.5 * (low + high)
+            pending = np.concatenate([np.stack([piece, low, middle], 1), np.stack([piece, middle, high], 1)])
+            if not len(pending):
+                break
+        found = np.concatenate(cells)
+        order = np.lexsort((found[:, 1], found[:, 0]))
+        self._cells = found[order]
+        self._series = np.concatenate(series, axis=1)[:, order]
+
+    def _chebyshev(self, cells: Array) -> Array:
+        angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
+        piece, low, high = cells[:, 0].astype(np.intp), cells[:, 1:2], cells[:, 2:3]
+        root = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        start, end = self._breaks[piece][:, None], self._breaks[piece + 1][:, None]
+        x = start + (end - start) * root * root
+        values = self._integrated(self.beyond_face(x.ravel())).reshape(len(cells), _DEGREE + 1, 3)
+        basis = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
+        basis[0] *= 0.5
+        return np.einsum("jn,cnq->jcq", basis, values)
+
+    def _integrated(self, y: Array) -> Array:
+        rows = max(1, _BLOCK // self._far_nodes.size)
+        blocks = [self._integrated_block(y[i : i + rows]) for i in range(0, len(y), rows)]
+        return np.concatenate(blocks) if blocks else np.empty((0, 3))
+
+    def _integrated_block(self, y: Array) -> Array:
+        face = self.face
+        x = np.hypot(face, y)
+        last = int(np.searchsorted(self._breaks[:-1], np.max(x), side="right"))
+        far = x[:, None] > self._far_from[:last]
+        row, piece = np.nonzero(~far & (x[:, None] > self._breaks[:last]))
+        sums = self._near(x, y, row, piece)
+        r = self._far_nodes[:last]
+        squared = np.where(far[..., None], (x[:, None, None] - r) * (x[:, None, None] + r), np.inf)
+        sums += np.tensordot(1.0 / np.sqrt(squared), self._far_integrands[:last], axes=2)
+        depth, inner, force_integral = x * sums[:, 0], sums[:, 1], sums[:, 2]
+        if face > 0.0:
+            inner = (y * inner + self._first.coefficients[-1, 0] * face) / x
+        elif np.any(y == 0.0):
+            inner = np.where(y == 0.0, 0.5 * math.pi * self._first.coefficients[-1, 0], inner)
+        return np.stack([depth, inner, force_integral], axis=1)
+
+    def _near(self, x: Array, y: Array, row: NDArray[np.intp], piece: NDArray[np.intp]) -> Array:
+        nodes, weights = np.polynomial.legendre.leggauss(_NEAR_NODES)
+        start, end = self._breaks[piece], self._breaks[piece + 1]
+        here = x[row]
+        # At the edge b of a face, y has the digits that x - b has lost.
+        opposite = np.where(piece == 0, y[row], np.sqrt((here - start) * (here + start)))
+        upper = np.arctan2(opposite, start)
+        beyond = np.maximum(here, end)
+        lower = np.arctan2(np.sqrt((beyond - end) * (beyond + end)), end)
+        half = 0.5 * (upper - lower)[:, None]
+        cosine = np.cos(lower[:, None] + half * (1.0 + nodes))
+        r = here[:, None] * cosine
+        offset = np.maximum(r - start[:, None], 0.0)
+        first = _horner(self._first.coefficients[:, piece, None], offset)
+        second = _horner(self._second.coefficients[:, piece, None], offset)
+        sums = np.zeros((len(x), 3))
+        for i, integrand in enumerate((first, first + r * second, first * r * r)):
+            sums[:, i] = np.bincount(row, np.sum(half * weights * integrand, axis=1), minlength=len(x))
+        return sums
+
+
+def _horner(coefficients: Array, offset: Array) -> Array:
+    value = np.zeros_like(offset) + coefficients[0]
+    for coefficient in coefficients[1:]:
+        value = value * offset + coefficient
+    return value
+
+
+def _clenshaw(coefficients: Array, t: Array) -> Array:
+    ahead = later = np.zeros_like(coefficients[0])
+    for coefficient in coefficients[:0:-1]:
+        ahead, later = coefficient + 2.0 * t * ahead - later, ahead
+    return coefficients[0] + t * ahead - later

@@ -1,0 +1,196 @@
+"""Profiles with a flat face, around which the flank rises: truncated cone and flat-ended paraboloid.
+
+The face touches at depth 0, so the contact radius starts at that of the face; from there it grows with the
+square of the depth, which makes a(s) smooth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution.contact.profile import Array, Profile, as_array, half_angle_slope
+from restitution.kernel.validation import Numeric, positive
+
+
+def _flank_root(x: Array, face: Numeric) -> Array:
+    """Return sqrt(x^2 - b^2) where |x| > b, else 0."""
+    x = np.abs(x)
+    return np.sqrt(np.maximum((x - face) * (x + face), 0.0))
+
+
+def _over(numerator: Array, root: Array, x: Array) -> Array:
+    """Return sign(x) numerator/root on the flank, and 0 under the face (root = 0)."""
+    flank = root > 0.0
+    return np.where(flank, np.sign(x) * numerator / np.where(flank, root, 1.0), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TruncatedCone(Profile):
+    """Truncated cone: flat for r < b, f = (r - b) cot(alpha) beyond.
+
+    Parameters
+    ----------
+    radius : float or array
+        Radius b of the flat face [m], > 0.
+    half_angle : float or array
+        Half of the opening angle alpha [rad], measured from the axis to the flank, in (0, pi/2).
+
+    Raises
+    ------
+    ValueError
+        If the radius is not finite and > 0 or the angle not in (0, pi/2).
+
+    Notes
+    -----
+    With ``a = b/cos(theta)``: ``d = g(a) = b cot(alpha) theta/cos(theta)``,
+    ``Pi = (cot(alpha)/2) b^2 (theta/cos^2(theta) + tan(theta))`` (Ejike 1969; Popov, Hess and Willert,
+    Handbook of Contact Mechanics, 2019).
+
+    Examples
+    --------
+    >>> import math
+    >>> tip = TruncatedCone(radius=0.001, half_angle=math.radians(80))
+    >>> float(tip.contact_radius(0.0)), round(float(tip.transform(0.002)), 9)
+    (0.001, 0.000369298)
+    """
+
+    radius: Numeric
+    half_angle: Numeric
+    _slope: Numeric = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+        angle, slope = half_angle_slope(self.half_angle)
+        object.__setattr__(self, "half_angle", angle)
+        object.__setattr__(self, "_slope", slope)
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f = max(r - b, 0) cot(alpha) [m]."""
+        return np.maximum(np.abs(as_array(r)) - self.radius, 0.0) * self._slope
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope [-]: 0 under the face, cot(alpha) beyond."""
+        r = as_array(r)
+        return np.where(np.abs(r) > self.radius, np.sign(r) * self._slope, 0.0)
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g = x cot(alpha) arccos(b/x) [m] beyond the face."""
+        x = np.abs(as_array(x))
+        return x * self._slope * np.arctan2(_flank_root(x, self.radius), self.radius)
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g' = cot(alpha) (arccos(b/x) + b/sqrt(x^2 - b^2)) [-] beyond the face."""
+        x = as_array(x)
+        root = _flank_root(x, self.radius)
+        return self._slope * _over(root * np.arctan2(root, self.radius) + self.radius, root, x)
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a [m], the root of d = g(a); that of the face at d = 0."""
+        _, complement = self._angles(depth)
+        return np.where(as_array(depth) >= 0.0, self.radius / np.sin(complement), 0.0)
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi = (cot(alpha)/2) (a^2 arccos(b/a) + b sqrt(a^2 - b^2)) [m^2]."""
+        a = as_array(contact_radius)
+        root = _flank_root(a, self.radius)
+        return 0.5 * self._slope * (a * a * np.arctan2(root, self.radius) + self.radius * root)
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        theta, complement = self._angles(depth)
+        cosine = np.sin(complement)
+        return 0.5 * self._slope * self.radius**2 * (theta / cosine**2 + np.sin(theta) / cosine)
+
+    def _angles(self, depth: ArrayLike) -> tuple[Array, Array]:
+        # theta = D cos(theta) and its complement: the former keeps its digits at small depth, the latter at
+        # large. Both residuals are convex, and Newton descends on them from the right without overshooting.
+        ratio = np.maximum(as_array(depth), 0.0) / (self.radius * np.asarray(self._slope))
+        theta = 0.5 * math.pi * ratio / (1.0 + ratio)
+        for _ in range(6):
+            theta = theta - (theta - ratio * np.cos(theta)) / (1.0 + ratio * np.sin(theta))
+        complement = 0.5 * math.pi - theta
+        for _ in range(2):
+            complement = complement - (complement + ratio * np.sin(complement) - 0.5 * math.pi) / (
+                1.0 + ratio * np.cos(complement)
+            )
+        return theta, complement
+
+
+@dataclass(frozen=True, eq=False)
+class FlatEndedParabola(Profile):
+    """Paraboloid with a flat worn face: flat for r < b, f = (r^2 - b^2)/(2R) beyond.
+
+    Parameters
+    ----------
+    radius : float or array
+        Radius of curvature R of the paraboloid [m], > 0.
+    face_radius : float or array
+        Radius b of the flat face [m], > 0.
+
+    Raises
+    ------
+    ValueError
+        If a radius is not finite and > 0.
+
+    Notes
+    -----
+    ``g = x sqrt(x^2 - b^2)/R``, ``Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R)`` (Ejike 1981; Popov, Hess and
+    Willert, Handbook of Contact Mechanics, 2019).
+
+    Examples
+    --------
+    >>> worn = FlatEndedParabola(radius=0.01, face_radius=0.001)
+    >>> float(worn.contact_radius(0.0)), round(float(worn.transform(0.002)), 9)
+    (0.001, 0.00034641)
+    """
+
+    radius: Numeric
+    face_radius: Numeric
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+        object.__setattr__(self, "face_radius", positive("face_radius", self.face_radius, "m"))
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f = max(r^2 - b^2, 0)/(2R) [m]."""
+        return _flank_root(as_array(r), self.face_radius) ** 2 / (2.0 * self.radius)
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope [-]: 0 under the face, r/R beyond."""
+        r = as_array(r)
+        return np.where(np.abs(r) > self.face_radius, r / self.radius, 0.0)
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g = x sqrt(x^2 - b^2)/R [m] beyond the face."""
+        x = np.abs(as_array(x))
+        return x * _flank_root(x, self.face_radius) / self.radius
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g' = (2 x^2 - b^2)/(R sqrt(x^2 - b^2)) [-] beyond the face."""
+        x = as_array(x)
+        root = _flank_root(x, self.face_radius)
+        return _over(root * root + x * x, root, x) / self.radius
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a [m] with 2 a^2 = b^2 + sqrt(b^4 + 4 R^2 d^2); that of the face at d = 0."""
+        return np.where(as_array(depth) >= 0.0, np.sqrt(self._squared_radius(depth)), 0.0)
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R) [m^2]."""
+        a = as_array(contact_radius)
+        root = _flank_root(a, self.face_radius)
+        return (2.0 * a * a + np.asarray(self.face_radius) ** 2) * root / (3.0 * self.radius)
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        squared = self._squared_radius(depth)
+        root = np.maximum(as_array(depth), 0.0) * self.radius / np.sqrt(squared)
+        return (2.0 * squared + np.asarray(self.face_radius) ** 2) * root / (3.0 * self.radius)
+
+    def _squared_radius(self, depth: ArrayLike) -> Array:
+        half = 0.5 * np.asarray(self.face_radius) ** 2
+        return half + np.hypot(half, self.radius * np.maximum(as_array(depth), 0.0))

@@ -1,0 +1,245 @@
+"""A profile given as a table, for instance a measured tip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution.contact.abel import AbelTransform, Pieces
+from restitution.contact.profile import Array, Profile, as_array
+from restitution.kernel.validation import finite
+
+# Points between two of the table, at which g is checked to rise and from which its inverse starts.
+_SAMPLES = 8
+# A tip whose slope at r = 0 is below this fraction of its secant slope over the first interval is round.
+_ROUND_TIP = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Tabulated(Profile):
+    """Profile through the points (r_i, f_i) of a table.
+
+    Parameters
+    ----------
+    r : array
+        Radii r_i [m], shape ``(n_points,)``, n_points >= 2, strictly rising from 0.
+    f : array
+        Heights f_i [m], shape ``(n_points,)``, f_0 = 0, never falling. Leading zeros are a flat face.
+
+    Raises
+    ------
+    ValueError
+        If the table is not one (shape, NaN, order, sign), if it is flat or becomes so flat that the contact
+        would not be a full circle (g falls), or if a method is asked beyond the end of the table.
+
+    Notes
+    -----
+    Between the points f is a spline in r of degree five, or three where that is not monotone, or else the
+    monotone cubic of Fritsch and Carlson (1980); it starts at the edge of a flat face with a slope of its
+    own. A tip whose slope at r = 0 is nearly none is taken as round (f even and smooth). g and Pi are the
+    exact transform of this interpolant (`AbelTransform`). What the table does not resolve remains: noise in
+    it is followed, not smoothed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> r = np.linspace(0, 0.002, 21)
+    >>> tip = Tabulated(r, r**2 / 0.02)
+    >>> round(float(tip.contact_radius(1e-4)), 12)
+    0.001
+    """
+
+    r: Array
+    f: Array
+    _flank: Pieces = field(init=False, repr=False, compare=False)
+    _transform: AbelTransform = field(init=False, repr=False, compare=False)
+    _samples: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        r, f = _checked_table(self.r, self.f)
+        object.__setattr__(self, "r", r)
+        object.__setattr__(self, "f", f)
+        face = int(np.flatnonzero(f == 0.0)[-1])
+        falls_at = 0.0
+        for pieces in _interpolants(r[face:], f[face:]):
+            transform = AbelTransform(pieces)
+            y, depth = _sampled(transform, pieces.breaks)
+            falls = np.flatnonzero(np.diff(depth) <= 0.0)
+            if not falls.size:
+                break
+            falls_at = math.hypot(transform.face, float(y[falls[0]]))
+        else:
+            raise ValueError(
+                f"f rises too little beyond r = {falls_at:g} m: g(x) must rise for the contact to be a full "
+                "circle; smooth or thin the table"
+            )
+        for name, value in (("_flank", pieces), ("_transform", transform), ("_samples", (y, depth))):
+            object.__setattr__(self, name, value)
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f(r) [m]."""
+        r = self._inside("r", np.abs(as_array(r)))
+        return np.where(r > self._transform.face, self._flank(r), 0.0)
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope f'(r) [-]."""
+        r = as_array(r)
+        radius = self._inside("r", np.abs(r))
+        return np.where(radius > self._transform.face, np.sign(r) * self._flank.derivative()(radius), 0.0)
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g(x) [m]."""
+        x = self._inside("x", np.abs(as_array(x)))
+        return self._transform(self._transform.beyond_face(x.ravel())).depth.reshape(x.shape)[()]
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g'(x) [-]; towards the edge of a flat face it is infinite, if f' jumps there."""
+        x = as_array(x)
+        radius = self._inside("x", np.abs(x)).ravel()
+        y = self._transform.beyond_face(radius)
+        slope = self._transform(y).slope
+        if self._transform.face > 0.0:
+            flank = y > 0.0
+            slope = np.where(flank, slope * radius / np.where(flank, y, 1.0), 0.0)
+        return (np.sign(x) * slope.reshape(x.shape))[()]
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
+        depth = as_array(depth)
+        y = self._inverse(depth).reshape(depth.shape)
+        a = np.minimum(np.hypot(self._transform.face, y), self.r[-1])
+        return np.where(depth >= 0.0, a, 0.0)[()]
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi(a) [m^2]."""
+        a = self._inside("contact_radius", as_array(contact_radius))
+        return self._transform(self._transform.beyond_face(a.ravel())).force_integral.reshape(a.shape)[()]
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        depth = as_array(depth)
+        return self._transform(self._inverse(depth)).force_integral.reshape(depth.shape)[()]
+
+    @property
+    def max_contact_radius(self) -> float:
+        """Last radius [m] of the table."""
+        return float(self.r[-1])
+
+    @property
+    def max_depth(self) -> float:
+        """Depth [m] at which the contact reaches the end of the table."""
+        return float(self._samples[1][-1])
+
+    def _inside(self, name: str, radius: Array) -> Array:
+        if np.any(radius > self.r[-1]):
+            worst = float(np.max(radius))
+            raise ValueError(f"{name} = {worst:g} m: must be <= {self.r[-1]:g} m, where the table ends")
+        return radius
+
+    def _inverse(self, depth: Array) -> Array:
+        """Return flat y with g = depth, by Newton's method kept inside a bracket."""
+        if np.any(depth > self.max_depth):
+            raise ValueError(
+                f"depth = {float(np.max(depth)):g} m: must be <= {self.max_depth:g} m, where the table ends"
+            )
+        depth = np.maximum(depth, 0.0).ravel()
+        y_known, depth_known = self._samples
+        upper = np.clip(np.searchsorted(depth_known, depth), 1, len(y_known) - 1)
+        low, high = y_known[upper - 1].copy(), y_known[upper].copy()
+        y = low + (high - low) * (depth - depth_known[upper - 1]) / (
+            depth_known[upper] - depth_known[upper - 1]
+        )
+        active = np.flatnonzero((depth > 0.0) & (depth < depth_known[-1]))
+        # Bisection alone would need 60 steps for the digits of y, and more for the exponent of a tiny depth.
+        for _ in range(200):
+            if not active.size:
+                break
+            here = y[active]
+            found = self._transform(here)
+            residual = found.depth - depth[active]
+            above = residual > 0.0
+            high[active[above]] = here[above]
+            low[active[~above]] = here[~above]
+            trial = here - residual / np.where(found.slope > 0.0, found.slope, np.inf)
+            tight = np.abs(trial - here) <= 4e-16 * here
+            inside = (trial > low[active]) & (trial < high[active])
+            y[active] = np.where(inside | tight, trial, 0.5 * (low[active] + high[active]))
+            active = active[~(tight & (found.slope > 0.0)) & (high[active] - low[active] > 4e-16 * here)]
+        return y
+
+
+def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array]:
+    edges = transform.beyond_face(breaks)
+    fractions = np.arange(1, _SAMPLES + 1) / _SAMPLES
+    y = np.append(0.0, (edges[:-1, None] + np.diff(edges)[:, None] * fractions).ravel())
+    return y, transform(y).depth
+
+
+def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
+    radii, heights = np.asarray(finite("r", r, "m")), np.asarray(finite("f", f, "m"))
+    if radii.ndim != 1 or radii.shape != heights.shape or radii.size < 2:
+        raise ValueError(
+            f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
+        )
+    if radii[0] != 0.0 or heights[0] != 0.0:
+        raise ValueError(f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
+    for name, values, bad, rule in (
+        ("r", radii, np.diff(radii) <= 0.0, "must rise strictly"),
+        ("f", heights, np.diff(heights) < 0.0, "must never fall"),
+    ):
+        if np.any(bad):
+            i = int(np.argmax(bad))
+            raise ValueError(f"{name}[{i + 1}] = {values[i + 1]:g} m after {values[i]:g} m: {name} {rule}")
+    if heights[-1] == 0.0:
+        raise ValueError("f = 0 m everywhere: must rise; a flat face alone is a FlatPunch")
+    return radii, heights
+
+
+def _interpolants(r: Array, f: Array) -> Iterator[Pieces]:
+    """Yield the monotone interpolants of f(r) from r[0], where f = 0, to r[-1], the smoothest first."""
+    for degree in (5, 3):
+        pieces = _spline(r, f, degree)
+        if pieces is not None and _rises(pieces):
+            yield pieces
+    if len(r) == 2:
+        yield Pieces(r, np.array([[f[1] / (r[1] - r[0])], [0.0]]))
+        return
+    from scipy.interpolate import PchipInterpolator
+
+    monotone: Any = PchipInterpolator(r, f)
+    yield Pieces(r, np.asarray(monotone.c, dtype=np.float64))
+
+
+def _spline(r: Array, f: Array, degree: int) -> Pieces | None:
+    if len(r) <= degree:
+        return None
+    pieces = _free_spline(r, f, degree)
+    if r[0] == 0.0 and abs(pieces.derivative()(r[:1])[0]) < _ROUND_TIP * f[1] / r[1]:
+        mirrored = _free_spline(np.append(-r[:0:-1], r), np.append(f[:0:-1], f), degree)
+        keep = np.flatnonzero(mirrored.breaks >= 0.0)
+        pieces = Pieces(mirrored.breaks[keep], mirrored.coefficients[:, keep[:-1]].copy())
+        # The odd derivatives that are continuous at r = 0 vanish there; rounding would leave a tiny cone. The
+        # highest jumps, as |r|^5 or |r|^3, and is kept.
+        pieces.coefficients[-2:0:-2, 0] = 0.0
+    pieces.coefficients[-1, 0] = 0.0
+    return pieces
+
+
+def _free_spline(r: Array, f: Array, degree: int) -> Pieces:
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    polynomial: Any = PPoly.from_spline(make_interp_spline(r, f, k=degree))
+    used = np.flatnonzero(np.diff(polynomial.x) > 0.0)
+    return Pieces(np.append(polynomial.x[used], polynomial.x[-1]), polynomial.c[:, used].copy())
+
+
+def _rises(pieces: Pieces) -> bool:
+    breaks = pieces.breaks
+    samples = (breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, 17)).ravel()
+    slopes = pieces.derivative()(samples)
+    return bool(np.min(slopes) >= -1e-12 * np.max(slopes))

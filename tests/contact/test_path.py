@@ -1,0 +1,123 @@
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.path import evaluate, path_table, scaled
+from restitution.contact.profile import Cone, FlatPunch, Parabola, PowerLaw
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+
+RADII = np.linspace(0.0, 0.5, 21)
+SMOOTH = [
+    (Parabola(0.01), 1e-4),
+    (Cone(1.2), 1e-3),
+    (FlatPunch(0.02), 1e-3),
+    (Sphere(0.01), 1e-5),
+    (Sphere(0.01), 0.005),
+    (Sphere(0.01), 0.05),
+    (TruncatedCone(0.001, 1.3), 1e-6),
+    (TruncatedCone(0.001, 1.3), 0.01),
+    (FlatEndedParabola(0.01, 0.001), 1e-8),
+    (FlatEndedParabola(0.01, 0.001), 0.01),
+    (Tabulated(RADII, Sphere(1.0).shape(RADII)), 0.2),
+]
+
+
+@pytest.mark.parametrize(("profile", "depth_max"), SMOOTH)
+def test_table_against_the_profile(profile, depth_max):
+    table = path_table(profile, depth_max)
+    assert table.error < 1e-12
+    assert len(table.radius) <= 128
+    s = math.sqrt(depth_max) * np.linspace(0.0, 1.0, 1237)
+    depth = np.minimum(s * s, depth_max)
+    a, slope, force_integral = evaluate(table, s)
+    exact, exact_integral = profile.contact_radius(depth), profile.force_integral_at_depth(depth)
+    # `radius_error` and `error` are found at other points than these; they may be missed by a little.
+    np.testing.assert_allclose(a, exact, rtol=0, atol=(3 * table.radius_error + 1e-15) * exact[-1])
+    np.testing.assert_allclose(
+        force_integral, exact_integral, rtol=0, atol=(3 * table.error + 1e-15) * exact_integral[-1]
+    )
+    assert a[0] == pytest.approx(float(profile.contact_radius(0.0)), abs=1e-15 * exact[-1])
+    assert force_integral[0] == 0.0
+    # da/ds by differences of the table's own a: 1e-6 relative, over a step that holds within a cell mostly.
+    middle = 0.5 * (s[1:] + s[:-1])
+    difference = np.diff(a) / np.diff(s)
+    np.testing.assert_allclose(evaluate(table, middle)[1], difference, atol=1e-4 * np.max(np.abs(slope)))
+
+
+def test_known_polynomials():
+    # a = sqrt(R) s, Pi = (2/3) sqrt(R) s^3 with R = 4, over s in [0, 3].
+    table = path_table(Parabola(4.0), 9.0)
+    a, slope, force_integral = evaluate(table, np.array([0.0, 0.1, 1.5, 3.0]))
+    np.testing.assert_allclose(a, [0.0, 0.2, 3.0, 6.0], rtol=1e-14)
+    np.testing.assert_allclose(slope, 2.0, rtol=1e-12)
+    np.testing.assert_allclose(force_integral, [0.0, 4e-3 / 3, 4.5, 36.0], rtol=1e-13)
+
+
+def test_the_force_integral_is_exactly_that_of_the_polynomials():
+    # Also where a itself is met to some 1e-7 only: d Pi/d(s^2) = a within every cell, to rounding.
+    table = path_table(PowerLaw(3.0, 1.0), 1.0)
+    cells = len(table.radius)
+    index = np.arange(cells)[:, None]
+    derivative = table.force_integral[:, 1:] * np.arange(1, table.force_integral.shape[1])
+    product = np.zeros_like(derivative)
+    product[:, :-1] = index * table.radius
+    product[:, 1:] += table.radius
+    np.testing.assert_allclose(derivative, 2.0 / cells**2 * product, rtol=1e-12, atol=1e-20)
+    ends = np.sum(table.force_integral, axis=1)
+    np.testing.assert_allclose(ends[:-1], table.force_integral[1:, 0], rtol=1e-14)
+
+
+def test_a_branch_point_is_stated_in_the_error():
+    profile = PowerLaw(4.0, 1.0)
+    table = path_table(profile, 1.0)
+    s = np.linspace(0.0, 1.0, 40001)
+    difference = np.abs(evaluate(table, s)[0] - profile.contact_radius(s * s))
+    missed = np.trapezoid(difference * 2.0 * s, s) / float(profile.force_integral_at_depth(1.0))
+    assert 1e-12 < table.error < 1e-10
+    assert table.error == pytest.approx(missed, rel=0.2)
+    assert 1e-4 < table.radius_error < 1e-2
+
+
+def test_coarser_on_request():
+    profile = Sphere(1.0)
+    coarse, fine = path_table(profile, 20.0, rtol=1e-4), path_table(profile, 20.0)
+    assert len(coarse.radius) < len(fine.radius)
+    assert coarse.error < 1e-4
+
+
+def test_scaled_table():
+    table = path_table(Sphere(0.01), 0.002)
+    other = scaled(table, length=0.002, radius=0.01)
+    assert other.s_max == pytest.approx(1.0)
+    assert other.error == table.error
+    a, slope, force_integral = evaluate(other, np.array([0.3, 0.9]))
+    direct = evaluate(table, np.array([0.3, 0.9]) * math.sqrt(0.002))
+    np.testing.assert_allclose(a, direct[0] / 0.01, rtol=1e-14)
+    np.testing.assert_allclose(slope, direct[1] / 0.01 * math.sqrt(0.002), rtol=1e-13)
+    np.testing.assert_allclose(force_integral, direct[2] / (0.01 * 0.002), rtol=1e-14)
+
+
+def test_arrays_for_the_kernel():
+    table = path_table(Sphere(1.0), 0.3)
+    for array in (table.radius, table.force_integral):
+        assert array.dtype == np.float64
+        assert array.flags.c_contiguous
+    assert table.force_integral.shape[1] == table.radius.shape[1] + 2
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: path_table(Sphere(1.0), 0.0), "depth_max = 0 m: must be finite and > 0"),
+        (lambda: path_table(Sphere(1.0), math.inf), "depth_max = inf m: must be finite and > 0"),
+        (lambda: path_table(Tabulated([0, 1], [0, 1]), 3.0), "depth_max = 3 m: must be <= 1.5708 m"),
+        (lambda: path_table(Sphere([1.0, 2.0]), 0.1), "arrays for parameters"),
+        (lambda: path_table(TruncatedCone([1.0, 2.0], 1.0), 0.1), "arrays for parameters"),
+    ],
+)
+def test_bad_requests(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

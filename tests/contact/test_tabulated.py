@@ -1,0 +1,158 @@
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.abel import AbelTransform, Pieces
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.profile import Cone, Parabola, PowerLaw
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+
+RADII = np.linspace(0.0, 0.5, 21)
+FACED = np.append(0.0, np.linspace(0.1, 0.5, 21))
+INSIDE = np.linspace(0.01, 0.5, 50)
+
+
+def largest_difference(table, profile):
+    scale = float(profile.transform(INSIDE[-1]))
+    return float(np.max(np.abs(table.transform(INSIDE) - profile.transform(INSIDE)))) / scale
+
+
+@pytest.mark.parametrize(
+    ("profile", "radii"),
+    [
+        (Parabola(1.0), RADII),
+        (Cone(1.0), RADII),
+        (PowerLaw(4.0, 1.0), RADII),
+        (TruncatedCone(0.1, 1.0), FACED),
+        (FlatEndedParabola(1.0, 0.1), FACED),
+        (FlatEndedParabola(1.0, 0.1), np.append(0.05, FACED[1:])),
+    ],
+)
+def test_what_the_interpolant_holds_exactly_is_exact(profile, radii):
+    radii = np.append(0.0, radii[radii > 0.0])
+    table = Tabulated(radii, profile.shape(radii))
+    assert largest_difference(table, profile) < 3e-14
+    depth = profile.transform(np.array([0.2, 0.45]))
+    np.testing.assert_allclose(table.contact_radius(depth), [0.2, 0.45], rtol=1e-13)
+    np.testing.assert_allclose(
+        table.force_integral([0.2, 0.45]), profile.force_integral([0.2, 0.45]), rtol=1e-12
+    )
+    # The spline of degree five has other knots than the table, so that slopes are right to rounding only.
+    np.testing.assert_allclose(table.transform_slope(0.3), profile.transform_slope(0.3), rtol=1e-12)
+
+
+def test_smooth_profile_converges_at_high_order():
+    errors = []
+    for points in (11, 21, 41):
+        radii = np.linspace(0.0, 0.5, points)
+        errors.append(largest_difference(Tabulated(radii, Sphere(1.0).shape(radii)), Sphere(1.0)))
+    # Degree five: h^6 in f, 64 a halving; the end of the table is 87 % of the way to the singular equator.
+    assert errors[0] / errors[1] > 30
+    assert errors[1] / errors[2] > 30
+    assert errors[2] < 3e-9
+
+
+def test_round_tip_stays_round():
+    table = Tabulated(RADII, Sphere(1.0).shape(RADII))
+    assert table.shape_slope(0.0) == 0.0
+    # a = sqrt(R d) down to any depth; a spurious cone on the tip would turn it into a ~ d.
+    np.testing.assert_allclose(table.contact_radius([1e-14, 1e-8]), [1e-7, 1e-4], rtol=1e-6)
+
+
+def test_rough_table_falls_back_to_the_monotone_cubic():
+    r = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    f = np.array([0.0, 0.01, 0.02, 0.2, 0.21, 0.6, 1.2])
+    r_fine = np.linspace(0.0, 0.6, 1201)
+    from scipy.interpolate import PchipInterpolator
+
+    # With an interval as flat as that before r = 0.3, g falls; with milder ones it does not.
+    with pytest.raises(ValueError, match=r"f rises too little beyond r = 0\.275 m: g\(x\) must rise"):
+        Tabulated(r, f)
+    f = np.array([0.0, 0.01, 0.04, 0.16, 0.30, 0.45, 0.9])
+    table = Tabulated(r, f)
+    np.testing.assert_allclose(table.shape(r_fine), PchipInterpolator(r, f)(r_fine), atol=1e-15)
+
+
+@pytest.mark.parametrize("n_points", [2, 3, 4, 5, 6, 7])
+def test_few_points(n_points):
+    r = np.linspace(0.0, 1.0, n_points)
+    table = Tabulated(r, r * 0.3)
+    assert table.transform(0.7) == pytest.approx(0.5 * math.pi * 0.3 * 0.7, rel=1e-13)
+    np.testing.assert_allclose(table.shape(r), r * 0.3, atol=1e-15)
+
+
+def test_series_against_direct_quadrature():
+    # Uneven and rough data: the stored series against the quadrature that they replace.
+    rng = np.random.default_rng(5)
+    breaks = np.cumsum(np.append(0.03, rng.uniform(1e-4, 0.1, 40)))
+    for degree in (3, 5):
+        coefficients = rng.uniform(0.1, 1.0, (degree + 1, 40))
+        coefficients[-1, 0] = 0.0
+        transform = AbelTransform(Pieces(breaks, coefficients))
+        y = rng.uniform(0.0, math.sqrt(breaks[-1] ** 2 - 0.03**2), 500)
+        direct = transform._integrated(y)
+        for column, values in zip(direct.T, transform(y), strict=True):
+            np.testing.assert_allclose(values, column, atol=1e-11 * np.max(column))
+
+
+def test_far_and_near_quadrature_agree(monkeypatch):
+    import restitution.contact.abel as abel
+
+    r = np.linspace(0.0, 1.0, 30)
+    y = np.linspace(0.01, 1.0, 77)
+    table = Tabulated(r, np.sqrt(0.2 + r * r) - math.sqrt(0.2))
+    both = table._transform._integrated(y)
+    monkeypatch.setattr(abel, "_FAR", 1e9)
+    near_only = AbelTransform(table._flank)._integrated(y)
+    np.testing.assert_allclose(both, near_only, rtol=3e-14)
+
+
+def test_beyond_the_table():
+    table = Tabulated(RADII, RADII**2)
+    assert table.max_contact_radius == 0.5
+    assert table.max_depth == pytest.approx(0.5, rel=1e-14)
+    assert table.contact_radius(table.max_depth) == 0.5
+    for method in (
+        table.shape,
+        table.shape_slope,
+        table.transform,
+        table.transform_slope,
+        table.force_integral,
+    ):
+        with pytest.raises(ValueError, match=r"= 0\.51 m: must be <= 0\.5 m, where the table ends"):
+            method([0.1, 0.51])
+    for method in (table.contact_radius, table.force_integral_at_depth):
+        with pytest.raises(ValueError, match=r"depth = 0\.6 m: must be <= 0\.5 m, where the table ends"):
+            method(0.6)
+
+
+@pytest.mark.parametrize(
+    ("r", "f", "message"),
+    [
+        ([0, 1, 1], [0, 1, 2], r"r\[2\] = 1 m after 1 m: r must rise strictly"),
+        ([0, 1, 2], [0, 1, 0.5], r"f\[2\] = 0.5 m after 1 m: f must never fall"),
+        ([0, 1, 2], [0, math.nan, 1], r"f\[1\] = nan m: must be finite"),
+        ([0, 1, math.inf], [0, 0.5, 1], r"r\[2\] = inf m: must be finite"),
+        ([0.1, 1, 2], [0, 0.5, 1], r"r\[0\], f\[0\] = 0.1, 0 m: the table must start at r = 0, f = 0"),
+        ([0, 1, 2], [0.1, 0.5, 1], r"r\[0\], f\[0\] = 0, 0.1 m: the table must start at r = 0, f = 0"),
+        ([0, 1, 2], [0, 1], r"shapes \(3,\), \(2,\): must be two columns of equal length >= 2"),
+        ([0], [0], r"must be two columns of equal length >= 2"),
+        ([0, 1], [0, 0], r"f = 0 m everywhere: must rise"),
+        ([0, 1, 2, 3, 4], [0, 1, 1, 1, 1], r"f rises too little beyond r = 0\.875 m"),
+    ],
+)
+def test_bad_tables(r, f, message):
+    with pytest.raises(ValueError, match=message) as error:
+        Tabulated(r, f)
+    assert "\n" not in str(error.value)
+
+
+def test_the_table_cannot_be_changed_afterwards():
+    r = np.linspace(0.0, 1.0, 5)
+    table = Tabulated(r, r**2)
+    r[2] = 77.0
+    assert table.r[2] == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        table.r[2] = 1.0
