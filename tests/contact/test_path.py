@@ -5,7 +5,8 @@ import pytest
 
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.path import evaluate, path_table, scaled
-from restitution.contact.profile import Cone, FlatPunch, Parabola, PowerLaw
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 

@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import quad
 
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
-from restitution.contact.profile import Cone, FlatPunch, Parabola, PowerLaw
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.contact.profile import Array, Profile, as_array, half_angle_slope
+from restitution.contact.power_law import half_angle_slope
+from restitution.contact.profile import Array, Profile, as_array
 from restitution.kernel.validation import Numeric, positive
 
 

@@ -165,7 +165,10 @@ class Tabulated(Profile):
             above = residual > 0.0
             high[active[above]] = here[above]
             low[active[~above]] = here[~above]
-            trial = here - residual / np.where(found.slope > 0.0, found.slope, np.inf)
+            # Newton in the logarithms: near the tip g is a power of y, over however many decades.
+            reached = np.maximum(found.depth, 1e-300)
+            power = np.where(found.slope > 0.0, here * found.slope / reached, np.inf)
+            trial = here * (depth[active] / reached) ** (1.0 / power)
             tight = np.abs(trial - here) <= 4e-16 * here
             inside = (trial > low[active]) & (trial < high[active])
             y[active] = np.where(inside | tight, trial, 0.5 * (low[active] + high[active]))

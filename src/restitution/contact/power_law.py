@@ -1,0 +1,255 @@
+"""Cone, power law and flat punch: like the parabola, their contact radius is a power of the depth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution.contact.profile import Array, Profile, as_array, plain
+from restitution.kernel.validation import Numeric, positive
+
+
+def half_angle_slope(half_angle: Any) -> tuple[Numeric, Numeric]:
+    """Return the checked half angle [rad], measured from the axis, and the slope cot(half_angle)."""
+    angle = positive("half_angle", half_angle, "rad")
+    if np.any(np.asarray(angle) >= 0.5 * math.pi):
+        worst = float(np.max(angle))
+        raise ValueError(
+            f"half_angle = {worst:g} rad: must be > 0 and < pi/2 (measured from the axis, in radians)"
+        )
+    return angle, plain(1.0 / np.tan(angle))
+
+
+@dataclass(frozen=True, eq=False)
+class Cone(Profile):
+    """Cone f = r cot(alpha).
+
+    Parameters
+    ----------
+    half_angle : float or array
+        Half of the opening angle alpha [rad], measured from the axis to the flank, in (0, pi/2); a blunt
+        cone, for which small strain holds, has alpha near pi/2.
+
+    Raises
+    ------
+    ValueError
+        If an angle is not in (0, pi/2).
+
+    Notes
+    -----
+    ``g = (pi/2) cot(alpha) x``, ``Pi = (pi/4) cot(alpha) a^2`` (Love 1939, Sneddon 1965). With the angle
+    theta between flank and surface, which others use, alpha = pi/2 - theta.
+
+    Examples
+    --------
+    >>> import math
+    >>> cone = Cone(half_angle=math.radians(70.3))
+    >>> round(float(cone.contact_radius(1e-6)), 9)
+    1.778e-06
+    """
+
+    half_angle: Numeric
+    _slope: Numeric = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        angle, slope = half_angle_slope(self.half_angle)
+        object.__setattr__(self, "half_angle", angle)
+        object.__setattr__(self, "_slope", slope)
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f = r cot(alpha) [m]."""
+        return np.abs(as_array(r)) * self._slope
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope f' = cot(alpha) [-]."""
+        return np.sign(as_array(r)) * self._slope
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g = (pi/2) cot(alpha) x [m]."""
+        return 0.5 * math.pi * np.abs(as_array(x)) * self._slope
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g' = (pi/2) cot(alpha) [-]."""
+        return 0.5 * math.pi * np.sign(as_array(x)) * self._slope
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a = (2/pi) tan(alpha) d [m]."""
+        return 2.0 / math.pi * np.maximum(as_array(depth), 0.0) / self._slope
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi = (pi/4) cot(alpha) a^2 [m^2]."""
+        return 0.25 * math.pi * as_array(contact_radius) ** 2 * self._slope
+
+    @property
+    def path_exponent(self) -> Numeric:
+        """Exponent of a = c s^p: 2."""
+        return 2.0
+
+    @property
+    def path_coefficient(self) -> Numeric:
+        """Coefficient of a = c s^p: (2/pi) tan(alpha) [-]."""
+        return 2.0 / math.pi / self._slope
+
+
+def transform_factor(exponent: float) -> float:
+    """Factor kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2), by which r^n transforms into kappa_n x^n."""
+    if exponent < 300.0:
+        return math.sqrt(math.pi) * math.gamma(0.5 * exponent + 1.0) / math.gamma(0.5 * (exponent + 1.0))
+    return math.sqrt(math.pi) * math.exp(
+        math.lgamma(0.5 * exponent + 1.0) - math.lgamma(0.5 * (exponent + 1.0))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class PowerLaw(Profile):
+    """Power-law profile f = A r^n.
+
+    Parameters
+    ----------
+    exponent : float or array
+        Exponent n [-], any real number > 0. The theory of small slopes wants n >= 1; below that the tip is a
+        cusp, its slope and the pressure at r = 0 are infinite.
+    coefficient : float or array
+        Coefficient A [m^(1-n)], > 0.
+
+    Raises
+    ------
+    ValueError
+        If the exponent or the coefficient is not finite and > 0.
+
+    Notes
+    -----
+    ``g = kappa_n A x^n`` with ``kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2)`` (Galin 1946; Popov and
+    Hess 2015), ``Pi = kappa_n A n a^(n+1)/(n+1)``. n = 1 is a cone, n = 2 a parabola; n -> inf tends to a
+    flat punch.
+
+    Examples
+    --------
+    >>> parabola = PowerLaw(exponent=2, coefficient=50.0)
+    >>> round(float(parabola.contact_radius(1e-4)), 12), parabola.path_exponent
+    (0.001, 1.0)
+    """
+
+    exponent: Numeric
+    coefficient: Numeric
+    _transformed: Numeric = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "exponent", positive("exponent", self.exponent))
+        object.__setattr__(self, "coefficient", positive("coefficient", self.coefficient, "m^(1-n)"))
+        factor = np.vectorize(transform_factor, otypes=[np.float64])(self.exponent)
+        object.__setattr__(self, "_transformed", plain(factor * self.coefficient))
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile f = A r^n [m]."""
+        return self.coefficient * np.abs(as_array(r)) ** self.exponent
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope f' = n A r^(n-1) [-]; infinite at r = 0 for n < 1."""
+        return self.coefficient * self._power_slope(as_array(r))
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile g = kappa_n A x^n [m]."""
+        return self._transformed * np.abs(as_array(x)) ** self.exponent
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope g' = n kappa_n A x^(n-1) [-]; infinite at x = 0 for n < 1."""
+        return self._transformed * self._power_slope(as_array(x))
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a = (d/(kappa_n A))^(1/n) [m]."""
+        return (np.maximum(as_array(depth), 0.0) / self._transformed) ** (1.0 / np.asarray(self.exponent))
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Force integral Pi = kappa_n A n a^(n+1)/(n+1) [m^2]."""
+        n = self.exponent
+        return self._transformed * n / (n + 1.0) * as_array(contact_radius) ** (n + 1.0)
+
+    def _power_slope(self, x: Array) -> Array:
+        with np.errstate(divide="ignore"):
+            return np.sign(x) * self.exponent * np.abs(x) ** (self.exponent - 1.0)
+
+    @property
+    def path_exponent(self) -> Numeric:
+        """Exponent of a = c s^p: 2/n."""
+        return plain(2.0 / np.asarray(self.exponent))
+
+    @property
+    def path_coefficient(self) -> Numeric:
+        """Coefficient of a = c s^p: (kappa_n A)^(-1/n)."""
+        return plain(np.asarray(self._transformed) ** (-1.0 / np.asarray(self.exponent)))
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPunch(Profile):
+    """Flat-ended cylinder, whose contact radius does not depend on depth.
+
+    Parameters
+    ----------
+    radius : float or array
+        Radius a of the face [m], > 0.
+
+    Raises
+    ------
+    ValueError
+        If a radius is not finite and > 0.
+
+    Notes
+    -----
+    g = 0 under the face and infinite beside it; ``int_0^d a dd = a d``, ``F = 2 E* a d`` (Boussinesq 1885).
+
+    Examples
+    --------
+    >>> punch = FlatPunch(radius=0.002)
+    >>> float(punch.contact_radius(1e-5)), float(punch.force_integral_at_depth(0.5))
+    (0.002, 0.001)
+    """
+
+    radius: Numeric
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+
+    def shape(self, r: ArrayLike) -> Array:
+        """Profile [m]: 0 under the face, infinite beside it."""
+        return np.where(np.abs(as_array(r)) <= self.radius, 0.0, np.inf)
+
+    def shape_slope(self, r: ArrayLike) -> Array:
+        """Slope [-]: 0 under the face, infinite beside it."""
+        return np.where(np.abs(as_array(r)) <= self.radius, 0.0, np.copysign(np.inf, r))
+
+    def transform(self, x: ArrayLike) -> Array:
+        """Transformed profile [m]: 0 under the face, infinite beside it."""
+        return self.shape(x)
+
+    def transform_slope(self, x: ArrayLike) -> Array:
+        """Slope of the transformed profile [-]: 0 under the face, infinite beside it."""
+        return self.shape_slope(x)
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius [m]: the radius of the face where d >= 0."""
+        return np.where(as_array(depth) >= 0.0, self.radius, 0.0)
+
+    def force_integral(self, contact_radius: ArrayLike) -> Array:
+        """Refuse: the depth does not follow from the contact radius."""
+        raise ValueError(
+            "a flat punch has the same contact radius at every depth: use force_integral_at_depth"
+        )
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral a d [m^2] at depth d [m]."""
+        return self.radius * np.maximum(as_array(depth), 0.0)
+
+    @property
+    def path_exponent(self) -> Numeric:
+        """Exponent of a = c s^p: 0."""
+        return 0.0
+
+    @property
+    def path_coefficient(self) -> Numeric:
+        """Coefficient of a = c s^p: the radius of the face [m]."""
+        return self.radius
