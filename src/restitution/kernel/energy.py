@@ -19,13 +19,22 @@ import numpy as np
 from restitution.kernel.approach import MODES_, S_, T_, V_
 from restitution.kernel.compile import kernel, part
 from restitution.kernel.dense import invert
-from restitution.kernel.impact import Problem, Work
-from restitution.kernel.path import radius_and_integral, radius_slope
+from restitution.kernel.impact import (
+    FIRST,
+    MAX_ELEMENTS,
+    SEPARATED,
+    Problem,
+    Work,
+    allocate,
+    most_modes,
+    solve_one,
+)
+from restitution.kernel.path import Path, radius_and_integral, radius_slope
 from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import interpolate_path
 
 
-@part
+@kernel
 def _propagate(scheme: Any, B: Any, row: Any, rate: float, h: float, r: Any, source: Any, start: float, out: Any) -> None:
     """Write into `out` the nodes of y' = -rate r y + source, y(0) = start, over an element of length h."""
     S = len(scheme.size)
@@ -197,3 +206,29 @@ def _integral(scheme: Any, values: Any, h: float, end: float) -> float:
         bottom += weight
     return h * top / bottom
 
+
+@kernel
+def budget_block(
+    scheme: Scheme,
+    tolerance: float,
+    accept: float,
+    firsts: Any,
+    equilibria: Any,
+    viscosities: Any,
+    loads: Any,
+    offsets: Any,
+    moduli: Any,
+    times: Any,
+    path: Path,
+    outcomes: Any,
+) -> Work:
+    """Solve a block as `solve_block` does; two more columns of `outcomes` take the energy dissipated and stored."""
+    work = allocate(len(scheme.size), most_modes(offsets), MAX_ELEMENTS)
+    columns = outcomes.shape[1]
+    for n in range(offsets.shape[0] - 1):
+        low, high = offsets[n], offsets[n + 1]
+        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
+        solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
+        if outcomes[n, columns - 4] == SEPARATED:
+            outcomes[n, columns - 2], outcomes[n, columns - 1] = energy_budget(problem, scheme, work)
+    return work

@@ -12,7 +12,10 @@ from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import interpolate_path, rebound_element
 
 MAX_ELEMENTS = 600
+# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least.
 KAPPA = 0.3
+# First step over the scale of s.
+FIRST = 0.6
 
 # Status codes; `restitution.impact.status` gives them names and words.
 SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE = 0, 1, 2, 3, 4, 5
@@ -128,7 +131,7 @@ def _value(scheme: Scheme, table: Any, column: int, x: float) -> float:
     return top / total
 
 
-@part
+@kernel
 def _zero_of_velocity(scheme: Scheme, table: Any) -> float:
     """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
     low, high = 0.0, 1.0
@@ -167,7 +170,7 @@ def _predict_approach(problem: Problem, scheme: Scheme, work: Work, element: int
         work.x[i] = s
 
 
-@part
+@kernel
 def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
     """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
     S = len(scheme.size)
@@ -230,7 +233,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     return SEPARATED
 
 
-@part
+@kernel
 def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
     S = len(scheme.size)
@@ -338,7 +341,7 @@ def _predict_rebound(scheme: Scheme, work: Work, element: int, h: float, previou
         work.x[i] = ratio * s1
 
 
-@part
+@kernel
 def _peak_force(scheme: Scheme, work: Work) -> float:
     """Largest force of the approach: the best node, then its polynomial by golden section."""
     S = len(scheme.size)
@@ -376,7 +379,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     return best
 
 
-@part
+@kernel
 def solve_one(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float, outcome: Any
 ) -> None:
@@ -413,8 +416,8 @@ def solve_one(
 @kernel
 def solve_block(
     scheme: Scheme,
-    tolerances: Any,
-    accepts: Any,
+    tolerance: float,
+    accept: float,
     firsts: Any,
     equilibria: Any,
     viscosities: Any,
@@ -424,15 +427,45 @@ def solve_block(
     times: Any,
     path: Path,
     outcomes: Any,
-) -> Any:
-    """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1]."""
-    S = len(scheme.size)
-    most = 0
-    for n in range(offsets.shape[0] - 1):
-        most = max(most, offsets[n + 1] - offsets[n])
-    work = allocate(S, most, MAX_ELEMENTS)
+) -> Work:
+    """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1].
+
+    Parameters
+    ----------
+    scheme : Scheme
+        Collocation scheme.
+    tolerance, accept : float
+        Error of an element, and the largest last step of the Newton iteration.
+    firsts : ndarray, shape (n,)
+        Scale of s of each impact.
+    equilibria, viscosities, loads : ndarray, shape (n,)
+        See `Problem`.
+    offsets : ndarray of int, shape (n + 1,)
+        Where each row's modes begin.
+    moduli, times : ndarray
+        The modes of all rows.
+    path : Path
+        The profile.
+    outcomes : ndarray, shape (n, 9)
+        Written: columns `OUTCOME`; NaN where there is no result.
+
+    Returns
+    -------
+    Work
+        The stored halves of the last impact.
+    """
+    work = allocate(len(scheme.size), most_modes(offsets), MAX_ELEMENTS)
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
-        solve_one(problem, scheme, work, tolerances[n], accepts[n], firsts[n], outcomes[n])
+        solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
     return work
+
+
+@part
+def most_modes(offsets: Any) -> int:
+    """Largest number of modes of a row."""
+    most = 0
+    for n in range(offsets.shape[0] - 1):
+        most = max(most, offsets[n + 1] - offsets[n])
+    return most

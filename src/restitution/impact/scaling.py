@@ -1,0 +1,298 @@
+"""From SI to dimensionless numbers and back: the only place that knows how."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.impact.problem import Impact
+from restitution.kernel.validation import Numeric
+from restitution.material.prony import PronySeries
+
+if TYPE_CHECKING:
+    from restitution.contact.path import PathTable
+
+Array = NDArray[np.float64]
+
+
+class DimensionlessGroups(NamedTuple):
+    """The three numbers on which the restitution coefficient of a standard solid depends (Willert et al., eq. 11).
+
+    Attributes
+    ----------
+    p1 : float
+        Static Poisson ratio nu.
+    p2 : float or array
+        Equilibrium over branch modulus, Ginf/G1.
+    p3 : float or array
+        `eta (v0 R/(m^2 Ginf^3))^(1/5)`.
+    """
+
+    p1: float
+    p2: Numeric
+    p3: Numeric
+
+
+def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
+    """Dimensionless groups p1, p2, p3 of a parabolic body on a standard solid.
+
+    Parameters
+    ----------
+    impact : Impact
+        A parabola on a standard solid with a constant bulk modulus, without a constant force.
+
+    Returns
+    -------
+    DimensionlessGroups
+        p1 = nu, p2 = Ginf/G1, p3 = eta (v0 R/(m^2 Ginf^3))^(1/5).
+
+    Raises
+    ------
+    ValueError
+        If the impact is not of that kind, and why.
+
+    Examples
+    --------
+    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.material.classical import standard_solid
+    >>> solid = standard_solid(1.0, 10.0, 2.0, poisson_ratio=0.3)
+    >>> groups = dimensionless_groups(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0))
+    >>> print(round(groups.p1, 12), groups.p2, groups.p3)
+    0.3 0.1 2.0
+    """
+    material = impact.material
+    shear, bulk = material.shear.simplified(), material.bulk
+    reasons = [
+        (impact.counter_material is not None, "both bodies deform"),
+        (impact.profile.path_exponent != 1.0, "the profile is not a parabola"),
+        (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
+        (shear.viscosity > 0.0, "the shear modulus has a parallel dashpot"),
+        (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
+        (isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0), "the bulk relaxes"),
+        (bool(np.any(impact.force)), "a constant force acts"),
+    ]
+    for wrong, reason in reasons:
+        if wrong:
+            raise ValueError(f"p1, p2, p3 belong to a rigid parabola on a standard solid: here {reason}")
+    modulus, branch = shear.equilibrium_modulus, float(shear.branch_moduli[0])
+    viscosity = branch * float(shear.relaxation_times[0])
+    root_radius = np.asarray(impact.profile.path_coefficient)
+    # Roots first: the moduli cubed overflow where p3 itself is harmless.
+    p3 = (viscosity / modulus**0.6) * np.asarray(impact.velocity) ** 0.2 * root_radius**0.4 / np.asarray(impact.mass) ** 0.4
+    return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
+
+
+class ScaledImpact(NamedTuple):
+    """One impact in units of a length L, the time L/v0 and the mass m, with d = s^2 and a = radius a^(s).
+
+    Attributes
+    ----------
+    equilibrium, moduli, times, viscosity, load : float or ndarray
+        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - load)`, `Y_k' = -Y_k/times_k + a v`.
+    exponent : float
+        p of a = s^p; negative where `table` holds.
+    table : PathTable or None
+        The profile's table of a(s) in SI.
+    first : float
+        Scale of s over which the impact happens: where to begin with the steps.
+    length, time, radius : float
+        Units [m], [s] and the contact radius [m] where the dimensionless one is 1.
+    """
+
+    equilibrium: float
+    moduli: Array
+    times: Array
+    viscosity: float
+    load: float
+    exponent: float
+    table: PathTable | None
+    first: float
+    length: float
+    time: float
+    radius: float
+
+
+class ScaledBlock(NamedTuple):
+    """Impacts that share a kind of profile, as the kernel takes them; row n has the modes offsets[n] to offsets[n+1]."""
+
+    firsts: Array
+    equilibria: Array
+    viscosities: Array
+    loads: Array
+    offsets: NDArray[np.int64]
+    moduli: Array
+    times: Array
+    exponent: float
+    table: PathTable | None
+    length: Array
+    time: Array
+    radius: Array
+
+    @property
+    def size(self) -> int:
+        """Number of impacts."""
+        return self.firsts.size
+
+    def row(self, n: int) -> ScaledImpact:
+        """Return impact n by itself."""
+        modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
+        return ScaledImpact(
+            float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
+            float(self.loads[n]), self.exponent, self.table, float(self.firsts[n]),
+            float(self.length[n]), float(self.time[n]), float(self.radius[n]),
+        )  # fmt: skip
+
+    def part(self, start: int, stop: int) -> ScaledBlock:
+        """Return the impacts from `start` to `stop` as a block of their own."""
+        rows = slice(start, stop)
+        modes = slice(int(self.offsets[start]), int(self.offsets[stop]))
+        return ScaledBlock(
+            self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.loads[rows],
+            self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes], self.times[modes],
+            self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
+        )  # fmt: skip
+
+
+def join(blocks: Sequence[ScaledBlock]) -> ScaledBlock:
+    """Put blocks of one kind of profile (equal exponent, no table) into one."""
+    if len(blocks) == 1:
+        return blocks[0]
+    columns = [np.concatenate(column) for column in zip(*(block[:4] for block in blocks), strict=True)]
+    counts = np.concatenate([np.diff(block.offsets) for block in blocks])
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    modes = [np.concatenate([block[n] for block in blocks]) for n in (5, 6)]
+    units = [np.concatenate([block[n] for block in blocks]) for n in (9, 10, 11)]
+    return ScaledBlock(*columns, offsets, *modes, blocks[0].exponent, None, *units)
+
+
+def power_block(
+    equilibria: Any, viscosities: Any, moduli: Any, times: Any, coefficients: Any, exponent: float,
+    masses: Any, velocities: Any, forces: Any,
+) -> ScaledBlock:  # fmt: skip
+    """Scale impacts of a power-type profile a = c s^p.
+
+    Parameters
+    ----------
+    equilibria, viscosities : array, shape (n,)
+        Of the reduced modulus [Pa], [Pa s].
+    moduli, times : array, shape (n, n_branch)
+        Branch moduli [Pa] and relaxation times [s] of the reduced modulus.
+    coefficients : array, shape (n,)
+        c [m^(1 - p/2)].
+    exponent : float
+        p.
+    masses, velocities, forces : array, shape (n,)
+        [kg], [m/s], [N].
+
+    Returns
+    -------
+    ScaledBlock
+        L is the depth that an elastic body would reach with the modulus that prevails at the time scale of the
+        impact, so that all numbers are of order one where the materials allow it.
+    """
+    p = exponent
+    # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
+    energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities**2 / coefficients
+    power = 1.0 / (2.0 + 0.5 * p)
+    glass = equilibria + moduli.sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        only_viscous = (energy / (viscosities * velocities)) ** (1.0 / (1.0 + 0.5 * p))
+        length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
+        for _ in range(6):
+            duration = (1.5 * length / velocities)[:, None]
+            modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
+            length = (energy / modulus) ** power
+        time = length / velocities
+        factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
+        scaled = moduli * factor[:, None]
+        loads = forces * length / (masses * velocities**2)
+    count = np.full(length.size, moduli.shape[1], dtype=np.int64)
+    return ScaledBlock(
+        np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, loads,
+        np.concatenate([[0], np.cumsum(count)]), scaled.ravel(), (times / time[:, None]).ravel(), p, None,
+        length, time, coefficients * length ** (0.5 * p),
+    )  # fmt: skip
+
+
+def scale(impact: Impact, depth_factor: float = 4.0) -> ScaledBlock:
+    """Scale one impact, or the array of impacts that it broadcasts to.
+
+    Parameters
+    ----------
+    impact : Impact
+        The impacts; their order is that of the raveled common shape.
+    depth_factor : float
+        For profiles without a power law: the table reaches to this multiple of the estimated depth.
+
+    Returns
+    -------
+    ScaledBlock
+        As many rows as `impact.shape` has elements.
+    """
+    series = impact.reduced_modulus
+    size = math.prod(impact.shape)
+    mass, velocity, force = (_flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.force))
+    moduli = np.broadcast_to(series.branch_moduli, (size, series.branch_moduli.size))
+    times = np.broadcast_to(series.relaxation_times, (size, series.relaxation_times.size))
+    equilibria = np.full(size, series.equilibrium_modulus)
+    viscosities = np.full(size, series.viscosity)
+    exponents = impact.profile.path_exponent
+    if exponents is not None and np.ndim(exponents) == 0:
+        coefficients = _flat(impact.profile.path_coefficient, impact.shape)
+        return power_block(
+            equilibria, viscosities, moduli, times, coefficients, float(exponents), mass, velocity, force
+        )
+    if exponents is not None:
+        raise ValueError("exponent: must be one number; solve a list of impacts for several exponents")
+    return _table_block(impact, depth_factor, mass, velocity, force)
+
+
+def _table_block(impact: Impact, depth_factor: float, mass: Array, velocity: Array, force: Array) -> ScaledBlock:
+    """Scale impacts of a profile that the kernel sees as a table: one length for all rows, the end of the table."""
+    from restitution.contact.path import path_table
+
+    series, profile = impact.reduced_modulus, impact.profile
+    depths = _elastic_depth(series, profile.force_integral_at_depth, mass, velocity, force, float(profile.max_depth))
+    length = min(depth_factor * float(depths.max()), float(profile.max_depth))
+    table = path_table(profile, length)
+    radius = float(profile.contact_radius(length))
+    time = length / velocity
+    factor = 2.0 * length**2 * radius / (mass * velocity**2)
+    n_modes = series.branch_moduli.size
+    return ScaledBlock(
+        np.sqrt(depths / length), series.equilibrium_modulus * factor, series.viscosity * factor / time,
+        force * length / (mass * velocity**2), np.arange(mass.size + 1, dtype=np.int64) * n_modes,
+        (series.branch_moduli * factor[:, None]).ravel(), (series.relaxation_times / time[:, None]).ravel(),
+        -1.0, table, np.full(mass.size, length), time, np.full(mass.size, radius),
+    )  # fmt: skip
+
+
+def _elastic_depth(
+    series: PronySeries, force_integral: Callable[[Any], Any], mass: Array, velocity: Array, force: Array, most: float
+) -> Array:
+    """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about."""
+    low = np.full(mass.size, -300.0)
+    high = np.full(mass.size, math.log(min(most, 1e100)))
+    moduli, times = series.branch_moduli, series.relaxation_times
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        depth = np.exp(middle)
+        duration = 1.5 * depth / velocity
+        modulus = (
+            series.equilibrium_modulus
+            + (moduli * times / (times + duration[:, None])).sum(axis=1)
+            + series.viscosity / duration
+        )
+        # The exponent 2/5 of the parabola serves for all: this is where the steps begin, no more.
+        deep = 0.4 * 2.0 * modulus * force_integral(depth) * depth > 0.5 * mass * velocity**2 + force * depth
+        high = np.where(deep, middle, high)
+        low = np.where(deep, low, middle)
+    return np.exp(high)
+
+
+def _flat(value: Any, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1).astype(np.float64)

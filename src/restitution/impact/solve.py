@@ -1,0 +1,425 @@
+"""Solve impacts: the method is chosen here, and the result put together."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.impact.exact import Progress, outcome_columns, solve_scaled, solve_stored
+from restitution.impact.history import DenseOutput, Trajectory
+from restitution.impact.problem import Impact
+from restitution.impact.result import EnergyBudget, ImpactResult
+from restitution.impact.scaling import ScaledBlock, join, power_block, scale
+from restitution.impact.status import SolverError, Status
+from restitution.kernel.validation import Numeric, positive, within
+from restitution.material.standard_solid import reduced_standard_solid
+
+Array = NDArray[np.float64]
+Method = Literal["exact", "elements", "reference"]
+Errors = Literal["raise", "warn"]
+
+# The energy is computed from a finer solve, so that its own quadrature does not hide the error of the reported one.
+_BUDGET_REFINEMENT = 1e-2
+
+
+def solve(
+    impact: Impact | Sequence[Impact],
+    method: Method = "exact",
+    *,
+    rtol: float = 1e-9,
+    errors: Errors | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    n_elements: int | None = None,
+    time_step: float | None = None,
+) -> ImpactResult:
+    """Restitution coefficient, contact time, peaks, energy and history of impacts.
+
+    Parameters
+    ----------
+    impact : Impact, or sequence of Impact
+        One impact, an array of impacts (an `Impact` with arrays), or a list of single ones.
+    method : {"exact", "elements", "reference"}
+        "exact": collocation of the reduced equations, any accuracy. "elements": the paper's own elements and
+        explicit Euler, of first order. "reference": the reduced equations through SciPy, slow and independent.
+    rtol : float
+        The error of e stays below `rtol max(e, 1e-3)`; from 1e-12 to 1e-2.
+    errors : {"raise", "warn"}, optional
+        Whether a solve that fails raises, or leaves NaN and its status and is counted in a warning. Default: raise for
+        a single impact, warn for several.
+    workers : int, optional
+        Threads for several impacts; all cores where left out. Results do not depend on it.
+    progress : callable, optional
+        Called with (impacts done, all impacts).
+    n_elements, time_step : int, float, optional
+        Of the element method: number of elements in contact at most, time step [s].
+
+    Returns
+    -------
+    ImpactResult
+        Numbers for a single impact, arrays for several.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of range.
+    SolverError
+        If a solve fails and `errors` is "raise".
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
+    >>> impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
+    >>> print(round(rs.solve(impact).restitution_coefficient, 8))
+    0.43435616
+    """
+    within("rtol", rtol, 1e-12, 1e-2)
+    if method not in ("exact", "elements", "reference"):
+        raise ValueError(f"method = {method!r}: must be 'exact', 'elements' or 'reference'")
+    if errors not in (None, "raise", "warn"):
+        raise ValueError(f"errors = {errors!r}: must be 'raise' or 'warn'")
+    if method != "elements" and not (n_elements is None and time_step is None):
+        raise ValueError(f"n_elements, time_step: belong to method 'elements', not to {method!r}")
+    if isinstance(impact, Impact):
+        if method == "exact":
+            return _solve_exact(impact, rtol, errors, workers, progress)
+        return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
+    impacts = list(impact)
+    for n, one in enumerate(impacts):
+        if not isinstance(one, Impact):
+            raise TypeError(f"impact[{n}] = {one!r}: must be an Impact")
+        if one.shape:
+            raise ValueError(f"impact[{n}]: has shape {one.shape}; a list takes single impacts")
+    if not impacts:
+        raise ValueError("impact: must hold at least one impact")
+    if method != "exact":
+        raise ValueError(f"method = {method!r}: takes one impact at a time")
+    return _solve_list(impacts, rtol, errors, workers, progress)
+
+
+def standard_solid_restitution(
+    nu: ArrayLike,
+    p2: ArrayLike,
+    p3: ArrayLike,
+    *,
+    method: Method = "exact",
+    rtol: float = 1e-9,
+    errors: Errors | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """Restitution coefficient e(p1, p2, p3) of a rigid sphere on a compressible standard solid (the paper's eq. 11).
+
+    Parameters
+    ----------
+    nu : array_like
+        p1, static Poisson ratio, in [-1, 0.5]; 0.5 means incompressible.
+    p2 : array_like
+        Equilibrium over branch modulus, Ginf/G1, > 0.
+    p3 : array_like
+        `eta (v0 R/(m^2 Ginf^3))^(1/5)`, > 0.
+    method : {"exact", "elements", "reference"}
+        See `solve`.
+    rtol, errors, workers, progress
+        See `solve`.
+
+    Returns
+    -------
+    float or ndarray
+        e, in the common shape of the three.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
+    SolverError
+        If a solve fails and `errors` is "raise" (the default for single numbers).
+
+    Examples
+    --------
+    >>> print(round(standard_solid_restitution(0.49, 1e-3, 10.0), 6))
+    0.219706
+    """
+    ratio = within("nu", nu, -1.0, 0.5)
+    modulus_ratio = positive("p2", p2)
+    viscosity = positive("p3", p3)
+    within("rtol", rtol, 1e-12, 1e-2)
+    shape = np.broadcast_shapes(np.shape(ratio), np.shape(modulus_ratio), np.shape(viscosity))
+    columns = [np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)]
+    if method != "exact":
+        values = [_standard_solid_impact(*numbers, method, rtol) for numbers in zip(*columns, strict=True)]
+        return values[0] if not shape else np.array(values).reshape(shape)
+    one = np.ones(columns[0].size)
+    reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
+    block = power_block(
+        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one
+    )
+    outcomes = outcome_columns(solve_scaled(block, rtol, workers=workers, progress=progress))
+    _judge(outcomes["status"], errors or ("warn" if shape else "raise"))
+    e = outcomes["restitution_coefficient"]
+    return float(e[0]) if not shape else e.reshape(shape)
+
+
+def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol: float) -> float:
+    from restitution.contact.profile import Parabola
+    from restitution.material.classical import standard_solid
+
+    material = standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+    result = solve(Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0), method, rtol=rtol)
+    return float(result.restitution_coefficient)
+
+
+def _judge(statuses: Array, errors: Errors) -> None:
+    """Raise or warn where solves failed."""
+    failed = np.flatnonzero(~(statuses < Status.TOO_MANY_STEPS))
+    if failed.size == 0:
+        return
+    first = Status(int(statuses[failed[0]]))
+    if errors == "raise":
+        where = f"impact {failed[0]} of {statuses.size}" if statuses.size > 1 else ""
+        raise SolverError(first, where)
+    kinds, counts = np.unique(statuses[failed].astype(int), return_counts=True)
+    listed = ", ".join(f"{count} {Status(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+    warnings.warn(
+        f"{failed.size} of {statuses.size} impacts failed and are NaN: {listed}", RuntimeWarning, stacklevel=3
+    )
+
+
+def _solve_exact(
+    impact: Impact, rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
+) -> ImpactResult:
+    block, outcomes = _outcomes(impact, rtol, workers, progress)
+    columns = outcome_columns(outcomes)
+    _judge(columns["status"], errors or ("warn" if impact.shape else "raise"))
+    fields = _si(columns, block, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity)))
+
+    def budget() -> EnergyBudget:
+        return _energy_budget(impact, block, rtol, fields["restitution_coefficient"], workers)
+
+    def dense() -> DenseOutput:
+        if impact.shape:
+            raise ValueError(f"history: of one impact only, and this result is an array of shape {impact.shape}")
+        return _dense_output(impact, block, rtol)
+
+    return _result(impact, "exact", rtol, fields, impact.shape, budget, dense)
+
+
+def _outcomes(
+    impact: Impact, rtol: float, workers: int | None, progress: Progress | None
+) -> tuple[ScaledBlock, Array]:
+    """Scale and solve; where the table of a profile turns out too short, with a longer one."""
+    depth_factor = 4.0
+    while True:
+        block = scale(impact, depth_factor)
+        outcomes = solve_scaled(block, rtol, workers=workers, progress=progress)
+        if block.table is None:
+            return block, outcomes
+        depth = np.nanmax(np.append(outcomes[:, 2], 0.0))
+        if depth <= 1.0 and not np.any(outcomes[:, 7] >= Status.TOO_MANY_STEPS):
+            return block, outcomes
+        most = float(impact.profile.max_depth)
+        if block.length[0] >= most:
+            if depth > 1.0:
+                raise ValueError(
+                    f"profile: the body goes in by {depth * block.length[0]:.3g} m or more, "
+                    f"beyond the {most:.3g} m that the profile describes"
+                )
+            return block, outcomes
+        if depth_factor > 1e4:
+            return block, outcomes
+        depth_factor *= 8.0
+
+
+def _solve_list(
+    impacts: list[Impact], rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
+) -> ImpactResult:
+    """Solve single impacts together, those of one kind of profile in one block."""
+    groups: dict[float, list[int]] = {}
+    single: list[int] = []
+    for n, impact in enumerate(impacts):
+        exponent = impact.profile.path_exponent
+        if exponent is None:
+            single.append(n)
+        else:
+            groups.setdefault(float(exponent), []).append(n)
+    masses = np.array([impact.mass for impact in impacts], dtype=np.float64)
+    velocities = np.array([impact.velocity for impact in impacts], dtype=np.float64)
+    parts: list[tuple[list[int], ScaledBlock, Array]] = []
+    done = 0
+
+    def advance(finished: int, _: int) -> None:
+        if progress is not None:
+            progress(done + finished, len(impacts))
+
+    for members in groups.values():
+        block = join([scale(impacts[n]) for n in members])
+        parts.append((members, block, solve_scaled(block, rtol, workers=workers, progress=advance)))
+        done += len(members)
+    for n in single:
+        parts.append(([n], *_outcomes(impacts[n], rtol, workers, advance)))
+        done += 1
+    statuses = np.empty(len(impacts))
+    for members, _, outcomes in parts:
+        statuses[members] = outcomes[:, 7]
+    _judge(statuses, errors or "warn")
+    fields: dict[str, Array] = {}
+    for members, block, outcomes in parts:
+        for name, values in _si(outcome_columns(outcomes), block, masses[members], velocities[members]).items():
+            fields.setdefault(name, np.empty(len(impacts)))[members] = values
+
+    def budget() -> EnergyBudget:
+        rows = [
+            _energy_budget(impact, scale(impact), rtol, fields["restitution_coefficient"][n : n + 1], 1)
+            for n, impact in enumerate(impacts)
+        ]
+        return EnergyBudget(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def dense() -> DenseOutput:
+        raise ValueError("history: of one impact only, and this result is of a list")
+
+    return _result(impacts, "exact", rtol, fields, (len(impacts),), budget, dense)
+
+
+def _si(columns: dict[str, Array], block: ScaledBlock, mass: Array, velocity: Array) -> dict[str, Array]:
+    """Turn outcomes into SI."""
+    statuses = columns["status"]
+    stays = (statuses == Status.SINKS_IN) | (statuses == Status.CAPTURED)
+    return {
+        "restitution_coefficient": columns["restitution_coefficient"],
+        "contact_time": np.where(stays, np.inf, columns["contact_time"] * block.time),
+        "max_indentation_depth": columns["max_indentation_depth"] * block.length,
+        "max_force": columns["max_force"] * mass * velocity / block.time,
+        "max_contact_radius": columns["max_contact_radius"] * block.radius,
+        "residual_indentation_depth": columns["residual_indentation_depth"] * block.length,
+        "status": statuses,
+    }
+
+
+def _energy_budget(
+    impact: Impact, block: ScaledBlock, rtol: float, restitution: Array, workers: int | None
+) -> EnergyBudget:
+    """Energy budget of solved impacts, from a finer solve; `restitution` is what was reported."""
+    finer = max(rtol * _BUDGET_REFINEMENT, 1e-13)
+    outcomes = solve_scaled(block, finer, workers=workers, budget=True)
+    kinetic = 0.5 * _flat(impact.mass, impact.shape) * _flat(impact.velocity, impact.shape) ** 2
+    dissipated, stored = 2.0 * kinetic * outcomes[:, -2], 2.0 * kinetic * outcomes[:, -1]
+    out = kinetic * restitution**2
+    work = _flat(impact.force, impact.shape) * outcomes[:, 5] * block.length
+    residual = (out + dissipated + stored - kinetic - work) / kinetic
+    shaped = (_shaped(x, impact.shape) for x in (kinetic, out, dissipated, stored, residual))
+    return EnergyBudget(*shaped)
+
+
+def _dense_output(impact: Impact, block: ScaledBlock, rtol: float) -> DenseOutput:
+    from restitution.impact.exact import STAGES
+    from restitution.kernel.radau import radau
+
+    outcome, problem, work = solve_stored(block, rtol)
+    status = Status(int(outcome[7]))
+    if status != Status.SEPARATED:
+        raise ValueError(f"history: the contact has no end ({status.message})")
+    return DenseOutput(
+        block.row(0), problem, radau(STAGES), work, float(impact.mass), float(impact.velocity)
+    )
+
+
+def _result(
+    impact: Impact | list[Impact],
+    method: str,
+    rtol: float | None,
+    fields: dict[str, Array],
+    shape: tuple[int, ...],
+    budget: Any,
+    dense: Any,
+) -> ImpactResult:
+    shaped: dict[str, Any] = {name: _shaped(values, shape) for name, values in fields.items()}
+    status = shaped.pop("status")
+    if isinstance(status, np.ndarray):
+        status = status.astype(np.int64)
+    else:
+        status = Status(int(status))
+    return ImpactResult(
+        **shaped, status=status, impact=impact, method=method, rtol=rtol, warnings=_validity(impact, fields),
+        _budget=budget, _dense=dense,
+    )  # fmt: skip
+
+
+def _validity(impact: Impact | list[Impact], fields: dict[str, Array]) -> list[str]:
+    return []
+
+
+def _solve_by_sampling(
+    impact: Impact, method: Method, rtol: float, n_elements: int | None, time_step: float | None
+) -> ImpactResult:
+    """Solve one impact by the element method or the reference."""
+    if impact.shape:
+        raise ValueError(f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}")
+    if method == "reference":
+        return _solve_reference(impact, rtol)
+    from restitution.impact.elements import solve_elements
+
+    solution = solve_elements(impact, n_elements=n_elements or 800, time_step=time_step)
+    return _from_trajectory(impact, method, None, solution, (1.0, 1.0, 1.0, 1.0, 1.0))
+
+
+def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
+    from restitution.impact.reference import solve_reference
+
+    row = scale(impact).row(0)
+    profile = impact.profile
+    radius = None
+    if row.table is not None:
+        def radius(s: Any) -> Any:
+            return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
+
+    solution = solve_reference(row, rtol=rtol, contact_radius=radius)
+    force = float(impact.mass) * float(impact.velocity) / row.time
+    units = (row.time, row.length, float(impact.velocity), force, row.radius)
+    return _from_trajectory(impact, "reference", rtol, solution, units)
+
+
+def _from_trajectory(
+    impact: Impact, method: str, rtol: float | None, solution: Any, units: tuple[float, float, float, float, float]
+) -> ImpactResult:
+    """Make a result of sampled motion, given in units of time, length, velocity, force and contact radius."""
+    time, length, velocity, force, radius = units
+    trajectory = Trajectory(
+        solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
+        solution.force * force, solution.contact_radius * radius,
+    )  # fmt: skip
+    fields = {
+        "restitution_coefficient": solution.restitution_coefficient,
+        "contact_time": solution.contact_time * time,
+        "max_indentation_depth": solution.max_indentation_depth * length,
+        "max_force": solution.max_force * force,
+        "max_contact_radius": solution.max_contact_radius * radius,
+        "residual_indentation_depth": solution.residual_indentation_depth * length,
+        "status": int(solution.status),
+    }
+    kinetic = 0.5 * float(impact.mass) * float(impact.velocity) ** 2
+    out = kinetic * solution.restitution_coefficient**2
+
+    def budget() -> EnergyBudget:
+        dissipated = float(getattr(solution, "dissipated", math.nan))
+        stored = float(getattr(solution, "stored", math.nan))
+        work = float(impact.force) * fields["residual_indentation_depth"]
+        return EnergyBudget(
+            kinetic, out, dissipated, stored, (out + dissipated + stored - kinetic - work) / kinetic
+        )
+
+    return _result(impact, method, rtol, fields, (), budget, lambda: trajectory)
+
+
+def _flat(value: Numeric, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)
+
+
+def _shaped(values: Any, shape: tuple[int, ...]) -> Any:
+    flat = np.asarray(values, dtype=np.float64)
+    return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])
