@@ -28,7 +28,7 @@ def test_dynamic_moduli_are_the_carson_transform_on_the_imaginary_axis(series):
 
 
 def test_standard_solid_storage_and_loss_at_the_peak():
-    """Ferry (1980), eqs. (31), (32) of ch. 3 with one term at omega tau = 1: R_inf + R_1/2 and R_1/2."""
+    """Ferry (1980), ch. 3, one term at omega tau = 1: R_inf + R_1/2 and R_1/2."""
     series = PronySeries(2.0, [6.0], [0.25])
     assert (series.storage_modulus(4.0), series.loss_modulus(4.0)) == (5.0, 3.0)
 

@@ -49,10 +49,25 @@ def test_slope_is_that_of_the_terms(equation):
     _, viscosity, weights, _ = equation
     roots = secular_roots(*equation)
     t = roots.terms
-    expected = viscosity / roots.times + (t * (t - 1.0)) @ weights
     if weights.size:
-        size = viscosity / roots.times + (np.abs(t) * (np.abs(t) + 1.0)) @ weights
-        assert np.all(np.abs(roots.slopes - expected) <= 1e-13 * size)
+        expected = viscosity / roots.times + (t * (t - 1.0)) @ weights
+        # The sum is only as good as the offsets from the poles, one part in eps times their size.
+        size = np.abs(t).max(axis=1)
+        assert np.all(np.abs(roots.slopes / expected - 1.0) <= 1e-13 + 1e-14 * size)
+
+
+@pytest.mark.parametrize("weight", 10.0 ** np.arange(-22, 0))
+def test_residues_of_two_roots_that_straddle_a_weak_pole(weight):
+    """1/S at s > 0 from its residues, with a weak third pole at a root of the other two."""
+    alone = secular_roots(1.0, 0.0, np.array([1.0, 1.0]), np.array([1.0, 0.25])).times
+    for time in alone:
+        times = np.sort([1.0, 0.25, time])[::-1]
+        weights = np.where(times == time, weight, 1.0)
+        roots = secular_roots(1.0, 0.0, weights, times)
+        for s in (1e-3, 1.0, 5.0, 1e3):
+            expected = 1.0 / (1.0 + (weights * s * times / (1.0 + s * times)).sum())
+            inverse = 1.0 / (1.0 + weights.sum()) + (1.0 / roots.slopes / (1.0 + s * roots.times)).sum()
+            assert inverse == pytest.approx(expected, rel=3e-15)
 
 
 def test_offset_from_the_pole_survives_where_float64_cannot_tell_the_root_from_the_pole():

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
+from numpy.typing import ArrayLike
+
 from restitution.kernel.validation import nonnegative, positive
+from restitution.material.connection import series_connection
+from restitution.material.conversion import shear_from_tension
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
 
@@ -59,6 +65,223 @@ def standard_solid(
     time = float(positive("viscosity", viscosity, "Pa s")) / branch
     bulk = _elastic_bulk(equilibrium, poisson_ratio, bulk_modulus)
     return Material(PronySeries(equilibrium, [branch], [time]), bulk, density=density, name=name)
+
+
+def elastic(
+    *,
+    shear_modulus: float | None = None,
+    youngs_modulus: float | None = None,
+    poisson_ratio: float | None = None,
+    bulk_modulus: float | None = None,
+    density: float | None = None,
+    name: str | None = None,
+) -> Material:
+    """Elastic material, from a modulus and one more constant.
+
+    Parameters
+    ----------
+    shear_modulus
+        G > 0 [Pa]. Exactly one of this and `youngs_modulus`.
+    youngs_modulus
+        E > 0 [Pa].
+    poisson_ratio
+        nu in [-1, 0.5] (above -1 with `youngs_modulus`). Exactly one of this and `bulk_modulus`.
+    bulk_modulus
+        K >= 0 [Pa] (above E/9 with `youngs_modulus`), may be infinite.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or not exactly two constants are given.
+
+    Notes
+    -----
+    G = E/(2(1 + nu)) = 3KE/(9K - E); Landau and Lifshitz, *Theory of Elasticity*, section 5.
+
+    Examples
+    --------
+    >>> steel = elastic(youngs_modulus=210e9, poisson_ratio=0.25)
+    >>> steel.shear
+    PronySeries(84000000000.0)
+    """
+    if (shear_modulus is None) == (youngs_modulus is None):
+        raise ValueError(
+            f"shear_modulus = {shear_modulus}, youngs_modulus = {youngs_modulus}: exactly one must be given"
+        )
+    if shear_modulus is None:
+        tension = PronySeries(float(positive("youngs_modulus", youngs_modulus, "Pa")))
+        series = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+        shear = series.equilibrium_modulus
+    else:
+        shear = float(positive("shear_modulus", shear_modulus, "Pa"))
+    return Material(shear, _elastic_bulk(shear, poisson_ratio, bulk_modulus), density=density, name=name)
+
+
+def maxwell(
+    shear_modulus: float,
+    viscosity: float,
+    *,
+    bulk_modulus: float,
+    density: float | None = None,
+    name: str | None = None,
+) -> Material:
+    """Maxwell liquid in shear, G(t) = G exp(-G t/eta), elastic in bulk.
+
+    Parameters
+    ----------
+    shear_modulus
+        G > 0 [Pa].
+    viscosity
+        eta > 0 [Pa s].
+    bulk_modulus
+        K >= 0 [Pa], may be infinite. A static Poisson ratio cannot be given: it is 0.5 for any liquid.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Examples
+    --------
+    >>> maxwell(2.0, 6.0, bulk_modulus=10.0).shear
+    PronySeries(0.0, [2.0], [3.0])
+    """
+    modulus = float(positive("shear_modulus", shear_modulus, "Pa"))
+    time = float(positive("viscosity", viscosity, "Pa s")) / modulus
+    return Material(PronySeries(0.0, [modulus], [time]), bulk_modulus, density=density, name=name)
+
+
+def kelvin_voigt(
+    shear_modulus: float,
+    viscosity: float,
+    *,
+    poisson_ratio: float | None = None,
+    bulk_modulus: float | None = None,
+    bulk_viscosity: float = 0.0,
+    density: float | None = None,
+    name: str | None = None,
+) -> Material:
+    """Kelvin-Voigt solid in shear, G(t) = G + eta delta(t), elastic or Kelvin-Voigt in bulk.
+
+    Its reduced modulus is that of a dashpot with, unless incompressible, one Prony term.
+
+    Parameters
+    ----------
+    shear_modulus
+        G >= 0 [Pa].
+    viscosity
+        eta > 0 [Pa s].
+    poisson_ratio
+        Static Poisson ratio nu in [-1, 0.5]. Exactly one of this and `bulk_modulus`.
+    bulk_modulus
+        K >= 0 [Pa], may be infinite.
+    bulk_viscosity
+        Viscosity in bulk >= 0 [Pa s], without effect if incompressible.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Examples
+    --------
+    >>> kelvin_voigt(2.0, 6.0, poisson_ratio=0.5).shear
+    PronySeries(2.0, viscosity=6.0)
+    """
+    modulus = float(nonnegative("shear_modulus", shear_modulus, "Pa"))
+    shear = PronySeries(modulus, viscosity=float(positive("viscosity", viscosity, "Pa s")))
+    constant = _elastic_bulk(modulus, poisson_ratio, bulk_modulus)
+    bulk = constant if constant == math.inf else PronySeries(constant, viscosity=bulk_viscosity)
+    return Material(shear, bulk, density=density, name=name)
+
+
+def burgers(
+    maxwell_modulus: float,
+    maxwell_viscosity: float,
+    kelvin_modulus: float,
+    kelvin_viscosity: float,
+    *,
+    bulk_modulus: float,
+    density: float | None = None,
+    name: str | None = None,
+) -> Material:
+    """Burgers liquid in shear: a Maxwell and a Kelvin-Voigt body in series; elastic in bulk.
+
+    The creep compliance is J(t) = 1/G_M + t/eta_M + (1 - exp(-t G_K/eta_K))/G_K; G(t) has two
+    branches.
+
+    Parameters
+    ----------
+    maxwell_modulus, kelvin_modulus
+        G_M, G_K > 0 [Pa].
+    maxwell_viscosity, kelvin_viscosity
+        eta_M, eta_K > 0 [Pa s].
+    bulk_modulus
+        K >= 0 [Pa], may be infinite.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Notes
+    -----
+    Findley, Lai, Onaran, *Creep and Relaxation of Nonlinear Viscoelastic Materials* (1976), section 5.6.
+
+    Examples
+    --------
+    >>> ice = burgers(2.0, 6.0, 1.0, 1.0, bulk_modulus=10.0)
+    >>> print(ice.shear.n_branches, round(float(ice.shear.creep_compliance(3.0)), 6))
+    2 1.950213
+    """
+    spring = float(positive("maxwell_modulus", maxwell_modulus, "Pa"))
+    time = float(positive("maxwell_viscosity", maxwell_viscosity, "Pa s")) / spring
+    kelvin = PronySeries(
+        float(positive("kelvin_modulus", kelvin_modulus, "Pa")),
+        viscosity=float(positive("kelvin_viscosity", kelvin_viscosity, "Pa s")),
+    )
+    shear = series_connection(PronySeries(0.0, [spring], [time]), kelvin)
+    return Material(shear, bulk_modulus, density=density, name=name)
+
+
+def generalised_maxwell(
+    equilibrium_modulus: float,
+    branch_moduli: ArrayLike,
+    relaxation_times: ArrayLike,
+    *,
+    poisson_ratio: float | None = None,
+    bulk_modulus: float | None = None,
+    density: float | None = None,
+    name: str | None = None,
+) -> Material:
+    """Generalised Maxwell material in shear, G(t) = G_inf + sum G_k exp(-t/tau_k), elastic in bulk.
+
+    Parameters
+    ----------
+    equilibrium_modulus
+        G_inf >= 0 [Pa].
+    branch_moduli
+        G_k >= 0 [Pa], shape (n_branch,).
+    relaxation_times
+        tau_k > 0 [s], shape (n_branch,).
+    poisson_ratio
+        Static Poisson ratio nu in [-1, 0.5]. Exactly one of this and `bulk_modulus`.
+    bulk_modulus
+        K >= 0 [Pa], may be infinite.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Examples
+    --------
+    >>> generalised_maxwell(1.0, [2.0, 3.0], [0.1, 10.0], poisson_ratio=0.3).shear.n_branches
+    2
+    """
+    shear = PronySeries(equilibrium_modulus, branch_moduli, relaxation_times)
+    bulk = _elastic_bulk(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
+    return Material(shear, bulk, density=density, name=name)
 
 
 def _elastic_bulk(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:

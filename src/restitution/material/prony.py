@@ -60,7 +60,7 @@ class PronySeries:
 
     Notes
     -----
-    Ferry, *Viscoelastic Properties of Polymers*, 3rd ed. (1980), ch. 3, eqs. (26), (31), (32).
+    Ferry, *Viscoelastic Properties of Polymers*, 3rd ed. (1980), ch. 3.
 
     Examples
     --------

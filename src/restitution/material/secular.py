@@ -202,4 +202,31 @@ def _solve(
     else:
         raise ArithmeticError("the secular equation was not solved within its bounded number of steps")
     stretch = np.where(upward, y / (1.0 + y), 1.0 + 1.0 / y)
-    return SecularRoots(times[origin] * stretch, slope * y * (1.0 + y), side[:, None] * terms)
+    terms = side[:, None] * terms
+    roots = times[origin] * stretch
+    return SecularRoots(roots, _slopes(constant, viscosity, float(weights.sum()), roots, terms), terms)
+
+
+def _slopes(constant: float, viscosity: float, total: float, roots: Array, terms: Array) -> Array:
+    """Slope lambda S'(-lambda) at each root as a product over all poles and all other roots.
+
+    The sum over the poles would do for exact roots. Where a weak pole lies within u of a root of the rest,
+    two roots straddle it, and their unlike rounding errors would spoil the sum of the residues by
+    up to eps/u. The product belongs exactly to an S whose weights differ from the given ones by rounding (Gu
+    and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+    """
+    n_root, n_pole = terms.shape
+    factors = np.ones((n_root, max(n_root, n_pole)))
+    factors[:, :n_pole] = terms
+    if n_root > 1:
+        index = np.arange(n_root)
+        # Pole next to each root j on the side of root i: their differences from it have opposite signs.
+        lower = index - 1 if constant > 0 else index
+        between = np.where(index[None, :] > index[:, None], lower[:, None] + 1, lower[:, None])
+        np.fill_diagonal(between, 0)
+        inverse = 1.0 / terms
+        apart = (roots[:, None] / roots) * inverse[index, between] - inverse[index[:, None], between]
+        np.fill_diagonal(apart, 1.0)
+        factors[:, :n_root] *= apart
+    scale = viscosity / roots if viscosity > 0 else constant + total
+    return np.abs(scale * factors.prod(axis=1))

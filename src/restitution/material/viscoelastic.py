@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from restitution.kernel.validation import finite, nonnegative, positive
 from restitution.material.prony import PronySeries
+from restitution.material.shift import Shift
 
 
 @dataclass(frozen=True, init=False)
@@ -27,6 +28,16 @@ class Material:
         Mass density rho [kg/m3], used only to judge whether the impact is quasi-static.
     name
         What to call the material.
+    shift
+        Law of the time-temperature shift, for `at`.
+    temperature
+        Temperature of the moduli [K]; the reference of `shift` unless given.
+    source
+        Where the numbers come from.
+    window
+        Shortest and longest time [s] for which the moduli are meant.
+    assumptions
+        What was assumed beside the source.
 
     Raises
     ------
@@ -44,8 +55,13 @@ class Material:
 
     shear: PronySeries
     bulk: PronySeries | float
-    density: float | None = field(kw_only=True)
-    name: str | None = field(kw_only=True)
+    density: float | None
+    name: str | None
+    shift: Shift | None
+    temperature: float | None
+    source: str | None
+    window: tuple[float, float] | None
+    assumptions: str | None
 
     def __init__(
         self,
@@ -54,6 +70,11 @@ class Material:
         *,
         density: float | None = None,
         name: str | None = None,
+        shift: Shift | None = None,
+        temperature: float | None = None,
+        source: str | None = None,
+        window: tuple[float, float] | None = None,
+        assumptions: str | None = None,
     ) -> None:
         shear = _series("shear", shear)
         if shear.equilibrium_modulus == 0 and shear.viscosity == 0 and not shear.branch_moduli.any():
@@ -61,7 +82,55 @@ class Material:
         bulk = math.inf if _is_infinite(bulk) else _series("bulk", bulk)
         if density is not None:
             density = float(positive("density", density, "kg/m3"))
-        self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name)
+        if temperature is not None:
+            temperature = float(positive("temperature", temperature, "K"))
+        elif shift is not None:
+            temperature = shift.reference_temperature
+        if window is not None:
+            low, high = (float(positive("window", time, "s")) for time in window)
+            if low >= high:
+                raise ValueError(f"window = ({low:g}, {high:g}) s: must ascend")
+            window = (low, high)
+        self.__dict__.update(
+            shear=shear,
+            bulk=bulk,
+            density=density,
+            name=name,
+            shift=shift,
+            temperature=temperature,
+            source=source,
+            window=window,
+            assumptions=assumptions,
+        )
+
+    def at(self, temperature: float) -> Material:
+        """Material at another temperature [K]: every time is multiplied by the ratio of the shift factors.
+
+        The moduli themselves and the density stay (thermorheologically simple, without a vertical shift).
+
+        Raises
+        ------
+        ValueError
+            If the material has no `shift`, or the temperature is outside its range.
+
+        Examples
+        --------
+        >>> from restitution.material.shift import WLF
+        >>> warm = Material(PronySeries(0.0, [1e9], [1.0]), 2e9, shift=WLF(300.0, 10.0, 100.0))
+        >>> print(round(warm.at(325.0).shear.relaxation_times[0], 12))
+        0.01
+        """
+        if self.shift is None or self.temperature is None:
+            raise ValueError(f"temperature = {temperature:g} K: the material has no law of the shift")
+        factor = self.shift.factor(temperature) / self.shift.factor(self.temperature)
+        bulk, window = self.bulk, self.window
+        return replace(
+            self,
+            shear=self.shear.scaled(1.0, time_factor=factor),
+            bulk=bulk.scaled(1.0, time_factor=factor) if isinstance(bulk, PronySeries) else bulk,
+            temperature=temperature,
+            window=None if window is None else (window[0] * factor, window[1] * factor),
+        )
 
     @property
     def is_incompressible(self) -> bool:

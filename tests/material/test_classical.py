@@ -1,0 +1,105 @@
+import math
+
+import numpy as np
+import pytest
+
+from restitution.material.classical import (
+    burgers,
+    elastic,
+    generalised_maxwell,
+    kelvin_voigt,
+    maxwell,
+    standard_solid,
+)
+from restitution.material.prony import PronySeries
+from restitution.material.reduced_modulus import reduced_modulus
+
+pytestmark = pytest.mark.plain
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
+def test_elastic_constants_agree_however_given(nu):
+    """Landau and Lifshitz, section 5: E = 9KG/(3K + G), E* = E/(1 - nu^2)."""
+    material = elastic(youngs_modulus=210e9, poisson_ratio=nu)
+    assert material.poisson_ratio == pytest.approx(nu, rel=1e-14, abs=1e-15)
+    assert reduced_modulus(material).equilibrium_modulus == pytest.approx(210e9 / (1 - nu**2), rel=1e-14)
+    g = material.shear.equilibrium_modulus
+    k = math.inf if nu == 0.5 else material.bulk.equilibrium_modulus
+    if nu < 0.5:
+        assert 9 * k * g / (3 * k + g) == pytest.approx(210e9, rel=1e-14)
+    for same in (
+        elastic(youngs_modulus=210e9, bulk_modulus=k),
+        elastic(shear_modulus=g, poisson_ratio=nu),
+        elastic(shear_modulus=g, bulk_modulus=k),
+    ):
+        assert same.shear.equilibrium_modulus == pytest.approx(g, rel=1e-14)
+        assert same.poisson_ratio == pytest.approx(nu, rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    "constants",
+    [
+        {"shear_modulus": 1.0},
+        {"poisson_ratio": 0.3},
+        {"poisson_ratio": 0.3, "bulk_modulus": 1.0},
+        {"shear_modulus": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
+        {"shear_modulus": 1.0, "bulk_modulus": 1.0, "poisson_ratio": 0.3},
+        {"youngs_modulus": 9.0, "bulk_modulus": 1.0},
+        {"youngs_modulus": 9.0, "poisson_ratio": -1.0},
+        {"shear_modulus": 0.0, "poisson_ratio": 0.3},
+        {"shear_modulus": 1.0, "poisson_ratio": 0.51},
+    ],
+)
+def test_elastic_refuses(constants):
+    with pytest.raises(ValueError, match="must be"):
+        elastic(**constants)
+
+
+def test_maxwell_relaxes_to_nothing():
+    material = maxwell(2.0, 6.0, bulk_modulus=math.inf, density=1000.0, name="putty")
+    assert material.shear.relaxation_modulus(3.0) == pytest.approx(2.0 / math.e)
+    assert material.shear.is_liquid
+    assert (material.density, material.name) == (1000.0, "putty")
+
+
+def test_kelvin_voigt_in_shear_and_bulk():
+    material = kelvin_voigt(3.0, 6.0, poisson_ratio=0.25, bulk_viscosity=7.0)
+    assert material.shear == PronySeries(3.0, viscosity=6.0)
+    assert material.bulk.equilibrium_modulus == pytest.approx(5.0)
+    assert material.bulk.viscosity == 7.0
+    # At high frequency both are dashpots: E* = 4 eta (3 zeta + eta)/(3 zeta + 4 eta) for the viscosities.
+    assert reduced_modulus(material).viscosity == pytest.approx(24.0 * 27.0 / 45.0, rel=1e-15)
+    assert kelvin_voigt(3.0, 6.0, poisson_ratio=0.5, bulk_viscosity=7.0).is_incompressible
+
+
+def test_burgers_creep_is_the_sum_of_its_parts():
+    t = np.linspace(0.0, 20.0, 41)
+    material = burgers(2.0, 6.0, 4.0, 12.0, bulk_modulus=math.inf)
+    expected = 1 / 2.0 + t / 6.0 + (1 - np.exp(-t * 4.0 / 12.0)) / 4.0
+    assert material.shear.creep_compliance(t) == pytest.approx(expected, rel=1e-14, abs=0)
+    assert material.shear.n_branches == 2
+
+
+def test_burgers_relaxation_times_by_its_quadratic():
+    """Findley, Lai, Onaran, section 5.6: 1 + p1 s + p2 s^2 with p1 = eta1/R1 + eta1/R2 + eta2/R2."""
+    shear = burgers(2.0, 6.0, 4.0, 12.0, bulk_modulus=math.inf).shear
+    p1, p2 = 6 / 2 + 6 / 4 + 12 / 4, 6 * 12 / (2 * 4)
+    assert shear.relaxation_times == pytest.approx(np.sort(-1 / np.roots([p2, p1, 1.0])), rel=1e-14, abs=0)
+
+
+def test_generalised_maxwell():
+    material = generalised_maxwell(3.0, [1.0, 2.0], [1.0, 10.0], poisson_ratio=0.25)
+    assert material.shear == PronySeries(3.0, [1.0, 2.0], [1.0, 10.0])
+    assert material.bulk == PronySeries(5.0)
+
+
+def test_standard_solid_needs_exactly_one_constant_of_the_bulk():
+    with pytest.raises(ValueError, match="exactly one"):
+        standard_solid(1.0, 1.0, 1.0)
+    with pytest.raises(ValueError, match="exactly one"):
+        standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.3, bulk_modulus=1.0)
+    with pytest.raises(ValueError, match="liquid"):
+        standard_solid(0.0, 1.0, 1.0, poisson_ratio=0.3)
+    with pytest.raises(ValueError, match=r"poisson_ratio = 0\.6: must be in \[-1, 0\.5\]"):
+        standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.6)
+    assert standard_solid(0.0, 1.0, 1.0, poisson_ratio=0.5).is_incompressible

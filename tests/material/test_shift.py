@@ -1,0 +1,104 @@
+import math
+
+import numpy as np
+import pytest
+
+from restitution.material.prony import PronySeries
+from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
+from restitution.material.viscoelastic import Material
+
+pytestmark = pytest.mark.plain
+
+
+def test_wlf_universal_constants():
+    """Williams, Landel, Ferry: C1 = 17.44, C2 = 51.6 K at the glass transition: 12 decades within 114 K."""
+    law = WLF(300.0, 17.44, 51.6)
+    assert law.factor(300.0) == 1.0
+    assert math.log10(law.factor(400.0)) == pytest.approx(-17.44 * 100 / 151.6, rel=1e-12)
+
+
+def test_wlf_is_the_same_law_from_another_reference():
+    """C2' = C2 + T0' - T0 and C1' = C1 C2/C2'; Ferry (1980), ch. 11."""
+    first = WLF(298.0, 8.61, 200.4)
+    c2 = 200.4 - 50.0
+    second = WLF(248.0, 8.61 * 200.4 / c2, c2)
+    assert first.factor(280.0) / first.factor(248.0) == pytest.approx(second.factor(280.0), rel=1e-12)
+
+
+def test_wlf_ends_at_the_vogel_temperature():
+    with pytest.raises(ValueError, match=r"temperature = 90 K: must be > 97\.6 K"):
+        WLF(298.0, 8.61, 200.4).factor(90.0)
+
+
+def test_arrhenius():
+    """Q = R T T0 ln(a)/(T0 - T) for a decade between 300 K and 310 K."""
+    energy = 8.31446261815324 * 300.0 * 310.0 * math.log(10.0) / 10.0
+    assert Arrhenius(300.0, energy).factor(310.0) == pytest.approx(0.1, rel=1e-12)
+    assert Arrhenius(300.0, energy).factor(300.0) == 1.0
+
+
+def test_table_interpolates_the_logarithm():
+    table = ShiftTable([280.0, 290.0, 300.0, 310.0], [3.0, 1.0, -1.0, -2.0])
+    assert table.reference_temperature == 295.0
+    assert table.factor(295.0) == 1.0
+    assert table.factor(285.0) == pytest.approx(100.0)
+    assert table == ShiftTable([280.0, 290.0, 300.0, 310.0], [3.0, 1.0, -1.0, -2.0])
+    assert hash(table) == hash(ShiftTable([280.0, 290.0, 300.0, 310.0], [3.0, 1.0, -1.0, -2.0]))
+    with pytest.raises(ValueError, match=r"temperature = 279 K: must be in \[280, 310\] K"):
+        table.factor(279.0)
+
+
+@pytest.mark.parametrize(
+    ("temperatures", "logs", "message"),
+    [
+        ([300.0], [0.0], "at least 2"),
+        ([300.0, 310.0], [0.0], "equal length"),
+        ([310.0, 300.0], [0.0, -1.0], "temperatures does not ascend at entry 1"),
+        ([300.0, 310.0], [0.0, 1.0], "log10_factors does not ascend at entry 1"),
+        ([300.0, 310.0], [3.0, 1.0], "must pass through 0"),
+        ([-1.0, 310.0], [1.0, -1.0], r"temperatures\[0\] = -1 K"),
+        ([300.0, 310.0], [0.0, math.nan], r"log10_factors\[1\] = nan"),
+    ],
+)
+def test_table_refuses(temperatures, logs, message):
+    with pytest.raises(ValueError, match=message):
+        ShiftTable(temperatures, logs)
+
+
+@pytest.mark.parametrize(
+    "law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5), ShiftTable([290, 310], [1, -1])]
+)
+def test_material_at_a_temperature(law):
+    assert isinstance(law, Shift)
+    shear = PronySeries(1.0, [2.0, 3.0], [1e-3, 1.0], viscosity=0.5)
+    bulk = PronySeries(10.0, [5.0], [2.0])
+    material = Material(shear, bulk, shift=law, density=1000.0, name="x", window=(1e-3, 1e3))
+    assert material.temperature == pytest.approx(300.0)
+    a = law.factor(305.0)
+    warm = material.at(305.0)
+    assert warm.shear.relaxation_times == pytest.approx(a * shear.relaxation_times, rel=1e-14)
+    assert warm.shear.branch_moduli.tolist() == [2.0, 3.0]
+    assert warm.shear.viscosity == pytest.approx(0.5 * a, rel=1e-14)
+    assert warm.bulk.relaxation_times == pytest.approx([2.0 * a], rel=1e-14)
+    assert warm.window == pytest.approx((1e-3 * a, 1e3 * a))
+    assert (warm.density, warm.name, warm.temperature) == (1000.0, "x", 305.0)
+    # There is no drift: the way back leads to where it began.
+    again = warm.at(295.0).at(material.temperature)
+    assert again.shear.relaxation_times == pytest.approx(shear.relaxation_times, rel=1e-13)
+    omega = np.array([0.1, 10.0])
+    assert warm.shear.storage_modulus(omega) == pytest.approx(shear.storage_modulus(omega * a), rel=1e-12)
+
+
+def test_material_without_a_law_refuses():
+    with pytest.raises(ValueError, match="no law of the shift"):
+        Material(1.0, 2.0).at(300.0)
+
+
+def test_window_is_checked():
+    with pytest.raises(ValueError, match="must ascend"):
+        Material(1.0, 2.0, window=(1.0, 1.0))
+
+
+def test_elastic_material_does_not_change():
+    material = Material(1.0, math.inf, shift=Arrhenius(300.0, 1e5))
+    assert material.at(310.0).shear == material.shear
