@@ -77,7 +77,7 @@ def solve_scaled(
         Columns `restitution.kernel.impact.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
     from restitution.kernel.energy import budget_block
-    from restitution.kernel.impact import OUTCOME, solve_block
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, allocate, solve_block
     from restitution.kernel.radau import radau
 
     scheme, path = radau(STAGES), kernel_path(block)
@@ -89,7 +89,7 @@ def solve_scaled(
         part = block.part(start, stop)
         entry(
             scheme, tolerance, accept, part.firsts, part.equilibria, part.viscosities, part.loads, part.offsets,
-            part.moduli, part.times, path, outcomes[start:stop],
+            part.moduli, part.times, path, allocate(STAGES, part.most_modes, MAX_ELEMENTS), outcomes[start:stop],
         )  # fmt: skip
         return stop - start
 
@@ -119,14 +119,15 @@ def solve_scaled(
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]:
     """Solve a block of one impact and return its outcome with the stored approach and rebound."""
-    from restitution.kernel.impact import OUTCOME, Problem, solve_block
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, Problem, allocate, solve_block
     from restitution.kernel.radau import radau
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)
-    work = solve_block(
+    work = allocate(STAGES, block.most_modes, MAX_ELEMENTS)
+    solve_block(
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, outcomes,
+        block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
     )  # fmt: skip
     row = block.row(0)
     problem = Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)

@@ -137,6 +137,11 @@ class ScaledBlock(NamedTuple):
         """Number of impacts."""
         return self.firsts.size
 
+    @property
+    def most_modes(self) -> int:
+        """Largest number of modes of a row."""
+        return int(np.diff(self.offsets).max(initial=0))
+
     def row(self, n: int) -> ScaledImpact:
         """Return impact n by itself."""
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))

@@ -9,7 +9,7 @@ Every right-hand side is smooth at first touch. The modes are linear and are eli
 import math
 from typing import Any
 
-from restitution.kernel.compile import part
+from restitution.kernel.compile import kernel, part
 from restitution.kernel.dense import invert
 from restitution.kernel.path import radius_and_integral, radius_slope
 
@@ -101,14 +101,17 @@ def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float,
                 if eta > 0.0:
                     G[i, i] += r[i] * eta * radius_slope(problem.path, s[i], a[i]) * v[i]
             if eta > 0.0:
-                _product(A, work.D, work.P, S)
-                _product(work.P, A, T, S)
-                _product(T, G, J, S)
+                _dashpot_product(A, work.D, work.P)
+                _dashpot_product(work.P, A, T)
+                second = T
             else:
-                _product(A2, G, J, S)
+                second = A2
             for i in range(S):
                 for j in range(S):
-                    J[i, j] *= h * h
+                    total = 0.0
+                    for n in range(S):
+                        total += second[i, n] * G[n, j]
+                    J[i, j] = h * h * total
                 J[i, i] += 1.0
             invert(J, work.row, S)
         size = 0.0
@@ -159,7 +162,7 @@ def _refine_force_mode(problem: Any, scheme: Any, work: Any, table: Any, k: int,
         Yk[i] += total
 
 
-@part
+@kernel
 def _dashpot_velocity(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> None:
     """Velocity at the nodes where a parallel dashpot makes it implicit; leaves the inverse in `work.D`.
 
@@ -182,8 +185,9 @@ def _dashpot_velocity(problem: Any, scheme: Any, work: Any, v0: float, h: float)
         v[i] = total
 
 
-@part
-def _product(X: Any, Y: Any, Z: Any, S: int) -> None:
+@kernel
+def _dashpot_product(X: Any, Y: Any, Z: Any) -> None:
+    S = X.shape[0]
     for i in range(S):
         for j in range(S):
             total = 0.0

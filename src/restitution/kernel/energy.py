@@ -21,12 +21,9 @@ from restitution.kernel.compile import kernel, part
 from restitution.kernel.dense import invert
 from restitution.kernel.impact import (
     FIRST,
-    MAX_ELEMENTS,
     SEPARATED,
     Problem,
     Work,
-    allocate,
-    most_modes,
     solve_one,
 )
 from restitution.kernel.path import Path, radius_and_integral, radius_slope
@@ -220,10 +217,10 @@ def budget_block(
     moduli: Any,
     times: Any,
     path: Path,
+    work: Work,
     outcomes: Any,
-) -> Work:
+) -> None:
     """Solve a block as `solve_block` does; two more columns of `outcomes` take the energy dissipated and stored."""
-    work = allocate(len(scheme.size), most_modes(offsets), MAX_ELEMENTS)
     columns = outcomes.shape[1]
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
@@ -231,4 +228,3 @@ def budget_block(
         solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
         if outcomes[n, columns - 4] == SEPARATED:
             outcomes[n, columns - 2], outcomes[n, columns - 1] = energy_budget(problem, scheme, work)
-    return work

@@ -85,7 +85,6 @@ class Work(NamedTuple):
     counts: Any
 
 
-@part
 def allocate(S: int, N: int, elements: int) -> Work:
     """Scratch space for S stages, N modes and that many stored elements in each half."""
     columns = MODES_ + 2 * N
@@ -426,8 +425,9 @@ def solve_block(
     moduli: Any,
     times: Any,
     path: Path,
+    work: Work,
     outcomes: Any,
-) -> Work:
+) -> None:
     """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1].
 
     Parameters
@@ -446,26 +446,12 @@ def solve_block(
         The modes of all rows.
     path : Path
         The profile.
+    work : Work
+        Scratch space for the largest number of modes of a row; holds the stored halves of the last impact afterwards.
     outcomes : ndarray, shape (n, 9)
         Written: columns `OUTCOME`; NaN where there is no result.
-
-    Returns
-    -------
-    Work
-        The stored halves of the last impact.
     """
-    work = allocate(len(scheme.size), most_modes(offsets), MAX_ELEMENTS)
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
         solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
-    return work
-
-
-@part
-def most_modes(offsets: Any) -> int:
-    """Largest number of modes of a row."""
-    most = 0
-    for n in range(offsets.shape[0] - 1):
-        most = max(most, offsets[n + 1] - offsets[n])
-    return most

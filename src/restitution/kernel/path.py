@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import part
+from restitution.kernel.compile import kernel, part
 
 
 class Path(NamedTuple):
@@ -36,12 +36,24 @@ def power_path(exponent: float) -> Path:
     return Path(float(exponent), 1.0, 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
 
 
-@part
-def _place(path: Path, s: float) -> float:
-    """Coordinate of s in cells."""
-    if path.grading == 1.0:
-        return max(s, 0.0) * path.inverse_cell
-    return max(s, 0.0) ** (1.0 / path.grading) * path.inverse_cell
+@kernel
+def _table(path: Path, s: float) -> tuple[float, float, float]:
+    """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
+    place = max(s, 0.0)
+    if path.grading != 1.0:
+        place **= 1.0 / path.grading
+    place *= path.inverse_cell
+    cell = min(int(place), path.radius.shape[0] - 1)
+    y = place - cell
+    a = 0.0
+    slope = 0.0
+    for n in range(path.radius.shape[1] - 1, -1, -1):
+        slope = slope * y + a
+        a = a * y + path.radius[cell, n]
+    integral = 0.0
+    for n in range(path.integral.shape[1] - 1, -1, -1):
+        integral = integral * y + path.integral[cell, n]
+    return a, integral, slope * place / (path.grading * s) if s > 0.0 else 0.0
 
 
 @part
@@ -53,28 +65,13 @@ def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
     if p >= 0.0:
         a = max(s, 0.0) ** p
         return a, 2.0 / (p + 2.0) * s * s * a
-    y = _place(path, s)
-    cell = min(int(y), path.radius.shape[0] - 1)
-    y -= cell
-    a = 0.0
-    for n in range(path.radius.shape[1] - 1, -1, -1):
-        a = a * y + path.radius[cell, n]
-    integral = 0.0
-    for n in range(path.integral.shape[1] - 1, -1, -1):
-        integral = integral * y + path.integral[cell, n]
+    a, integral, _ = _table(path, s)
     return a, integral
 
 
 @part
 def radius_slope(path: Path, s: float, a: float) -> float:
-    """Slope da/ds at s > 0."""
-    p = path.exponent
-    if p >= 0.0:
-        return p * a / s
-    place = _place(path, s)
-    cell = min(int(place), path.radius.shape[0] - 1)
-    y = place - cell
-    slope = 0.0
-    for n in range(path.radius.shape[1] - 1, 0, -1):
-        slope = slope * y + n * path.radius[cell, n]
-    return slope * place / (path.grading * s)
+    """Slope da/ds at s > 0, where the radius is a."""
+    if path.exponent >= 0.0:
+        return path.exponent * a / s
+    return _table(path, s)[2]
