@@ -48,6 +48,11 @@ def test_case_files_are_solved(name, tmp_path):
     assert 0.0 < read_case(file).solve().restitution_coefficient < 1.0
 
 
+def test_readme_shows_what_its_example_prints(capsys):
+    exec(blocks("README.md", "python")[0], {})
+    assert [capsys.readouterr().out] == blocks("README.md", "text")
+
+
 def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):
     from restitution.case.file import read_case
 
