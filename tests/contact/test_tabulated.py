@@ -68,6 +68,11 @@ def test_rough_table_falls_back_to_the_monotone_cubic():
     r_fine = np.linspace(0.0, 0.6, 1201)
     from scipy.interpolate import PchipInterpolator
 
+    # The spline of degree five through these dips to a slope of -2.5.
+    steps = [0.0, 0.12, 0.29, 0.39, 0.59, 0.82, 1.3, 2.01]
+    table = Tabulated(0.1 * np.arange(8), steps)
+    assert np.min(table.shape_slope(np.linspace(0.0, 0.7, 1201))) >= 0.0
+
     # With an interval as flat as that before r = 0.3, g falls; with milder ones it does not.
     with pytest.raises(ValueError, match=r"f rises too little beyond r = 0\.275 m: g\(x\) must rise"):
         Tabulated(r, f)
@@ -87,7 +92,7 @@ def test_few_points(n_points):
 def test_series_against_direct_quadrature():
     # Uneven and rough data: the stored series against the quadrature that they replace.
     rng = np.random.default_rng(5)
-    breaks = np.cumsum(np.append(0.03, rng.uniform(1e-4, 0.1, 40)))
+    breaks = np.cumsum(np.append(0.03, 10.0 ** rng.uniform(-4, -1, 40)))
     for degree in (3, 5):
         coefficients = rng.uniform(0.1, 1.0, (degree + 1, 40))
         coefficients[-1, 0] = 0.0
