@@ -1,0 +1,288 @@
+"""Fractional models (springpots), exact and as Prony series of verified error over a time window."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.kernel.validation import nonnegative, positive, within
+from restitution.material.prony import PronySeries
+from restitution.material.spectrum import discretise, relaxation_by_quadrature
+from restitution.material.viscoelastic import Material
+
+Array = NDArray[np.float64]
+
+
+class PronyApproximation(NamedTuple):
+    """Prony series that stands for another relaxation function within a window of time.
+
+    Attributes
+    ----------
+    series
+        The series.
+    error
+        Largest relative error found of R(t) and of the complex modulus, t and 1/omega in the window.
+    window
+        Shortest and longest time [s].
+    """
+
+    series: PronySeries
+    error: float
+    window: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class FractionalModel:
+    """Springpot V s^alpha, with a spring G_1 in series and a spring G_inf in parallel.
+
+    The Carson transform is G_inf + G_1 V s^alpha/(G_1 + V s^alpha). Under their usual names: `springpot`,
+    `fractional_kelvin_voigt`, `fractional_maxwell` and `fractional_zener`.
+
+    Parameters
+    ----------
+    equilibrium_modulus
+        G_inf >= 0 [Pa].
+    coefficient
+        V > 0 [Pa s^alpha].
+    exponent
+        alpha in [0.01, 0.99]; nearer to 0 it is a spring, nearer to 1 a dashpot, and those should be used.
+    series_modulus
+        G_1 > 0 [Pa], infinite for none.
+
+    Notes
+    -----
+    Mainardi, *Fractional Calculus and Waves in Linear Viscoelasticity* (2010), ch. 3.
+
+    Examples
+    --------
+    >>> model = fractional_zener(1e6, 1e9, relaxation_time=1e-3, exponent=0.4)
+    >>> approximation = model.prony((1e-6, 1e-3), rtol=1e-6)
+    >>> approximation.error < 1e-6
+    True
+    """
+
+    equilibrium_modulus: float
+    coefficient: float
+    exponent: float
+    series_modulus: float = math.inf
+
+    def __post_init__(self) -> None:
+        nonnegative("equilibrium_modulus", self.equilibrium_modulus, "Pa")
+        positive("coefficient", self.coefficient, "Pa s^exponent")
+        within("exponent", self.exponent, 0.01, 0.99)
+        if self.series_modulus != math.inf:
+            positive("series_modulus", self.series_modulus, "Pa")
+
+    @property
+    def relaxation_time(self) -> float:
+        """Time tau = (V/G_1)^(1/alpha) [s]; 0 without a spring in series."""
+        return (self.coefficient / self.series_modulus) ** (1.0 / self.exponent)
+
+    @property
+    def instantaneous_modulus(self) -> float:
+        """Glass modulus G_inf + G_1 [Pa], infinite without a spring in series."""
+        return self.equilibrium_modulus + self.series_modulus
+
+    def relaxation_modulus(self, time: ArrayLike) -> Any:
+        """Relaxation modulus G(t) [Pa].
+
+        G_inf + G_1 E_alpha(-(t/tau)^alpha), or G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in
+        series. The Mittag-Leffler function comes from quadrature of its spectrum, to 1e-12.
+
+        Parameters
+        ----------
+        time
+            t >= 0 [s], any shape.
+
+        Examples
+        --------
+        >>> print(round(fractional_maxwell(1.0, 1.0, 0.5).relaxation_modulus(1.0), 12))
+        0.427583576156
+        """
+        t = np.asarray(nonnegative("time", time, "s"))
+        if self.series_modulus == math.inf:
+            with np.errstate(divide="ignore"):
+                power = t**-self.exponent * (self.coefficient / math.gamma(1.0 - self.exponent))
+            return (self.equilibrium_modulus + power)[()]
+        branch = relaxation_by_quadrature(t / self.relaxation_time, self.exponent)
+        return (self.equilibrium_modulus + self.series_modulus * branch)[()]
+
+    def carson_transform(self, s: ArrayLike) -> Any:
+        """Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus."""
+        power = self.coefficient * np.asarray(s) ** self.exponent
+        return (self.equilibrium_modulus + power / (1.0 + power / self.series_modulus))[()]
+
+    def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
+        """Storage modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        return self._complex(angular_frequency).real[()]
+
+    def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
+        """Loss modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        return self._complex(angular_frequency).imag[()]
+
+    def _complex(self, angular_frequency: ArrayLike) -> Any:
+        omega = np.asarray(nonnegative("angular_frequency", angular_frequency, "rad/s"))
+        return np.asarray(self.carson_transform(1j * omega))
+
+    def prony(self, window: tuple[float, float], rtol: float = 1e-6) -> PronyApproximation:
+        """Prony series of prescribed and verified relative error within a window of time.
+
+        The spectrum is integrated over the logarithm of time by the trapezoidal rule, whose error falls
+        exponentially with the number of terms; what is slower or faster than the window is gathered in a few
+        terms of the same moments. The result is compared with the exact moduli, and the rule refined, until
+        it suffices.
+
+        Parameters
+        ----------
+        window
+            Shortest and longest time [s] that matter.
+        rtol
+            Admissible relative error, in [1e-10, 0.1].
+
+        Returns
+        -------
+        PronyApproximation
+            With the error found, of the relaxation modulus and of the complex modulus.
+
+        Examples
+        --------
+        >>> springpot(1e6, 0.3).prony((1e-5, 1e-2), rtol=1e-4).series.n_branches < 20
+        True
+        """
+        low, high = (float(positive("window", time, "s")) for time in window)
+        if low >= high:
+            raise ValueError(f"window = ({low:g}, {high:g}) s: must ascend")
+        tolerance = float(within("rtol", rtol, 1e-10, 0.1))
+        points = 2 + math.ceil(12.0 * math.log10(high / low))
+        times = np.geomspace(low, high, points)
+        relaxation, dynamic = self.relaxation_modulus(times), self.carson_transform(1j / times)
+        coarseness = 1.5
+        for _ in range(40):
+            series = self._discretised(low, high, tolerance, coarseness)
+            error = max(
+                float(np.abs(series.relaxation_modulus(times) / relaxation - 1.0).max()),
+                float(np.abs(series.carson_transform(1j / times) / dynamic - 1.0).max()),
+            )
+            if error <= tolerance:
+                return PronyApproximation(series, error, (low, high))
+            coarseness *= 0.93
+        raise ArithmeticError(f"rtol = {rtol:g}: no Prony series of this accuracy was found")
+
+    def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
+        tau = self.relaxation_time
+        unit = tau if tau > 0 else low
+        modulus = self.series_modulus if tau > 0 else self.coefficient * low**-self.exponent
+        weights, times = discretise(self.exponent, tau > 0, low / unit, high / unit, tolerance, coarseness)
+        return PronySeries(self.equilibrium_modulus, modulus * weights, unit * times).simplified()
+
+
+class ApproximateMaterial(NamedTuple):
+    """Material whose relaxation moduli are Prony series of a stated relative error.
+
+    Attributes
+    ----------
+    material
+        The material; its `window` is that of the approximation.
+    error
+        Largest relative error of its relaxation moduli.
+    """
+
+    material: Material
+    error: float
+
+
+@dataclass(frozen=True)
+class FractionalMaterial:
+    """Isotropic material with a fractional model in shear, and perhaps in bulk.
+
+    Parameters
+    ----------
+    shear
+        Model in shear.
+    bulk
+        Model in bulk, or a series, or a number [Pa]; `math.inf` for incompressible.
+    density
+        Mass density [kg/m3].
+    name
+        What to call the material.
+
+    Examples
+    --------
+    >>> gel = FractionalMaterial(springpot(1e4, 0.2), bulk=2e9)
+    >>> material, error = gel.approximation((1e-4, 1e-1), rtol=1e-5)
+    >>> error <= 1e-5, material.window
+    (True, (0.0001, 0.1))
+    """
+
+    shear: FractionalModel
+    bulk: FractionalModel | PronySeries | float
+    density: float | None = None
+    name: str | None = None
+
+    def approximation(self, window: tuple[float, float], rtol: float = 1e-6) -> ApproximateMaterial:
+        """Material of Prony series, of prescribed and verified relative error within a window of time [s].
+
+        E* inherits the error: it is homogeneous of degree one in G and K, and grows with both.
+        """
+        shear = self.shear.prony(window, rtol)
+        bulk, error = self.bulk, shear.error
+        if isinstance(bulk, FractionalModel):
+            approximation = bulk.prony(window, rtol)
+            bulk, error = approximation.series, max(error, approximation.error)
+        material = Material(shear.series, bulk, density=self.density, name=self.name, window=shear.window)
+        return ApproximateMaterial(material, error)
+
+
+def springpot(coefficient: float, exponent: float) -> FractionalModel:
+    """Springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha].
+
+    Examples
+    --------
+    >>> print(round(springpot(1.0, 0.5).storage_modulus(4.0), 12))
+    1.414213562373
+    """
+    return FractionalModel(0.0, coefficient, exponent)
+
+
+def fractional_kelvin_voigt(
+    equilibrium_modulus: float, coefficient: float, exponent: float
+) -> FractionalModel:
+    """Fractional Kelvin-Voigt solid: a spring G_inf [Pa] and a springpot V [Pa s^alpha] in parallel.
+
+    Examples
+    --------
+    >>> print(round(fractional_kelvin_voigt(1.0, 1.0, 0.5).storage_modulus(2.0), 12))
+    2.0
+    """
+    return FractionalModel(equilibrium_modulus, coefficient, exponent)
+
+
+def fractional_maxwell(modulus: float, relaxation_time: float, exponent: float) -> FractionalModel:
+    """Fractional Maxwell liquid G(t) = G_1 E_alpha(-(t/tau)^alpha); G_1 [Pa], tau [s].
+
+    Examples
+    --------
+    >>> print(round(fractional_maxwell(2.0, 1.0, 0.5).carson_transform(1.0), 12))
+    1.0
+    """
+    return fractional_zener(0.0, modulus, relaxation_time, exponent)
+
+
+def fractional_zener(
+    equilibrium_modulus: float, branch_modulus: float, relaxation_time: float, exponent: float
+) -> FractionalModel:
+    """Fractional Zener solid G(t) = G_inf + G_1 E_alpha(-(t/tau)^alpha); G_inf, G_1 [Pa], tau [s].
+
+    Examples
+    --------
+    >>> fractional_zener(1.0, 3.0, 2.0, 0.5).instantaneous_modulus
+    4.0
+    """
+    modulus = float(positive("branch_modulus", branch_modulus, "Pa"))
+    time = float(positive("relaxation_time", relaxation_time, "s"))
+    alpha = float(within("exponent", exponent, 0.01, 0.99))
+    return FractionalModel(equilibrium_modulus, modulus * time**alpha, alpha, modulus)
