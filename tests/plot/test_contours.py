@@ -13,11 +13,13 @@ def ax():
 
 def test_isolines_lie_where_the_function_has_their_value(ax) -> None:
     x = np.linspace(-1.0, 1.0, 201)
-    contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], fill=[0.0, 0.25, 0.5, 1.5])
+    contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], cmap=style.SEQUENTIAL)
     (lines,) = [part for part in ax.collections if not part.get_rasterized()]
     for radius, path in zip((0.25, 0.5), lines.get_paths(), strict=True):
-        # Linear interpolation on a grid of spacing h is off by h^2/(8 r) at most.
-        assert np.hypot(*path.vertices.T) == pytest.approx(radius, abs=0.01**2 / (8 * 0.24))
+        # Across a cell of size h the interpolation is off by h^2/(8 (r - h)) at most; the ends of a label's gap
+        # lie on a chord of length sqrt(2) h at most, which sags by h^2/(4 r).
+        bound = 0.01**2 * (1 / (8 * 0.24) + 1 / (4 * 0.25))
+        assert np.hypot(*path.vertices.T) == pytest.approx(radius, abs=bound)
 
 
 def test_levels_out_of_reach_are_left_out_and_labels_follow_the_format(ax) -> None:
@@ -34,3 +36,44 @@ def test_flat_map_has_no_isolines(ax) -> None:
 def test_transposed_values_are_refused(ax) -> None:
     with pytest.raises(ValueError, match=r"z has shape \(3, 2\): must be \(len\(y\), len\(x\)\) = \(2, 3\)"):
         contour_map(ax, [0, 1, 2], [0, 1], np.ones((3, 2)), [0.5])
+
+
+def cone(n: int = 81):
+    x = np.linspace(-1.0, 1.0, n)
+    return x, x, np.hypot(*np.meshgrid(x, x))
+
+
+def test_labels_lie_where_isolines_cross_the_given_lines(ax) -> None:
+    contour_map(
+        ax, *cone(), [0.4, 0.6, 0.8], label_along=[((0.0, 0.0), (0.0, 1.0)), ((0.0, 0.0), (-1.0, 0.0))]
+    )
+    places = {(text.get_text(), *np.round(text.get_position(), 2).tolist()) for text in ax.texts}
+    assert places == {(f"{r}", x * r, y * r) for r in (0.4, 0.6, 0.8) for x, y in ((0.0, 1.0), (-1.0, 0.0))}
+
+
+def test_labels_stay_clear_of_each_other_and_of_the_frame(ax) -> None:
+    levels = np.round(np.arange(0.02, 1.0, 0.02), 2).tolist()
+    contour_map(
+        ax, *cone(), [*levels[::8], 0.99], label_along=[((0.0, 0.0), (0.0, 1.0)), ((0.0, 0.0), (0.1, 1.0))]
+    )
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) >= 5
+    frame = ax.get_window_extent()
+    for n, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:n])
+        assert frame.containsx(box.x0)
+        assert frame.containsy(box.y1)
+
+
+def test_crowded_isoline_still_gets_a_label(ax) -> None:
+    contour_map(ax, *cone(), [0.5, 0.51, 0.52], label_along=[((0.0, 0.0), (0.0, 1.0))])
+    assert {text.get_text() for text in ax.texts} == {"0.5", "0.51", "0.52"}
+
+
+def test_labels_of_values_with_gaps(ax) -> None:
+    x, y, z = cone()
+    contour_map(
+        ax, x, y, np.where(y[:, None] > 0.0, z, np.nan), [0.5], label_along=[((0.0, -1.0), (0.0, 1.0))]
+    )
+    ((_, y_label),) = [text.get_position() for text in ax.texts]
+    assert y_label == pytest.approx(0.5, abs=0.01)

@@ -186,7 +186,9 @@ def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
     >>> ax.get_legend_handles_labels()[1]
     ['rebound 40.0 %', 'dissipated 50.0 %', 'left in the material 10.0 %']
     """
-    total = float(energy.kinetic_in)
+    before = float(energy.kinetic_in)
+    # More than before where a constant force did work on the body.
+    total = float(energy.kinetic_out) + float(energy.dissipated) + float(energy.stored)
     scale = scaled_unit(total, "J")
     start = 0.0
     parts = (
@@ -198,8 +200,8 @@ def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
         share = value * scale.factor
         ax.barh(0.0, share, left=start, height=0.5, color=color, label=f"{words} {100 * value / total:.1f} %")
         start += share
-    ax.axvline(total * scale.factor, color="black", linewidth=0.8, linestyle="--")
-    ax.set_xlim(0.0, 1.02 * total * scale.factor)
+    ax.axvline(before * scale.factor, color="black", linewidth=0.8, linestyle="--")
+    ax.set_xlim(0.0, 1.02 * max(total, before) * scale.factor)
     ax.set_ylim(-0.4, 1.3)
     ax.set_yticks([])
     ax.set_xlabel(f"energy [{scale.unit}] (dashed: before the impact)")

@@ -18,9 +18,9 @@ SYMBOLS = {
 }
 
 P1 = r"$\nu$"
-LOG_P2 = r"$\log_{10}\,p_2,\quad p_2 = G_\infty/G_1$"
-P3 = r"$p_3 = \eta\,\left(\frac{v_0 R}{m^2 G_\infty^3}\right)^{1/5}$"
-LOG_P3 = r"$\log_{10}\,p_3,\quad p_3 = \eta\,\left(\frac{v_0 R}{m^2 G_\infty^3}\right)^{1/5}$"
+LOG_P2 = r"$\log_{10}\,p_2,\quad p_2 = G_\infty\,/\,G_1$"
+P3 = r"$p_3 = \eta\,\left[v_0 R\,/\,(m^2 G_\infty^3)\right]^{1/5}$"
+LOG_P3 = r"$\log_{10}\,p_3,\quad p_3 = \eta\,[v_0 R\,/\,(m^2 G_\infty^3)]^{1/5}$"
 RESTITUTION = r"restitution coefficient $e$"
 
 

@@ -1,0 +1,228 @@
+"""The whole paper in one call: figures, their data, and the claims."""
+
+from __future__ import annotations
+
+import operator
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from restitution.kernel.validation import within
+from restitution.paper import claims as claims_of
+from restitution.paper import collapse, curves, incompressibility, planes
+from restitution.paper.claims import Claim
+from restitution.paper.computation import Computation
+from restitution.plot.style import save_figure
+from restitution.sweep.whole_file import whole_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+DEFAULT_SEED = 2024
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How fine the figures are.
+
+    Parameters
+    ----------
+    plane : int
+        Points along each axis of figures 3 and 4.
+    curve : int
+        Points of each curve of figures 5 and 6.
+    collapse : int
+        Points along each axis of the collapse's plane.
+    draws : int
+        Random draws at each of those.
+    """
+
+    plane: int
+    curve: int
+    collapse: int
+    draws: int
+
+    @property
+    def solves(self) -> int:
+        """How many impacts are solved in all."""
+        curve_points = len(curves.LOG_P2) * (len(curves.POISSON_RATIOS) + 1) * self.curve
+        collapse_points = 2 * self.collapse**2 * self.draws
+        return 2 * self.plane**2 + curve_points + collapse_points + claims_of.number_of_solves()
+
+
+FULL = Resolution(plane=161, curve=241, collapse=41, draws=6)
+QUICK = Resolution(plane=41, curve=61, collapse=13, draws=3)
+
+_FIGURES = 6
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What a reproduction of the paper has made.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where the files are.
+    files : tuple of pathlib.Path
+        All of them, in the order in which they were written.
+    claims : tuple of Claim
+        The paper's claims as judged.
+    solves : int
+        How many impacts were solved.
+    seconds : float
+        How long it all took [s].
+    """
+
+    folder: Path
+    files: tuple[Path, ...]
+    claims: tuple[Claim, ...]
+    solves: int
+    seconds: float
+
+
+@dataclass
+class _Output:
+    """The folder of results; keeps the record of files and of the work done."""
+
+    folder: Path
+    total: int
+    progress: Callable[[int, int], None] | None
+    drawing: int
+    done: int = 0
+    files: list[Path] = field(default_factory=list)
+
+    def advance(self, units: int) -> None:
+        self.done += units
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+
+    def text(self, name: str, content: str) -> None:
+        path = self.folder / name
+        with whole_file(path) as partial:
+            partial.write_text(content, encoding="utf-8")
+        self.files.append(path)
+
+    def figure(self, name: str, dataset: xr.Dataset, draw: Callable[[xr.Dataset], Figure]) -> None:
+        path = self.folder / f"{name}.nc"
+        with whole_file(path) as partial:
+            dataset.to_netcdf(partial, engine="h5netcdf")
+        self.files.append(path)
+        picture = draw(dataset)
+        self.files.append(save_figure(picture, path.with_suffix(".png")))
+        # The page keeps the layout of the picture; to find it anew takes as long as all other drawing.
+        picture.set_layout_engine("none")
+        self.files.append(save_figure(picture, path.with_suffix(".pdf")))
+        self.advance(self.drawing)
+
+
+def reproduce(
+    out: Path | str,
+    *,
+    quick: bool = False,
+    seed: int = DEFAULT_SEED,
+    workers: int | None = None,
+    rtol: float = 1e-9,
+    progress: Callable[[int, int], None] | None = None,
+) -> Reproduction:
+    """Compute and draw figures 3 to 6 of the paper and two more, and judge its claims.
+
+    Each figure is written as PNG, as PDF and as NetCDF data; the claims as `claims.md` and `claims.json`.
+    Every file is whole or absent at any moment, and what is finished stays if the run is interrupted.
+
+    Parameters
+    ----------
+    out : path-like
+        Folder for the results; made if absent, files of an earlier run in it are replaced.
+    quick : bool
+        Coarse grids, for a first look.
+    seed : int
+        Seed of the random dimensional inputs, >= 0.
+    workers : int, optional
+        Threads of the solver, >= 1; all cores by default. The results do not depend on it.
+    rtol : float
+        Relative tolerance of the restitution coefficient.
+    progress : callable, optional
+        Called with (done, total), in units of about one solved impact; drawing counts too.
+
+    Returns
+    -------
+    Reproduction
+        Folder, files, claims and time.
+
+    Raises
+    ------
+    ValueError
+        If `out` is a file, or `seed` or `workers` is out of range.
+    OSError
+        If the folder cannot be written to.
+    SolverError
+        If an impact cannot be solved to `rtol`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from restitution.paper.reproduction import reproduce
+    >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +SKIP
+    ...     [claim.holds for claim in reproduce(folder, quick=True).claims]
+    [True, True, True, True]
+    """
+    started = time.perf_counter()
+    computation_seed = _whole_number("seed", seed, 0)
+    if workers is not None:
+        workers = _whole_number("workers", workers, 1)
+    within("rtol", rtol, 1e-12, 1e-3)
+    resolution = QUICK if quick else FULL
+    # One figure takes as long to draw as a fraction of all solves; counted so, the time left comes out right.
+    drawing = resolution.solves // 12
+    output = _Output(_folder(out), resolution.solves + _FIGURES * drawing, progress, drawing)
+    computation = Computation(computation_seed, rtol, workers, output.advance)
+
+    plane: dict[int, Any] = {}
+    for number in planes.POISSON_RATIOS:
+        plane[number] = planes.compute(computation, number, resolution.plane)
+        output.figure(f"figure_{number}", plane[number], planes.draw)
+    family: dict[int, Any] = {}
+    for number in curves.LOG_P2:
+        family[number] = curves.compute(computation, number, resolution.curve)
+        output.figure(f"figure_{number}", family[number], curves.draw)
+    comparison = incompressibility.compare(plane[3], plane[4])
+    output.figure("figure_incompressibility", comparison, incompressibility.draw)
+    draws = collapse.compute(computation, resolution.collapse, resolution.draws)
+    output.figure("figure_collapse", draws, collapse.draw)
+
+    claims = [
+        claims_of.three_groups(draws),
+        claims_of.matters_where_small(comparison),
+        claims_of.usually_underestimates(comparison, family),
+        claims_of.large_near_half(computation),
+    ]
+    output.text("claims.json", claims_of.as_json(claims, computation.attributes()))
+    output.text("claims.md", claims_of.as_markdown(claims, computation.attributes()))
+    seconds = time.perf_counter() - started
+    return Reproduction(output.folder, tuple(output.files), tuple(claims), resolution.solves, seconds)
+
+
+def _whole_number(name: str, value: Any, low: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} = {value!r}: must be a whole number >= {low}") from None
+    if number < low:
+        raise ValueError(f"{name} = {number}: must be a whole number >= {low}")
+    return number
+
+
+def _folder(out: Path | str) -> Path:
+    folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"out = {str(folder)!r}: must be a folder, and is a file")
+    folder.mkdir(parents=True, exist_ok=True)
+    # Found out now, not after the first figure has been computed.
+    with whole_file(folder / "claims.md.probe") as partial:
+        partial.touch()
+    (folder / "claims.md.probe").unlink()
+    return folder

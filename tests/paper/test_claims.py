@@ -1,0 +1,98 @@
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from restitution.paper import claims, incompressibility
+from restitution.paper.computation import Computation
+
+
+def plane(e, nu: float) -> xr.Dataset:
+    e = np.atleast_2d(e)
+    axes = {"p2": np.logspace(-3, 1, e.shape[0]), "p3": np.logspace(-2, 2, e.shape[1])}
+    return xr.Dataset(
+        {"restitution_coefficient": (("p2", "p3"), e)}, {**axes, "poisson_ratio": nu}, {"rtol": 1e-9}
+    )
+
+
+def comparison(e, e_inc) -> xr.Dataset:
+    return incompressibility.compare(plane(e, 0.45), plane(e_inc, 0.5))
+
+
+def curves(e, e_inc) -> dict[int, xr.Dataset]:
+    rows = np.array([e, e_inc])[:, None, :]
+    coordinates = {"poisson_ratio": [0.45, 0.5], "p2": [0.01], "p3": np.logspace(-2, 2, rows.shape[2])}
+    return {
+        5: xr.Dataset({"restitution_coefficient": (("poisson_ratio", "p2", "p3"), rows)}, coordinates),
+    }
+
+
+E = np.array([0.05, 0.2, 0.5, 0.8, 0.95])
+
+
+def test_the_papers_point_near_one_half() -> None:
+    claim = claims.large_near_half(Computation(seed=1))
+    # Six digits, computed by two programs of independent authors.
+    assert claim.numbers["e, nu = 0.49"] == pytest.approx(0.219706, abs=5e-7)
+    assert claim.numbers["e, incompressible"] == pytest.approx(0.006553, abs=5e-7)
+    assert claim.numbers["(e - e_inc)/e_inc, nu = 0.49"] == pytest.approx(0.219706 / 0.006553 - 1, rel=1e-4)
+    assert claim.numbers["(e_inc - e)/e, nu = 0.49"] == pytest.approx(0.006553 / 0.219706 - 1, rel=1e-4)
+    assert claim.holds
+    assert "e = 0.219706 against 0.006553" in claim.finding
+
+
+def test_spread_within_the_tolerance_bears_the_three_groups_out_and_beyond_does_not() -> None:
+    for relative, holds in ((0.9, True), (1.1, False)):
+        collapse = xr.Dataset({"spread": ("p2", [1e-12, 3e-12]), "relative_spread": ("p2", [0.1, relative])})
+        claim = claims.three_groups(collapse.assign_coords(draw=[0, 1, 2]))
+        assert claim.holds is holds
+        assert claim.numbers["largest spread of e between two draws"] == 3e-12
+        assert claim.numbers["draws at each"] == 3
+
+
+def test_errors_that_fall_with_e_bear_the_second_claim_out_and_those_that_grow_do_not() -> None:
+    claim = claims.matters_where_small(comparison(E, E * (1 - 0.5 * (1 - E))))
+    assert claim.holds
+    assert claim.numbers["rank correlation of e and relative error"] == pytest.approx(-1.0)
+    assert claim.numbers["median relative error where 0.1 <= e <= 0.3"] == pytest.approx(0.4)
+    assert claim.numbers["e where the relative error is largest"] == 0.05
+    assert not claims.matters_where_small(comparison(E, E * (1 - 0.5 * E))).holds
+
+
+def test_rank_correlation_matches_scipy() -> None:
+    from scipy.stats import spearmanr
+
+    e, factor = np.random.default_rng(1).uniform(0.1, 0.9, (2, 200))
+    number = claims.matters_where_small(comparison(e, e * factor)).numbers
+    expected = spearmanr(e, np.abs(factor - 1.0)).statistic
+    assert number["rank correlation of e and relative error"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_share_of_underestimates_decides_the_third_claim() -> None:
+    factor = np.array([0.5, 0.9, 0.99, 1.0 + 1e-12, 1.03])
+    claim = claims.usually_underestimates(comparison(E, E * factor), curves(E, E * factor))
+    assert claim.holds
+    assert claim.numbers["share of the plane of figures 3 and 4 where it does, nu = 0.45"] == 0.6
+    assert claim.numbers["share of figure 5's curve where it does, nu = 0.45"] == 0.6
+    assert claim.numbers["largest overestimate, relative"] == pytest.approx(0.03)
+    assert claim.numbers["log10 p3 there"] == pytest.approx(2.0)
+    assert not claims.usually_underestimates(comparison(E, E / factor), curves(E, E / factor)).holds
+
+
+def test_json_holds_every_number_in_full_and_markdown_every_finding() -> None:
+    made = [
+        claims.Claim("first", "One is two.", False, "It is not.", {"one": 1.0 / 3.0}),
+        claims.Claim("second", "Two is two.", True, "It is.", {"two": 2.0}),
+    ]
+    attributes = Computation(seed=7).attributes()
+    read = json.loads(claims.as_json(made, attributes))
+    assert read["seed"] == 7
+    assert [(claim["name"], claim["holds"], claim["numbers"]) for claim in read["claims"]] == [
+        ("first", False, {"one": 1.0 / 3.0}),
+        ("second", True, {"two": 2.0}),
+    ]
+    page = claims.as_markdown(made, attributes)
+    assert "| first | **no** |" in page
+    assert "**Borne out.** It is." in page
+    assert "| one | 0.333333 |" in page

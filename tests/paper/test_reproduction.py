@@ -1,0 +1,220 @@
+import json
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from restitution.contact.profile import Parabola
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+from restitution.paper import collapse, curves, incompressibility, planes, reproduction
+from restitution.paper.computation import Computation
+from restitution.paper.reproduction import Resolution, reproduce
+
+FIGURES = ("figure_3", "figure_4", "figure_5", "figure_6", "figure_incompressibility", "figure_collapse")
+TINY = Resolution(plane=9, curve=9, collapse=3, draws=2)
+
+
+@pytest.fixture(autouse=True)
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reproduction, "QUICK", TINY)
+
+
+@pytest.fixture(scope="module")
+def steps() -> list[tuple[int, int]]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, int]]):
+    def progress(done: int, total: int) -> None:
+        steps.append((done, total))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproduction, "QUICK", TINY)
+        return reproduce(tmp_path_factory.mktemp("reproduction"), quick=True, seed=11, progress=progress)
+
+
+def read(path: Path) -> xr.Dataset:
+    return xr.load_dataset(path, engine="h5netcdf")
+
+
+def test_full_resolution_is_at_least_that_of_the_paper() -> None:
+    assert reproduction.FULL.plane >= 161
+    assert (planes.LOG_P2_RANGE, planes.LOG_P3_RANGE) == ((-3.0, 1.0), (-2.0, 2.0))
+    assert curves.POISSON_RATIOS == (-1.0, -0.5, 0.0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
+    assert curves.LOG_P2 == {5: -2.0, 6: -3.0}
+
+
+def test_every_figure_has_picture_page_and_data(made) -> None:
+    expected = {f"{figure}{suffix}" for figure in FIGURES for suffix in (".nc", ".png", ".pdf")}
+    assert {path.name for path in made.folder.iterdir()} == expected | {"claims.md", "claims.json"}
+    assert {path.name for path in made.files} == expected | {"claims.md", "claims.json"}
+    for figure in FIGURES:
+        assert (made.folder / f"{figure}.png").read_bytes().startswith(b"\x89PNG")
+        assert (made.folder / f"{figure}.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("figure", FIGURES)
+def test_data_files_say_units_version_seed_and_tolerance(made, figure: str) -> None:
+    dataset = read(made.folder / f"{figure}.nc")
+    assert (dataset.attrs["seed"], dataset.attrs["rtol"]) == (11, 1e-9)
+    assert dataset.attrs["version"]
+    for name in dataset.variables:
+        assert {"units", "long_name"} <= set(dataset[name].attrs), name
+
+
+def test_data_files_give_back_what_was_computed(made) -> None:
+    computed = planes.compute(Computation(seed=11), 3, 9)
+    xr.testing.assert_identical(read(made.folder / "figure_3.nc"), computed)
+
+
+@pytest.mark.parametrize(("figure", "nu"), [("figure_3", 0.45), ("figure_4", 0.5)])
+def test_any_point_can_be_solved_again_from_its_stored_inputs(made, figure: str, nu: float) -> None:
+    dataset = read(made.folder / f"{figure}.nc")
+    assert float(dataset["poisson_ratio"]) == nu
+    point = {name: float(dataset[name][5, 2]) for name in dataset.data_vars}
+    material = standard_solid(
+        point["equilibrium_modulus"], point["branch_modulus"], point["viscosity"], poisson_ratio=nu
+    )
+    profile = Parabola(radius=point["radius"])
+    impact = Impact(material=material, profile=profile, mass=point["mass"], velocity=point["velocity"])
+    assert float(solve(impact).restitution_coefficient) == point["restitution_coefficient"]
+
+
+def test_random_draws_collapse(made) -> None:
+    dataset = read(made.folder / "figure_collapse.nc")
+    e = dataset["restitution_coefficient"]
+    assert e.sizes["draw"] == 2
+    assert float(dataset["mass"].std("draw").min()) > 0.0
+    assert float(abs(e.isel(draw=0) - e.isel(draw=1)).max()) <= 1e-9
+
+
+def test_claims_of_json_and_page_agree(made) -> None:
+    claims = json.loads((made.folder / "claims.json").read_text())["claims"]
+    assert [claim["name"] for claim in claims] == [claim.name for claim in made.claims]
+    page = (made.folder / "claims.md").read_text()
+    for claim in claims:
+        assert claim["finding"] in page
+        assert claim["statement"] in page
+
+
+def test_progress_grows_steadily_to_its_total(made, steps: list[tuple[int, int]]) -> None:
+    done, totals = zip(*steps, strict=True)
+    assert len(set(totals)) == 1
+    assert list(done) == sorted(set(done))
+    assert done[-1] == totals[0]
+    assert made.solves < totals[0]
+
+
+def test_same_seed_gives_the_same_bytes_and_workers_do_not_matter(made, tmp_path: Path) -> None:
+    again = reproduce(tmp_path, quick=True, seed=11, workers=1)
+    for path in again.files:
+        if path.suffix != ".nc":
+            assert path.read_bytes() == (made.folder / path.name).read_bytes(), path.name
+        else:
+            xr.testing.assert_identical(read(path), read(made.folder / path.name))
+
+
+@pytest.mark.parametrize("at", [1, 4, 7])
+def test_interrupted_run_leaves_whole_files(made, tmp_path: Path, at: int) -> None:
+    calls = 0
+
+    def interrupt(done: int, total: int) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == at:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path, quick=True, seed=11, progress=interrupt)
+    left = sorted(tmp_path.iterdir())
+    assert all(not path.name.startswith(".") for path in left)
+    assert len(left) == 3 * (at // 2)
+    for path in left:
+        if path.suffix == ".nc":
+            xr.testing.assert_identical(read(path), read(made.folder / path.name))
+        else:
+            assert path.read_bytes() == (made.folder / path.name).read_bytes()
+
+
+def test_interrupt_while_data_are_written_leaves_no_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(self: xr.Dataset, path: Path, **_: object) -> None:
+        Path(path).write_bytes(b"\x89HDF, the first of it")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path, quick=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").touch()
+    with pytest.raises(ValueError, match=r"out = '.*out': must be a folder, and is a file"):
+        reproduce(tmp_path / "out", quick=True)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "error", "message"),
+    [
+        ("seed", -1, ValueError, "seed = -1: must be a whole number >= 0"),
+        ("seed", 1.5, TypeError, "seed = 1.5: must be a whole number >= 0"),
+        ("workers", 0, ValueError, "workers = 0: must be a whole number >= 1"),
+        ("rtol", 0.1, ValueError, "rtol = 0.1: must be in"),
+    ],
+)
+def test_bad_options_are_named_before_anything_is_made(tmp_path: Path, option, value, error, message) -> None:
+    with pytest.raises(error, match=message):
+        reproduce(tmp_path / "out", quick=True, **{option: value})
+    assert not (tmp_path / "out").exists()
+
+
+def texts(ax) -> set[str]:
+    return {text.get_text() for text in ax.texts}
+
+
+def test_planes_name_their_groups_and_label_isolines() -> None:
+    dataset = planes.compute(Computation(seed=1), 3, 41)
+    (ax,) = planes.draw(dataset).axes
+    assert r"\log_{10}\,p_2" in ax.get_xlabel()
+    assert r"p_2 = G_\infty\,/\,G_1" in ax.get_xlabel()
+    assert r"\log_{10}\,p_3" in ax.get_ylabel()
+    assert r"\nu = 0.45" in ax.get_title()
+    assert {"0.1", "0.3", "0.5", "0.7", "0.9"} <= texts(ax)
+
+
+def test_curves_have_a_legend_for_every_ratio_outside_the_axes() -> None:
+    dataset = curves.compute(Computation(seed=1), 5, 9)
+    figure = curves.draw(dataset)
+    figure.draw_without_rendering()
+    (ax,) = figure.axes
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == [rf"$\nu = {nu:g}$" for nu in curves.POISSON_RATIOS] + ["incompressible"]
+    assert not legend.get_window_extent().overlaps(ax.get_window_extent())
+    assert ax.get_xscale() == "log"
+    assert "restitution coefficient" in ax.get_ylabel()
+    assert "p_3" in ax.get_xlabel()
+
+
+def test_incompressibility_shows_both_measures_of_the_error() -> None:
+    computation = Computation(seed=1)
+    compared = incompressibility.compare(*(planes.compute(computation, figure, 21) for figure in (3, 4)))
+    left, right = incompressibility.draw(compared).axes
+    assert r"$(e_\mathrm{inc} - e)\,/\,e$" in left.get_title()
+    assert r"$(e - e_\mathrm{inc})\,/\,e_\mathrm{inc}$" in right.get_title()
+    assert any(text.endswith("%") for text in texts(left))
+    assert "100 %" in texts(right)
+
+
+def test_collapse_shows_spread_against_tolerance() -> None:
+    figure = collapse.draw(collapse.compute(Computation(seed=1), 5, 2))
+    viscosity, p3, spread = figure.axes
+    assert viscosity.get_xlabel() == r"viscosity $\eta$ [Pa s]"
+    assert "p_3" in p3.get_xlabel()
+    assert "spread" in spread.get_xlabel()
+    assert "tolerance" in [text.get_text() for text in spread.get_legend().get_texts()]
