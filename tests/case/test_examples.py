@@ -9,6 +9,7 @@ import pytest
 from restitution.case import material, schema
 from restitution.case.file import read_case
 from restitution.case.section import Section
+from restitution.impact.solve import solve
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -47,11 +48,14 @@ def test_every_key_is_explained() -> None:
         assert re.search(rf"`{key}\b|\[{key}\]|\.{key}\]", text), key
 
 
-@pytest.mark.parametrize("name", ["rubber_ball", "epoxy"])
-def test_cases_run(name: str) -> None:
-    result = read_case(EXAMPLES / f"{name}.toml").solve()
-    assert 0.0 < result.restitution_coefficient < 1.0
-    # The balance is an independent quadrature; the bound is that of the whole package.
+@pytest.mark.parametrize("name", ["rubber_ball", pytest.param("epoxy", marks=pytest.mark.slow)])
+def test_cases_agree_with_the_reference_method(name: str) -> None:
+    case = read_case(EXAMPLES / f"{name}.toml")
+    result = case.solve()
+    # SciPy's Radau on the same equations shares no code with the kernel; both keep to rtol 1e-9.
+    known = solve(case.impact, "reference", rtol=1e-9).restitution_coefficient
+    assert result.restitution_coefficient == pytest.approx(known, rel=2e-9)
+    # The balance is a quadrature of its own; the bound is that of the whole package.
     assert abs(result.energy.residual) < 10 * result.rtol
 
 

@@ -72,7 +72,9 @@ def test_units_and_plain_numbers_say_the_same(folder: Path) -> None:
         viscosity = 1000
         poisson_ratio = 0.45
     """
-    assert read(plain).impact == read(BODY + SOLID + IMPACT).impact
+    first, second = read(plain).impact, read(BODY + SOLID + IMPACT).impact
+    for name in ("material", "profile", "mass", "velocity", "force"):
+        assert getattr(first, name) == getattr(second, name)
 
 
 def test_everything_a_case_may_say(folder: Path) -> None:

@@ -2,6 +2,7 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,11 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
+from restitution.case.file import read_case
 from restitution.cli.main import app
 from restitution.impact import solve as solver
+from restitution.impact.history import Trajectory
+from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.status import SolverError, Status
 from restitution.paper import reproduction
 
@@ -61,13 +65,16 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
 
 
-def result(**changes: Any) -> SimpleNamespace:
-    columns = {
-        "indentation_depth": ("time", [0.0, 2e-3, 1e-3], {"units": "m"}),
-        "velocity": ("time", [1.0, 0.0, -0.5], {"units": "m/s"}),
-        "force": ("time", [0.0, 0.1 + 0.2, 0.0], {"units": "N"}),
-        "contact_radius": ("time", [0.0, 4e-3, 0.0], {"units": "m"}),
-    }
+def result(**changes: Any) -> ImpactResult:
+    """A result whose numbers are easy to recognise."""
+    times = np.array([0.0, 1e-3, 2e-3])
+    motion = Trajectory(
+        times,
+        np.array([0.0, 2e-3, 1e-3]),
+        np.array([1.0, 0.0, -0.5]),
+        np.array([0.0, 0.1 + 0.2, 0.0]),
+        np.array([0.0, 4e-3, 0.0]),
+    )
     values: dict[str, Any] = {
         "restitution_coefficient": 0.5,
         "contact_time": 1.234567891e-3,
@@ -75,17 +82,15 @@ def result(**changes: Any) -> SimpleNamespace:
         "max_force": 12.5,
         "max_contact_radius": 4e-3,
         "residual_indentation_depth": 1e-3,
-        "rebound_velocity": 0.5,
-        "energy": SimpleNamespace(
-            kinetic_in=2.5e-3, kinetic_out=6.25e-4, dissipated=1.8e-3, stored=7.5e-5, residual=1e-12
-        ),
         "status": Status.SEPARATED,
+        "impact": read_case("ball.toml").impact,
         "method": "exact",
         "rtol": 1e-9,
         "warnings": ["contact radius over R = 0.4: small strains need less than 0.2"],
-        "history": xr.Dataset(columns, {"time": ("time", [0.0, 1e-3, 2e-3], {"units": "s"})}),
+        "_budget": lambda: EnergyBudget(2.5e-3, 6.25e-4, 1.8e-3, 7.5e-5, 1e-12),
+        "_dense": lambda: motion,
     }
-    return SimpleNamespace(**(values | changes))
+    return ImpactResult(**(values | changes))
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
@@ -105,7 +110,7 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
     assert answer.exit_code == 0
     assert answer.stderr == ""
     content = json.loads(answer.stdout)
-    assert list(content) == KEYS
+    assert sorted(content) == sorted(KEYS)
     assert content["contact_time"] == 1.234567891e-3
     assert content["energy"] == {
         "kinetic_in": 2.5e-3,
@@ -143,6 +148,31 @@ def test_the_table_is_whole_whatever_the_width(
     assert answer.stderr == "warning: contact radius over R = 0.4: small strains need less than 0.2\n"
 
 
+def test_the_papers_own_example(folder: Path) -> None:
+    # Theory section 1 (Willert et al., Fig. 6): nu = 0.49, log10 p2 = -3, p3 = 10.
+    answer = run("standard-solid", "--nu", "0.49", "--p2", "1e-3", "--p3", "10", "--json")
+    assert answer.exit_code == 0
+    content = json.loads(answer.stdout)
+    assert sorted(content) == sorted(KEYS)
+    assert content["restitution_coefficient"] == pytest.approx(0.219706, abs=5e-7)
+    assert (content["method"], content["rtol"]) == ("exact", 1e-9)
+    answer = run("standard-solid", "--nu", "0.5", "--p2", "1e-3", "--p3", "10", "--rtol", "1e-6")
+    shown = next(line.split() for line in answer.stdout.splitlines() if line.split()[:1] == ["restitution"])
+    assert float(shown[-1]) == pytest.approx(0.006553, abs=5e-7)
+    assert "rtol 1e-06" in answer.stdout
+
+
+def test_a_case_is_solved(folder: Path) -> None:
+    # The same numbers through the dimensionless groups: p2 = 0.1, p3 = eta (v0 R/(m^2 Ginf^3))^(1/5).
+    p3 = 1e4 * (0.01 / (0.005**2 * 1e18)) ** 0.2
+    known = solver.standard_solid_restitution(0.45, 0.1, p3)
+    content = json.loads(run("solve", "ball.toml", "--json").stdout)
+    assert content["restitution_coefficient"] == pytest.approx(known, rel=1e-8)
+    assert content["rebound_velocity"] == content["restitution_coefficient"]
+    assert content["energy"]["kinetic_in"] == pytest.approx(0.0025, rel=1e-15)
+    assert abs(content["energy_residual"]) < 1e-8
+
+
 def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch)
     assert run("solve", "ball.toml", "--history", "h.csv").exit_code == 0
@@ -169,12 +199,12 @@ def test_plot(folder: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> Non
 def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Full(dict[str, Any]):
-        def to_netcdf(self, path: Path, **options: Any) -> None:
-            Path(path).write_text("half")
-            raise OSError(28, "No space left on device")
+    def full(history: xr.Dataset, path: Path, **options: Any) -> None:
+        Path(path).write_text("half")
+        raise OSError(28, "No space left on device")
 
-    fake(monkeypatch, history=Full())
+    fake(monkeypatch)
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
     answer = run("solve", "ball.toml", "--json", "--history", "h.nc")
     assert answer.exit_code == 2
     assert answer.stderr == "error: No space left on device\n"
@@ -341,3 +371,49 @@ def test_a_terminal_that_knows_no_greek_is_no_reason_to_fail(tmp_path: Path) -> 
     answer = program("solve", str(case), env=os.environ | {"PYTHONIOENCODING": "ascii"})
     assert answer.returncode == 2
     assert "Traceback" not in answer.stderr
+
+
+def test_ctrl_c_ends_with_130_and_one_line(folder: Path) -> None:
+    code = (
+        "import sys, time; sys.argv = ['restitution', 'solve', 'ball.toml']\n"
+        "from restitution.impact import solve\n"
+        "solve.solve = lambda impact, **options: (print('solving', flush=True), time.sleep(60))\n"
+        "from restitution.cli.main import main; main()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "solving\n"
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert stderr == "error: interrupted; every file written is whole\n"
+
+
+@pytest.mark.parametrize("argument", ["--help", "--version"])
+def test_a_reader_that_stops_early_is_no_error(argument: str) -> None:
+    code = f"import sys; sys.stdin.read(); sys.argv = ['restitution', '{argument}']\n"
+    code += "from restitution.cli.main import main; main()"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], **pipes) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        process.stdin.close()
+        stderr = process.stderr.read()
+    assert (process.returncode, stderr) == (0, b"")
+
+
+def test_warnings_of_the_libraries_are_one_line_each() -> None:
+    code = (
+        "import sys, warnings; sys.argv = ['restitution', '--version']\n"
+        "from restitution.cli import main, presentation\n"
+        "presentation.version = lambda: warnings.warn('careful') or '1'\n"
+        "main.main()"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (answer.returncode, answer.stdout, answer.stderr) == (0, "restitution 1\n", "warning: careful\n")

@@ -55,7 +55,9 @@ class Case:
         try:
             return solve(self.impact, **self.options)
         except ValueError as error:
-            raise CaseError(f"{self.path}: {error}") from None
+            option = str(error).split(" = ")[0]
+            section = "solver." if option in self.options else ""
+            raise CaseError(f"{self.path}: {section}{error}") from None
 
 
 def read_case(path: str | Path) -> Case:

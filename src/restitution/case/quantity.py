@@ -204,11 +204,6 @@ def nonnegative(kind: Kind) -> BeforeValidator:
     return BeforeValidator(partial(_read, kind=kind, check=validation.nonnegative))
 
 
-def finite(kind: Kind) -> BeforeValidator:
-    """Read a quantity of either sign."""
-    return BeforeValidator(partial(_read, kind=kind, check=validation.finite))
-
-
 def within(kind: Kind, low: float, high: float) -> BeforeValidator:
     """Read a quantity in the closed interval [low, high], whose ends may be infinite."""
 

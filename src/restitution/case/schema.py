@@ -18,7 +18,7 @@ from restitution.case.quantity import (
     NUMBER,
     TIME,
     VELOCITY,
-    finite,
+    nonnegative,
     positive,
     refuse,
 )
@@ -55,7 +55,7 @@ class ImpactSection(Section):
     velocity: Annotated[float, positive(VELOCITY)] | None = None
     drop_height: Annotated[float, positive(LENGTH)] | None = None
     gravity: Annotated[float, positive(ACCELERATION)] = STANDARD_GRAVITY
-    force: Annotated[float, finite(FORCE)] | None = None
+    force: Annotated[float, nonnegative(FORCE)] | None = None
     weight: StrictBool = False
 
     @model_validator(mode="after")

@@ -57,7 +57,6 @@ def exit_code(command: Callable[[], Any]) -> int:
     """Run a command and return its exit code; what went wrong goes to standard error in one line."""
     try:
         code = command()
-        sys.stdout.flush()
         if code == INTERRUPTED:
             raise KeyboardInterrupt
         return code if isinstance(code, int) else DONE
@@ -74,10 +73,6 @@ def exit_code(command: Callable[[], Any]) -> int:
     except SolverError as error:
         tell("error", str(error), "red")
         return SOLVER_FAILED
-    except BrokenPipeError:
-        # Whoever reads has read enough; the interpreter must not find the pipe broken again at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except OSError as error:
         if error.errno == errno.EINTR or error.strerror is None:
             raise
@@ -88,8 +83,33 @@ def exit_code(command: Callable[[], Any]) -> int:
         return INTERRUPTED
 
 
+@contextmanager
+def _patient_with_readers() -> Generator[None]:
+    """Take a reader who closes the pipe early, such as `head`, for one who has read enough."""
+    try:
+        yield
+        sys.stdout.flush()
+    except (BrokenPipeError, SystemExit) as error:
+        # Rich turns a broken pipe into an exit with code 1.
+        if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
+            raise
+        # The interpreter must not find the pipe broken again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(DONE) from None
+
+
 class Commands(TyperGroup):
     """The commands, which end with one of the four exit codes and never with a traceback for bad input."""
+
+    def make_context(self, *args: Any, **extra: Any) -> Any:
+        """Parse the command line, which may print help."""
+        with _patient_with_readers():
+            return super().make_context(*args, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        with _patient_with_readers():
+            return super().invoke(ctx)
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """Parse the command line and run what it asks for."""

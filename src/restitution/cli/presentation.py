@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import sys
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,21 +44,16 @@ def version() -> str:
 
 def as_json(result: ImpactResult) -> str:
     """Write a result as JSON in SI; an infinite number or one that is not a number becomes null."""
-    energy = result.energy
-    content: dict[str, Any] = {attribute: _plain(getattr(result, attribute)) for _, attribute, _, _ in _ROWS}
-    content["energy"] = {attribute: _plain(getattr(energy, attribute)) for _, attribute, _, _ in _ENERGY_ROWS}
-    content["energy"]["residual"] = content["energy_residual"] = _plain(energy.residual)
-    content["status"] = result.status.name
-    content["method"] = result.method
-    content["rtol"] = _plain(result.rtol)
-    content["warnings"] = list(result.warnings)
-    content["version"] = version()
-    return json.dumps(content, indent=2, allow_nan=False)
+    content = result.to_dict() | {"energy_residual": result.energy.residual, "version": version()}
+    return json.dumps(_plain(content), indent=2, allow_nan=False)
 
 
-def _plain(value: Any) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, Enum):
+        return value.name
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False) -> None:
@@ -81,8 +77,8 @@ def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False
     # A line that is too long for the terminal is better broken by it than cut off by the table.
     console.width = max(console.width, 100)
     console.print(table)
-    residual = float(result.energy.residual)
-    print(f"method {result.method}, rtol {result.rtol:g}, energy residual {residual:.1e}")
+    tolerance = "" if result.rtol is None else f", rtol {result.rtol:g}"
+    print(f"method {result.method}{tolerance}, energy residual {float(result.energy.residual):.1e}")
 
 
 def _for_people(value: float, unit: str) -> tuple[str, str]:
