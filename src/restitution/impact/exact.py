@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
-    from restitution.kernel.impact import Problem, Work
+    from restitution.kernel.impact import Problem
     from restitution.kernel.path import Path
+    from restitution.kernel.workspace import Work
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -41,11 +42,8 @@ def kernel_path(block: ScaledBlock) -> Path:
     if table is None:
         return power_path(block.exponent)
     length, radius = float(block.length[0]), float(block.radius[0])
-    cells = table.radius.shape[0]
-    inverse_cell = cells * (length**0.5 / table.s_max) ** (1.0 / table.grading)
-    return Path(
-        -1.0, float(table.grading), inverse_cell, table.radius / radius, table.force_integral / (radius * length)
-    )
+    inverse_cell = table.radius.shape[0] * length**0.5 / table.s_max
+    return Path(-1.0, inverse_cell, table.radius / radius, table.force_integral / (radius * length))
 
 
 def solve_scaled(
@@ -77,8 +75,9 @@ def solve_scaled(
         Columns `restitution.kernel.impact.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
     from restitution.kernel.energy import budget_block
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, allocate, solve_block
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, solve_block
     from restitution.kernel.radau import radau
+    from restitution.kernel.workspace import allocate
 
     scheme, path = radau(STAGES), kernel_path(block)
     outcomes = np.empty((block.size, len(OUTCOME) + (2 if budget else 0)))
@@ -119,8 +118,9 @@ def solve_scaled(
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]:
     """Solve a block of one impact and return its outcome with the stored approach and rebound."""
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, Problem, allocate, solve_block
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, Problem, solve_block
     from restitution.kernel.radau import radau
+    from restitution.kernel.workspace import allocate
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)

@@ -11,8 +11,9 @@ from restitution.kernel.validation import finite
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledImpact
-    from restitution.kernel.impact import Problem, Work
+    from restitution.kernel.impact import Problem
     from restitution.kernel.radau import Scheme
+    from restitution.kernel.workspace import Work
 
 Array = NDArray[np.float64]
 
@@ -62,13 +63,13 @@ class DenseOutput:
         self._path = problem.path
         n_approach, n_rebound = int(work.counts[0]) + 1, int(work.counts[1]) + 1
         self._sigma_m = float(work.turning_place[0])
-        self._starts = work.approach_starts[:n_approach].copy()
-        self._lengths = work.approach_lengths[:n_approach].copy()
+        self._starts = work.places[0, :n_approach].copy()
+        self._lengths = work.places[1, :n_approach].copy()
         # Columns s, v, t, F; the rebound's first column is s1, to which d is added as a fifth.
         self._approach = work.approach[:n_approach, :, :4].copy()
         back = work.rebound[:n_rebound, :, :4]
-        self._back_starts = work.rebound_starts[:n_rebound].copy()
-        self._back_lengths = work.rebound_lengths[:n_rebound].copy()
+        self._back_starts = work.places[2, :n_rebound].copy()
+        self._back_lengths = work.places[3, :n_rebound].copy()
         depth = np.empty(back.shape[:2])
         start = float(work.turning[0]) ** 2
         for element in range(n_rebound):
@@ -122,7 +123,9 @@ class DenseOutput:
         moments = np.atleast_1d(np.asarray(finite("times", times, "s"), dtype=np.float64))
         if np.any(moments < 0.0) or np.any(moments > self.contact_time * (1.0 + 1e-12)):
             bad = moments[(moments < 0.0) | (moments > self.contact_time * (1.0 + 1e-12))][0]
-            raise ValueError(f"times = {bad:g} s: must be in [0, {self.contact_time:g}] s, the duration of contact")
+            raise ValueError(
+                f"times = {bad:g} s: must be in [0, {self.contact_time:g}] s, the duration of contact"
+            )
         t = np.minimum(moments / self._units[0], self._end)
         columns = np.empty((t.size, 4))
         coming = t <= self._turning_time

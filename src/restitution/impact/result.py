@@ -168,7 +168,9 @@ class ImpactResult:
             for (name, (unit, long_name)), values in zip(VARIABLES.items(), trajectory[1:], strict=True)
         }
         time = ("time", trajectory.time, {"units": "s", "long_name": "time since first touch t"})
-        return xr.Dataset(data, coords={"time": time}, attrs={"method": self.method, "rtol": self.rtol or np.nan})
+        return xr.Dataset(
+            data, coords={"time": time}, attrs={"method": self.method, "rtol": self.rtol or np.nan}
+        )
 
     def plot(self) -> Figure:
         """Figure of the impact: force over time, loop, contact radius, energy."""
@@ -198,5 +200,7 @@ def _interpolated(trajectory: Trajectory, times: ArrayLike | None) -> Trajectory
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))
     if np.any(~((t >= 0.0) & (t <= trajectory.time[-1]))):
         bad = t[~((t >= 0.0) & (t <= trajectory.time[-1]))][0]
-        raise ValueError(f"times = {bad:g} s: must be in [0, {trajectory.time[-1]:g}] s, the duration of contact")
+        raise ValueError(
+            f"times = {bad:g} s: must be in [0, {trajectory.time[-1]:g}] s, the duration of contact"
+        )
     return Trajectory(t, *(np.interp(t, trajectory.time, values) for values in trajectory[1:]))

@@ -72,7 +72,10 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
         (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
         (shear.viscosity > 0.0, "the shear modulus has a parallel dashpot"),
         (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
-        (isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0), "the bulk relaxes"),
+        (
+            isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0),
+            "the bulk relaxes",
+        ),
         (bool(np.any(impact.force)), "a constant force acts"),
     ]
     for wrong, reason in reasons:
@@ -82,7 +85,12 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     viscosity = branch * float(shear.relaxation_times[0])
     root_radius = np.asarray(impact.profile.path_coefficient)
     # Roots first: the moduli cubed overflow where p3 itself is harmless.
-    p3 = (viscosity / modulus**0.6) * np.asarray(impact.velocity) ** 0.2 * root_radius**0.4 / np.asarray(impact.mass) ** 0.4
+    p3 = (
+        (viscosity / modulus**0.6)
+        * np.asarray(impact.velocity) ** 0.2
+        * root_radius**0.4
+        / np.asarray(impact.mass) ** 0.4
+    )
     return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
 
 
@@ -209,7 +217,11 @@ def power_block(
         length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
         for _ in range(6):
             duration = (1.5 * length / velocities)[:, None]
-            modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
+            modulus = (
+                equilibria
+                + (moduli * (times / (times + duration))).sum(axis=1)
+                + viscosities / duration[:, 0]
+            )
             length = (energy / modulus) ** power
         time = length / velocities
         factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
@@ -240,7 +252,9 @@ def scale(impact: Impact, depth_factor: float = 4.0) -> ScaledBlock:
     """
     series = impact.reduced_modulus
     size = math.prod(impact.shape)
-    mass, velocity, force = (_flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.force))
+    mass, velocity, force = (
+        _flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.force)
+    )
     moduli = np.broadcast_to(series.branch_moduli, (size, series.branch_moduli.size))
     times = np.broadcast_to(series.relaxation_times, (size, series.relaxation_times.size))
     equilibria = np.full(size, series.equilibrium_modulus)
@@ -256,12 +270,16 @@ def scale(impact: Impact, depth_factor: float = 4.0) -> ScaledBlock:
     return _table_block(impact, depth_factor, mass, velocity, force)
 
 
-def _table_block(impact: Impact, depth_factor: float, mass: Array, velocity: Array, force: Array) -> ScaledBlock:
+def _table_block(
+    impact: Impact, depth_factor: float, mass: Array, velocity: Array, force: Array
+) -> ScaledBlock:
     """Scale impacts of a profile that the kernel sees as a table: one length for all rows, the end of the table."""
     from restitution.contact.path import path_table
 
     series, profile = impact.reduced_modulus, impact.profile
-    depths = _elastic_depth(series, profile.force_integral_at_depth, mass, velocity, force, float(profile.max_depth))
+    depths = _elastic_depth(
+        series, profile.force_integral_at_depth, mass, velocity, force, float(profile.max_depth)
+    )
     length = min(depth_factor * float(depths.max()), float(profile.max_depth))
     table = path_table(profile, length)
     radius = float(profile.contact_radius(length))
@@ -277,7 +295,12 @@ def _table_block(impact: Impact, depth_factor: float, mass: Array, velocity: Arr
 
 
 def _elastic_depth(
-    series: PronySeries, force_integral: Callable[[Any], Any], mass: Array, velocity: Array, force: Array, most: float
+    series: PronySeries,
+    force_integral: Callable[[Any], Any],
+    mass: Array,
+    velocity: Array,
+    force: Array,
+    most: float,
 ) -> Array:
     """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about."""
     low = np.full(mass.size, -300.0)

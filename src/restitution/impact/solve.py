@@ -151,7 +151,9 @@ def standard_solid_restitution(
     viscosity = positive("p3", p3)
     within("rtol", rtol, 1e-12, 1e-2)
     shape = np.broadcast_shapes(np.shape(ratio), np.shape(modulus_ratio), np.shape(viscosity))
-    columns = [np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)]
+    columns = [
+        np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)
+    ]
     if method != "exact":
         values = [_standard_solid_impact(*numbers, method, rtol) for numbers in zip(*columns, strict=True)]
         return values[0] if not shape else np.array(values).reshape(shape)
@@ -204,7 +206,9 @@ def _solve_exact(
 
     def dense() -> DenseOutput:
         if impact.shape:
-            raise ValueError(f"history: of one impact only, and this result is an array of shape {impact.shape}")
+            raise ValueError(
+                f"history: of one impact only, and this result is an array of shape {impact.shape}"
+            )
         return _dense_output(impact, block, rtol)
 
     return _result(impact, "exact", rtol, fields, impact.shape, budget, dense)
@@ -270,7 +274,9 @@ def _solve_list(
     _judge(statuses, errors or "warn")
     fields: dict[str, Array] = {}
     for members, block, outcomes in parts:
-        for name, values in _si(outcome_columns(outcomes), block, masses[members], velocities[members]).items():
+        for name, values in _si(
+            outcome_columns(outcomes), block, masses[members], velocities[members]
+        ).items():
             fields.setdefault(name, np.empty(len(impacts)))[members] = values
 
     def budget() -> EnergyBudget:
@@ -324,9 +330,7 @@ def _dense_output(impact: Impact, block: ScaledBlock, rtol: float) -> DenseOutpu
     status = Status(int(outcome[7]))
     if status != Status.SEPARATED:
         raise ValueError(f"history: the contact has no end ({status.message})")
-    return DenseOutput(
-        block.row(0), problem, radau(STAGES), work, float(impact.mass), float(impact.velocity)
-    )
+    return DenseOutput(block.row(0), problem, radau(STAGES), work, float(impact.mass), float(impact.velocity))
 
 
 def _result(
@@ -359,7 +363,9 @@ def _solve_by_sampling(
 ) -> ImpactResult:
     """Solve one impact by the element method or the reference."""
     if impact.shape:
-        raise ValueError(f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}")
+        raise ValueError(
+            f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}"
+        )
     if method == "reference":
         return _solve_reference(impact, rtol)
     from restitution.impact.elements import solve_elements
@@ -375,6 +381,7 @@ def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
     profile = impact.profile
     radius = None
     if row.table is not None:
+
         def radius(s: Any) -> Any:
             return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
 
@@ -385,7 +392,11 @@ def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
 
 
 def _from_trajectory(
-    impact: Impact, method: str, rtol: float | None, solution: Any, units: tuple[float, float, float, float, float]
+    impact: Impact,
+    method: str,
+    rtol: float | None,
+    solution: Any,
+    units: tuple[float, float, float, float, float],
 ) -> ImpactResult:
     """Make a result of sampled motion, given in units of time, length, velocity, force and contact radius."""
     time, length, velocity, force, radius = units

@@ -16,23 +16,37 @@ from typing import Any
 
 import numpy as np
 
-from restitution.kernel.approach import MODES_, S_, T_, V_
 from restitution.kernel.compile import kernel, part
 from restitution.kernel.dense import invert
 from restitution.kernel.impact import (
     FIRST,
     SEPARATED,
     Problem,
-    Work,
+    interpolate,
+    seek,
     solve_one,
 )
 from restitution.kernel.path import Path, radius_and_integral, radius_slope
 from restitution.kernel.radau import Scheme
-from restitution.kernel.rebound import interpolate_path
+from restitution.kernel.workspace import (
+    BACK_LENGTH,
+    BACK_START,
+    LENGTH,
+    MODES_,
+    N_APPROACH,
+    N_REBOUND,
+    S_,
+    START,
+    T_,
+    V_,
+    Work,
+)
 
 
 @kernel
-def _propagate(scheme: Any, B: Any, row: Any, rate: float, h: float, r: Any, source: Any, start: float, out: Any) -> None:
+def _propagate(
+    scheme: Any, B: Any, row: Any, rate: float, h: float, r: Any, source: Any, start: float, out: Any
+) -> None:
     """Write into `out` the nodes of y' = -rate r y + source, y(0) = start, over an element of length h."""
     S = len(scheme.size)
     A = scheme.A
@@ -40,7 +54,7 @@ def _propagate(scheme: Any, B: Any, row: Any, rate: float, h: float, r: Any, sou
         for j in range(S):
             B[i, j] = h * rate * A[i, j] * r[j]
         B[i, i] += 1.0
-    invert(B, row, S)
+    invert(B, row, scheme.size)
     for i in range(S):
         total = start
         for j in range(S):
@@ -63,7 +77,7 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work) -> tuple[float, 
     A = scheme.A
     N = problem.moduli.shape[0]
     points = S + 1
-    elements = work.counts[0] + 1
+    elements = work.counts[N_APPROACH] + 1
     # Columns per mode: H, P, Q.
     memory = np.zeros((elements, points, 3 * N))
     B = np.zeros((S, S))
@@ -74,7 +88,7 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work) -> tuple[float, 
     sigma_m = work.turning_place[0]
     for element in range(elements):
         table = work.approach[element]
-        h = work.approach_lengths[element]
+        h = work.places[LENGTH, element]
         for i in range(S):
             s = table[i + 1, S_]
             r[i] = 2.0 * s
@@ -86,7 +100,11 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work) -> tuple[float, 
             if element > 0:
                 for n in range(3):
                     memory[element, 0, 3 * k + n] = memory[element - 1, S, 3 * k + n]
-            H0, P0, Q0 = memory[element, 0, 3 * k], memory[element, 0, 3 * k + 1], memory[element, 0, 3 * k + 2]
+            H0, P0, Q0 = (
+                memory[element, 0, 3 * k],
+                memory[element, 0, 3 * k + 1],
+                memory[element, 0, 3 * k + 2],
+            )
             for i in range(S):
                 source[i] = r[i] * table[i + 1, V_]
             _propagate(scheme, B, row, rate, h, r, source, H0, y)
@@ -103,17 +121,16 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work) -> tuple[float, 
                 square = a[i] * H * H - 2.0 * H * memory[element, i + 1, 3 * k + 1] + y[i]
                 memory[element, i + 1, 3 * k + 2] = y[i]
                 power[i + 1] += problem.moduli[k] * rate * square * r[i]
-        end = min((sigma_m - work.approach_starts[element]) / h, 1.0)
+        end = min((sigma_m - work.places[START, element]) / h, 1.0)
         dissipated += _integral(scheme, power, h, end)
     stored = 0.0
     H_now = np.zeros(N)
     now = np.zeros(MODES_ + 2 * N)
     memory_now = np.zeros(3 * N)
     hint = elements - 1
+    x = (sigma_m - work.places[START, hint]) / work.places[LENGTH, hint]
+    interpolate(scheme, work, memory[hint], x, memory_now)
     for k in range(N):
-        interpolate_path(
-            scheme, memory, work.approach_starts, work.approach_lengths, hint, sigma_m, memory_now
-        )
         H_now[k] = memory_now[3 * k]
     d0 = work.turning[S_] ** 2
     density = np.zeros(points)
@@ -127,26 +144,24 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work) -> tuple[float, 
     s1 = np.zeros(points)
     s1[S] = work.turning[S_]
     d[S] = d0
-    for element in range(work.counts[1] + 1):
+    for element in range(work.counts[N_REBOUND] + 1):
         table = work.rebound[element]
-        h = work.rebound_lengths[element]
+        h = work.places[BACK_LENGTH, element]
         radius[0], s1[0], d[0], density[0] = radius[S], s1[S], d[S], density[S]
         place = hint
         for i in range(S):
-            sigma = sigma_m - work.rebound_starts[element] - h * scheme.c[i + 1]
-            if element == work.counts[1] and i == S - 1:
+            sigma = sigma_m - work.places[BACK_START, element] - h * scheme.c[i + 1]
+            if element == work.counts[N_REBOUND] and i == S - 1:
                 sigma = 0.0
-            place = interpolate_path(
-                scheme, work.approach, work.approach_starts, work.approach_lengths, place, sigma, now
-            )
+            place = seek(work.places, place, sigma)
+            x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
+            interpolate(scheme, work, work.approach[place], x, now)
             s1[i + 1] = now[S_]
             past_t = now[T_]
             for k in range(N):
                 # The kernel's own X_k are at these nodes as well; this way nothing but t is taken over.
                 elongation[i + 1, k] = math.exp(min((past_t - table[i + 1, T_]) / problem.times[k], 0.0))
-            interpolate_path(
-                scheme, memory, work.approach_starts, work.approach_lengths, place, sigma, past[i]
-            )
+            interpolate(scheme, work, memory[place], x, past[i])
             radius[i + 1] = radius_and_integral(problem.path, now[S_])[0]
             u[i] = work.slopes[element, i]
             v[i] = table[i + 1, V_]

@@ -3,13 +3,30 @@
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from restitution.kernel.approach import F_, MODES_, S_, T_, V_, approach_element
+from restitution.kernel.approach import approach_element
 from restitution.kernel.compile import kernel, part
+from restitution.kernel.dense import lagrange
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.radau import Scheme
-from restitution.kernel.rebound import interpolate_path, rebound_element
+from restitution.kernel.rebound import rebound_element
+from restitution.kernel.workspace import (
+    BACK_LENGTH,
+    BACK_START,
+    BASIS,
+    F_,
+    INTEGRAL,
+    LENGTH,
+    MODES_,
+    N_APPROACH,
+    N_FACTOR,
+    N_REBOUND,
+    S_,
+    START,
+    T_,
+    UNKNOWN,
+    V_,
+    Work,
+)
 
 MAX_ELEMENTS = 600
 # Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least.
@@ -48,58 +65,25 @@ class Problem(NamedTuple):
     path: Path
 
 
-class Work(NamedTuple):
-    """Scratch space of one element, and the two stored halves of an impact."""
-
-    x: Any
-    r: Any
-    g: Any
-    F: Any
-    Pi: Any
-    a: Any
-    v: Any
-    res: Any
-    row: Any
-    step: Any
-    phi_t: Any
-    F_t: Any
-    q_t: Any
-    B: Any
-    Y: Any
-    W: Any
-    J: Any
-    G: Any
-    T: Any
-    P: Any
-    D: Any
-    past: Any
-    approach: Any
-    approach_starts: Any
-    approach_lengths: Any
-    rebound: Any
-    rebound_starts: Any
-    rebound_lengths: Any
-    slopes: Any
-    turning: Any
-    turning_place: Any
-    counts: Any
+@part
+def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
+    """Write the columns of an element at x into `row`."""
+    points = len(scheme.size) + 1
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, points, x, basis)
+    for n in range(row.shape[0]):
+        total = 0.0
+        for j in range(points):
+            total += basis[j] * table[j, n]
+        row[n] = total
 
 
-def allocate(S: int, N: int, elements: int) -> Work:
-    """Scratch space for S stages, N modes and that many stored elements in each half."""
-    columns = MODES_ + 2 * N
-    vector = np.zeros((13, S))
-    matrix = np.zeros((5, S, S))
-    return Work(
-        vector[0], vector[1], vector[2], vector[3], vector[4], vector[5], vector[6], vector[7], vector[8],
-        vector[9], vector[10], vector[11], vector[12],
-        np.zeros((N, S, S)), np.zeros((N, S)), np.zeros((N, S)),
-        matrix[0], matrix[1], matrix[2], matrix[3], matrix[4],
-        np.zeros((S, columns)),
-        np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
-        np.zeros((elements, S + 1, columns)), np.zeros(elements), np.zeros(elements),
-        np.zeros((elements, S)), np.zeros(columns), np.zeros(1), np.zeros(4, dtype=np.int64),
-    )  # fmt: skip
+@part
+def seek(places: Any, element: int, sigma: float) -> int:
+    """Element of the approach that holds sigma, searched from `element` down."""
+    while element > 0 and sigma < places[START, element]:
+        element -= 1
+    return element
 
 
 @part
@@ -115,23 +99,19 @@ def _tail(scheme: Scheme, table: Any, column: int) -> float:
 
 
 @part
-def _value(scheme: Scheme, table: Any, column: int, x: float) -> float:
+def _value(scheme: Scheme, work: Work, table: Any, column: int, x: float) -> float:
     """Value at x of the interpolant of a column over an element."""
     points = len(scheme.size) + 1
-    top = 0.0
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, points, x, basis)
     total = 0.0
     for j in range(points):
-        distance = x - scheme.c[j]
-        if abs(distance) < 1e-14:
-            return table[j, column]
-        weight = scheme.weights[j] / distance
-        top += weight * table[j, column]
-        total += weight
-    return top / total
+        total += basis[j] * table[j, column]
+    return total
 
 
 @kernel
-def _zero_of_velocity(scheme: Scheme, table: Any) -> float:
+def _zero_of_velocity(scheme: Scheme, work: Work, table: Any) -> float:
     """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
     low, high = 0.0, 1.0
     f_low, f_high = table[0, V_], table[len(scheme.size), V_]
@@ -139,7 +119,7 @@ def _zero_of_velocity(scheme: Scheme, table: Any) -> float:
     for _ in range(100):
         x = low + (high - low) * f_low / (f_low - f_high)
         x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
-        f = _value(scheme, table, V_, x)
+        f = _value(scheme, work, table, V_, x)
         if f > 0.0:
             low, f_low = x, f
         else:
@@ -156,21 +136,23 @@ def _predict_approach(problem: Problem, scheme: Scheme, work: Work, element: int
     table = work.approach[element]
     s0, v0 = table[0, S_], table[0, V_]
     slope = -2.0 * s0 * (table[0, F_] - problem.load)
-    ratio = 0.0 if element == 0 else h / work.approach_lengths[element - 1]
+    ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
     for i in range(S):
         x = h * scheme.c[i + 1]
         s = 0.0
         if 0.0 < ratio <= 2.5:
-            s = _value(scheme, work.approach[element - 1], S_, 1.0 + scheme.c[i + 1] * ratio)
+            s = _value(scheme, work, work.approach[element - 1], S_, 1.0 + scheme.c[i + 1] * ratio)
         if not s > 0.2 * s0:
             s = s0 + x * v0 + 0.5 * x * x * slope
         if not s > 0.2 * s0:
             s = s0 + 0.1 * x * abs(v0)
-        work.x[i] = s
+        work.vectors[UNKNOWN, i] = s
 
 
 @kernel
-def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
+def approach(
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
+) -> int:
     """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
     S = len(scheme.size)
     columns = work.turning.shape[0]
@@ -200,7 +182,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
                 h = min(h, 1.35 * table[0, V_] / -slope)
         _predict_approach(problem, scheme, work, element, h)
         iterations = approach_element(problem, scheme, work, table, h, accept)
-        work.counts[2] += 1
+        work.counts[N_FACTOR] += 1
         if iterations < 0:
             h *= 0.3
             continue
@@ -211,8 +193,8 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
                 return NOT_FINITE
             h *= max(0.1, 0.75 * error**exponent)
             continue
-        work.approach_starts[element] = sigma
-        work.approach_lengths[element] = h
+        work.places[START, element] = sigma
+        work.places[LENGTH, element] = h
         if table[S, V_] <= 0.0:
             break
         sigma += h
@@ -222,18 +204,18 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         if problem.equilibrium == 0.0 and table[S, V_] < 1e-14:
             return SINKS_IN
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
-    x = _zero_of_velocity(scheme, table)
+    x = _zero_of_velocity(scheme, work, table)
     sigma += x * h
-    interpolate_path(
-        scheme, work.approach, work.approach_starts, work.approach_lengths, element, sigma, work.turning
-    )
-    work.counts[0] = element
+    interpolate(scheme, work, table, x, work.turning)
+    work.counts[N_APPROACH] = element
     work.turning_place[0] = sigma
     return SEPARATED
 
 
 @kernel
-def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float) -> int:
+def rebound(
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float
+) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
     S = len(scheme.size)
     N = problem.moduli.shape[0]
@@ -241,13 +223,13 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     exponent = -1.0 / (S + 1.0)
     sigma_m = work.turning_place[0]
     element = 0
-    hint = work.counts[0]
+    hint = work.counts[N_APPROACH]
     table = work.rebound[0]
     for n in range(columns):
         table[0, n] = work.turning[n]
     table[0, V_] = 0.0
     s_m = work.turning[S_]
-    h = min(work.approach_lengths[max(hint - 1, 0)], sigma_m)
+    h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
     glass = problem.equilibrium
     for k in range(N):
         table[0, MODES_ + 2 * k] = 1.0
@@ -277,13 +259,13 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             sigma = left - h * scheme.c[i + 1]
             if final and i == S - 1:
                 sigma = 0.0
-            place = interpolate_path(
-                scheme, work.approach, work.approach_starts, work.approach_lengths, place, sigma, work.past[i]
-            )
-            work.Pi[i] = radius_and_integral(problem.path, work.past[i, S_])[1]
+            place = seek(work.places, place, sigma)
+            x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
+            interpolate(scheme, work, work.approach[place], x, work.past[i])
+            work.vectors[INTEGRAL, i] = radius_and_integral(problem.path, work.past[i, S_])[1]
         _predict_rebound(scheme, work, element, h, previous, table[0, S_])
         iterations = rebound_element(problem, scheme, work, table, h, accept)
-        work.counts[2] += 1
+        work.counts[N_FACTOR] += 1
         if iterations < 0:
             h *= 0.3
             continue
@@ -294,10 +276,10 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
                 return NOT_FINITE
             h *= max(0.1, 0.75 * error**exponent)
             continue
-        work.rebound_starts[element] = position
-        work.rebound_lengths[element] = h
+        work.places[BACK_START, element] = position
+        work.places[BACK_LENGTH, element] = h
         for i in range(S):
-            work.slopes[element, i] = work.x[i]
+            work.slopes[element, i] = work.vectors[UNKNOWN, i]
         previous = h
         hint = place
         if problem.load > 0.0 and table[S, V_] >= 0.0:
@@ -309,7 +291,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         for n in range(columns):
             work.rebound[element, 0, n] = table[S, n]
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
-    work.counts[1] = element
+    work.counts[N_REBOUND] = element
     return SEPARATED
 
 
@@ -320,31 +302,27 @@ def _predict_rebound(scheme: Scheme, work: Work, element: int, h: float, previou
     for i in range(S):
         s1 = max(work.past[i, S_], 1e-12)
         if element == 0:
-            work.x[i] = 2.0 * s1
+            work.vectors[UNKNOWN, i] = 2.0 * s1
             continue
         before = work.slopes[element - 1]
         last = work.rebound[element - 1]
-        x = 1.0 + scheme.c[i + 1] * h / previous
         ratio = 0.0
         if h <= 2.0 * previous:
-            top = 0.0
-            total = 0.0
+            basis = work.vectors[BASIS]
+            lagrange(scheme.c[1:], scheme.extrapolation, S, 1.0 + scheme.c[i + 1] * h / previous, basis)
             for j in range(S):
-                weight = scheme.extrapolation[j] / (x - scheme.c[j + 1])
-                top += weight * before[j] / last[j + 1, S_]
-                total += weight
-            ratio = top / total
+                ratio += basis[j] * before[j] / last[j + 1, S_]
         end = before[S - 1] / s0
         if not (0.1 * end < ratio < 10.0 * end):
             ratio = end
-        work.x[i] = ratio * s1
+        work.vectors[UNKNOWN, i] = ratio * s1
 
 
 @kernel
 def _peak_force(scheme: Scheme, work: Work) -> float:
     """Largest force of the approach: the best node, then its polynomial by golden section."""
     S = len(scheme.size)
-    last = work.counts[0]
+    last = work.counts[N_APPROACH]
     best = 0.0
     where = 0
     node = 0
@@ -360,7 +338,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
         table = work.approach[element]
         high = 1.0
         if element == last:
-            high = (work.turning_place[0] - work.approach_starts[element]) / work.approach_lengths[element]
+            high = (work.turning_place[0] - work.places[START, element]) / work.places[LENGTH, element]
         low = 0.0
         if element == where:
             if node > 0:
@@ -370,11 +348,11 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
         for _ in range(40):
             x1 = high - 0.6180339887498949 * (high - low)
             x2 = low + 0.6180339887498949 * (high - low)
-            if _value(scheme, table, F_, x1) < _value(scheme, table, F_, x2):
+            if _value(scheme, work, table, F_, x1) < _value(scheme, work, table, F_, x2):
                 low = x1
             else:
                 high = x2
-        best = max(best, _value(scheme, table, F_, 0.5 * (low + high)))
+        best = max(best, _value(scheme, work, table, F_, 0.5 * (low + high)))
     return best
 
 
@@ -386,7 +364,7 @@ def solve_one(
     S = len(scheme.size)
     for n in range(outcome.shape[0]):
         outcome[n] = math.nan
-    work.counts[2] = 0
+    work.counts[N_FACTOR] = 0
     status = approach(problem, scheme, work, tolerance, accept, first)
     if status == SEPARATED:
         outcome[2] = work.turning[S_] ** 2
@@ -395,13 +373,13 @@ def solve_one(
         outcome[6] = work.turning[T_]
         status = rebound(problem, scheme, work, tolerance, accept, outcome[3])
     if status == SEPARATED:
-        last = work.counts[1]
+        last = work.counts[N_REBOUND]
         table = work.rebound[last]
         outcome[0] = -table[S, V_]
         outcome[1] = table[S, T_]
         depth = outcome[2]
         for element in range(last + 1):
-            h = work.rebound_lengths[element]
+            h = work.places[BACK_LENGTH, element]
             for j in range(S):
                 weight = scheme.A[S - 1, j] * h * work.slopes[element, j]
                 depth += weight * work.rebound[element, j + 1, V_]
@@ -409,7 +387,7 @@ def solve_one(
     elif status in (SINKS_IN, CAPTURED):
         outcome[0] = 0.0
     outcome[7] = status
-    outcome[8] = work.counts[2]
+    outcome[8] = work.counts[N_FACTOR]
 
 
 @kernel

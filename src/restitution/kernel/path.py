@@ -14,18 +14,15 @@ class Path(NamedTuple):
     ----------
     exponent : float
         p of a = s^p; negative where the table below holds instead.
-    grading : float
-        The table's cells are equal in s^(1/grading).
     inverse_cell : float
-        Reciprocal width of the cells in s^(1/grading).
+        Reciprocal width of the table's cells in s.
     radius : ndarray, shape (n_cells, n)
         Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
-    integral : ndarray, shape (n_cells, n + 2 grading)
+    integral : ndarray, shape (n_cells, n + 2)
         The same for `Pi = int_0^s a 2 s ds`.
     """
 
     exponent: float
-    grading: float
     inverse_cell: float
     radius: Any
     integral: Any
@@ -33,18 +30,15 @@ class Path(NamedTuple):
 
 def power_path(exponent: float) -> Path:
     """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
-    return Path(float(exponent), 1.0, 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
+    return Path(float(exponent), 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
 
 
 @kernel
 def _table(path: Path, s: float) -> tuple[float, float, float]:
     """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
-    place = max(s, 0.0)
-    if path.grading != 1.0:
-        place **= 1.0 / path.grading
-    place *= path.inverse_cell
-    cell = min(int(place), path.radius.shape[0] - 1)
-    y = place - cell
+    y = max(s, 0.0) * path.inverse_cell
+    cell = min(int(y), path.radius.shape[0] - 1)
+    y -= cell
     a = 0.0
     slope = 0.0
     for n in range(path.radius.shape[1] - 1, -1, -1):
@@ -53,7 +47,7 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
     integral = 0.0
     for n in range(path.integral.shape[1] - 1, -1, -1):
         integral = integral * y + path.integral[cell, n]
-    return a, integral, slope * place / (path.grading * s) if s > 0.0 else 0.0
+    return a, integral, slope * path.inverse_cell
 
 
 @part

@@ -24,11 +24,11 @@ class Scheme(NamedTuple):
     A2 : ndarray, shape (S, S)
         Its square.
     weights : ndarray, shape (S + 1,)
-        Barycentric weights of interpolation on `c`.
+        Weights of interpolation on `c`: `l_j(x) = weights_j prod_(i != j) (x - c_i)`.
     tail : ndarray, shape (2, S + 1)
         Rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant.
     extrapolation : ndarray, shape (S,)
-        Barycentric weights of interpolation on the S nodes without zero.
+        The same on the S nodes without zero.
     derivative : ndarray, shape (S + 1, S + 1)
         Maps values at `c` to the slopes of their interpolant there.
     """
@@ -65,11 +65,10 @@ def _nodes(stages: int) -> Array:
     return (x + 1.0) / 2.0
 
 
-def _barycentric(x: Array) -> Array:
+def _lagrange_weights(x: Array) -> Array:
     difference = x[:, None] - x[None, :]
     np.fill_diagonal(difference, 1.0)
-    weights = 1.0 / difference.prod(axis=1)
-    return weights / np.abs(weights).max()
+    return 1.0 / difference.prod(axis=1)
 
 
 def _differentiation(x: Array, weights: Array) -> Array:
@@ -121,7 +120,7 @@ def radau(stages: int) -> Scheme:
     A = np.linalg.solve(values.T, integrals.T).T
     points = np.concatenate([[0.0], nodes])
     tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
-    weights = _barycentric(points)
-    arrays = [points, A, A @ A, weights, tail, _barycentric(nodes), _differentiation(points, weights)]
+    weights = _lagrange_weights(points)
+    arrays = [points, A, A @ A, weights, tail, _lagrange_weights(nodes), _differentiation(points, weights)]
     arrays = [np.ascontiguousarray(array) for array in arrays]
     return Scheme((0.0,) * stages, *arrays)

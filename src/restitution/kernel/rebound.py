@@ -5,77 +5,77 @@
     dv/dlambda = -(F - w) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
 The unknown is u at the nodes; nothing is divided by q. The first line is 0/0 at lambda = 0, where no node lies.
+Stored points hold s1, v, t, F and, of each mode, X_k and W_k.
 """
 
 import math
 from typing import Any
 
-from restitution.kernel.approach import MODES_, S_, T_, V_
 from restitution.kernel.compile import part
 from restitution.kernel.dense import invert
-from restitution.kernel.path import radius_and_integral
+from restitution.kernel.workspace import (
+    COUPLING,
+    F_,
+    FORCE,
+    FORCE_SLOPE,
+    INTEGRAL,
+    JACOBIAN,
+    MODES_,
+    PHI,
+    PHI_SLOPE,
+    Q_SLOPE,
+    RESIDUAL,
+    S_,
+    SCRATCH,
+    SPEED,
+    STEP,
+    SUM,
+    T_,
+    TIME,
+    UNKNOWN,
+    V_,
+    WEIGHTED,
+    Q,
+)
 
-
-@part
-def interpolate_path(
-    scheme: Any, path: Any, starts: Any, lengths: Any, element: int, sigma: float, row: Any
-) -> int:
-    """Write the stored approach at sigma into `row`; return the element that holds it, searched from `element` down."""
-    while element > 0 and sigma < starts[element]:
-        element -= 1
-    points = len(scheme.size) + 1
-    columns = row.shape[0]
-    x = (sigma - starts[element]) / lengths[element]
-    table = path[element]
-    total = 0.0
-    for n in range(columns):
-        row[n] = 0.0
-    for j in range(points):
-        distance = x - scheme.c[j]
-        if abs(distance) < 1e-14:
-            for n in range(columns):
-                row[n] = table[j, n]
-            return element
-        weight = scheme.weights[j] / distance
-        total += weight
-        for n in range(columns):
-            row[n] += weight * table[j, n]
-    inverse = 1.0 / total
-    for n in range(columns):
-        row[n] *= inverse
-    return element
+_MOST_ITERATIONS = 14
 
 
 @part
 def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, accept: float) -> int:
     """Solve one element of length h from the values in row 0 of `table`; fill rows 1 to S.
 
-    `work.x` holds the predicted u at the nodes and `work.past` the stored approach there. Columns of `table`: the stored
-    s1, then v, t, F, and W_k in place of the approach's. Returns the number of Newton iterations, or -1 on failure.
+    `work.vectors[UNKNOWN]` holds the predicted u at the nodes, `work.past` the stored approach there and
+    `work.vectors[INTEGRAL]` its Pi. Returns the number of Newton iterations, or -1 where they do not converge.
     """
     S = len(scheme.size)
     A = scheme.A
     N = problem.moduli.shape[0]
-    u, t, v, F, q = work.x, work.r, work.v, work.F, work.g
-    past, B, W, X, J, G, C = work.past, work.B, work.W, work.Y, work.J, work.G, work.T
-    phi, phi_t, F_t, q_t, res = work.a, work.phi_t, work.F_t, work.q_t, work.res
+    vectors, past = work.vectors, work.past
+    u, t, q, F, Pi, phi, v = (
+        vectors[UNKNOWN], vectors[TIME], vectors[Q], vectors[FORCE], vectors[INTEGRAL], vectors[PHI], vectors[SPEED],
+    )  # fmt: skip
+    res, row, step = vectors[RESIDUAL], vectors[SCRATCH], vectors[STEP]
+    phi_t, F_t, q_t = vectors[PHI_SLOPE], vectors[FORCE_SLOPE], vectors[Q_SLOPE]
+    B, X, W = work.inverses, work.modes[0], work.modes[1]
+    J, G, M, C = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED], work.matrices[COUPLING]
     v0, t0 = table[0, V_], table[0, T_]
     eta, load, equilibrium = problem.viscosity, problem.load, problem.equilibrium
-    full_accept = math.sqrt(accept) * 4.0
+    full_accept = 4.0 * math.sqrt(accept)
     previous = math.inf
     factor = True
     last = False
     iterations = 0
     while True:
         iterations += 1
-        if iterations > 14:
+        if iterations > _MOST_ITERATIONS:
             return -1
         for i in range(S):
             total = 0.0
             for j in range(S):
                 total += A[i, j] * u[j]
             t[i] = t0 + h * total
-            F[i] = equilibrium * work.Pi[i]
+            F[i] = equilibrium * Pi[i]
             phi[i] = equilibrium
             phi_t[i] = 0.0
             F_t[i] = 0.0
@@ -94,77 +94,91 @@ def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, 
                 phi_t[i] -= x * rate
                 q_t[i] -= x * rate * (past[i, V_] - past[i, MODES_ + 1 + 2 * k])
         for i in range(S):
+            row[i] = (F[i] - load) * u[i]
+        for i in range(S):
             total = 0.0
             for j in range(S):
-                total += A[i, j] * (F[j] - load) * u[j]
+                total += A[i, j] * row[j]
             v[i] = v0 - h * total
             q[i] = equilibrium * v[i] - eta * (F[i] - load)
         if factor:
-            # C = h dv/du: the modes' share of q follows v through the inverses.
-            for j in range(S):
-                work.row[j] = u[j] * F_t[j]
             for i in range(S):
                 for j in range(S):
-                    total = 0.0
-                    for n in range(S):
-                        total += A[i, n] * work.row[n] * A[n, j]
-                    C[i, j] = -h * (A[i, j] * (F[j] - load) + h * total)
                     G[i, j] = 0.0
-                    J[i, j] = 0.0
+                    M[i, j] = 0.0
                 G[i, i] = equilibrium
         for k in range(N):
             E = problem.moduli[k]
+            z = h / problem.times[k]
+            Bk, Wk = B[k], W[k]
+            start = table[0, MODES_ + 1 + 2 * k] - v0
             if factor:
-                z = h / problem.times[k]
-                Bk = B[k]
-                Wk0 = table[0, MODES_ + 1 + 2 * k] - v0
                 for i in range(S):
                     for j in range(S):
                         Bk[i, j] = z * A[i, j] * u[j]
                     Bk[i, i] += 1.0
-                invert(Bk, work.row, S)
+                invert(Bk, row, scheme.size)
                 for i in range(S):
                     total = 0.0
                     for j in range(S):
-                        total += Bk[i, j] * (v[j] + Wk0)
-                    W[k, i] = total
+                        total += Bk[i, j] * (v[j] + start)
+                    Wk[i] = total
                 for j in range(S):
-                    work.row[j] = E * W[k, j] / u[j]
+                    row[j] = E * Wk[j] / u[j]
                 for i in range(S):
                     for j in range(S):
                         G[i, j] += E * Bk[i, j]
-                        J[i, j] += Bk[i, j] * work.row[j]
-                    J[i, i] -= work.row[i]
+                        M[i, j] += Bk[i, j] * row[j]
+                    M[i, i] -= row[i]
             else:
-                _refine_displacement_mode(problem, scheme, work, table, k, h)
+                for j in range(S):
+                    row[j] = u[j] * Wk[j]
+                for i in range(S):
+                    total = 0.0
+                    for j in range(S):
+                        total += A[i, j] * row[j]
+                    res[i] = v[i] + start - Wk[i] - z * total
+                for i in range(S):
+                    total = 0.0
+                    for j in range(S):
+                        total += Bk[i, j] * res[j]
+                    Wk[i] += total
             for i in range(S):
-                q[i] += E * (W[k, i] + X[k, i] * (past[i, V_] - past[i, MODES_ + 1 + 2 * k]))
+                q[i] += E * (Wk[i] + X[k, i] * (past[i, V_] - past[i, MODES_ + 1 + 2 * k]))
         if last:
             break
         for i in range(S):
             res[i] = u[i] * q[i] + 2.0 * past[i, S_] * past[i, V_] * phi[i]
         if factor:
+            # C = dv/du; the modes' share of q follows v through their inverses, G, and u itself, M.
+            for n in range(S):
+                row[n] = h * u[n] * F_t[n]
             for i in range(S):
-                row = 2.0 * past[i, S_] * past[i, V_] * phi_t[i]
                 for j in range(S):
-                    total = J[i, j]
+                    total = A[i, j] * (F[j] - load)
+                    for n in range(S):
+                        total += A[i, n] * row[n] * A[n, j]
+                    C[i, j] = -h * total
+            for i in range(S):
+                direct = h * (u[i] * (q_t[i] - eta * F_t[i]) + 2.0 * past[i, S_] * past[i, V_] * phi_t[i])
+                for j in range(S):
+                    total = M[i, j]
                     for n in range(S):
                         total += G[i, n] * C[n, j]
-                    total += h * A[i, j] * (q_t[i] - eta * F_t[i])
-                    work.P[i, j] = u[i] * total + row * h * A[i, j]
-                work.P[i, i] += q[i]
-            invert(work.P, work.row, S)
+                    J[i, j] = u[i] * total + direct * A[i, j]
+                J[i, i] += q[i]
+            invert(J, row, scheme.size)
         size = 0.0
         largest = 0.0
         for i in range(S):
             total = 0.0
             for j in range(S):
-                total += work.P[i, j] * res[j]
-            work.step[i] = total
+                total += J[i, j] * res[j]
+            step[i] = total
             size = max(size, abs(total))
             largest = max(largest, abs(u[i] - total))
         for i in range(S):
-            u[i] = max(u[i] - work.step[i], 1e-9 * largest)
+            u[i] = max(u[i] - step[i], 1e-9 * largest)
         size /= largest
         if not size < 1e3:
             return -1
@@ -172,39 +186,17 @@ def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, 
             last = True
             factor = False
             continue
-        was_factored = factor
-        factor = (not was_factored) and size > 0.25 * previous
-        if not was_factored and size > 2.0 * previous:
+        chord = not factor
+        if chord and size > 2.0 * previous:
             return -1
+        factor = chord and size > 0.25 * previous
         previous = size
     for i in range(S):
         table[i + 1, S_] = past[i, S_]
         table[i + 1, V_] = v[i]
         table[i + 1, T_] = t[i]
-        table[i + 1, MODES_ - 1] = F[i]
+        table[i + 1, F_] = F[i]
         for k in range(N):
             table[i + 1, MODES_ + 2 * k] = X[k, i]
             table[i + 1, MODES_ + 1 + 2 * k] = W[k, i]
     return iterations
-
-
-@part
-def _refine_displacement_mode(problem: Any, scheme: Any, work: Any, table: Any, k: int, h: float) -> None:
-    """One residual correction of W_k: B(u) W = v + W_k0 - v_0 with the frozen inverse of B."""
-    S = len(scheme.size)
-    A, u, res, v = scheme.A, work.x, work.res, work.v
-    Bk, Wk = work.B[k], work.W[k]
-    z = h / problem.times[k]
-    Wk0 = table[0, MODES_ + 1 + 2 * k] - table[0, V_]
-    for i in range(S):
-        work.row[i] = u[i] * Wk[i]
-    for i in range(S):
-        total = 0.0
-        for j in range(S):
-            total += A[i, j] * work.row[j]
-        res[i] = v[i] + Wk0 - Wk[i] - z * total
-    for i in range(S):
-        total = 0.0
-        for j in range(S):
-            total += Bk[i, j] * res[j]
-        Wk[i] += total

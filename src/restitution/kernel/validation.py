@@ -18,7 +18,9 @@ def _number(name: str, value: Any) -> NDArray[np.float64]:
     return array
 
 
-def _checked(name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str) -> Numeric:
+def _checked(
+    name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str
+) -> Numeric:
     if not np.all(good):
         where = np.argwhere(~np.atleast_1d(good))[0]
         bad = float(np.atleast_1d(array)[tuple(where)])
