@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +16,9 @@ import xarray as xr
 from typer.testing import CliRunner, Result
 
 from restitution.case.file import read_case
+from restitution.cli import patience
 from restitution.cli.main import app
+from restitution.impact import exact
 from restitution.impact import solve as solver
 from restitution.impact.history import Trajectory
 from restitution.impact.result import EnergyBudget, ImpactResult
@@ -171,6 +174,43 @@ def test_a_case_is_solved(folder: Path) -> None:
     assert content["rebound_velocity"] == content["restitution_coefficient"]
     assert content["energy"]["kinetic_in"] == pytest.approx(0.0025, rel=1e-15)
     assert abs(content["energy_residual"]) < 1e-8
+
+
+def test_a_body_that_never_comes_back(folder: Path) -> None:
+    # Incompressible Maxwell half-space, far slower than its relaxation: it flows like a liquid.
+    body, impact = CASE.partition("[material]")[0], '[impact]\nvelocity = "1 mm/s"\n'
+    liquid = "[material]\nequilibrium_modulus = 0\nbranch_modulus = 1e4\nviscosity = 1\nbulk_modulus = inf\n"
+    Path("ball.toml").write_text(body + liquid + impact, encoding="utf-8")
+    answer = run("solve", "ball.toml", "--json")
+    content = json.loads(answer.stdout)
+    assert (answer.exit_code, content["status"], content["restitution_coefficient"]) == (0, "SINKS_IN", 0.0)
+    assert content["contact_time"] is None
+    answer = run("solve", "ball.toml")
+    assert answer.exit_code == 0
+    assert answer.stderr == f"warning: {Status.SINKS_IN.message}\n"
+    for option, name in (("--history", "h.csv"), ("--plot", "p.png")):
+        answer = run("solve", "ball.toml", "--json", option, name)
+        assert answer.exit_code == 2
+        assert answer.stderr == (
+            f"error: {option} {name}: there is no whole contact to show: {Status.SINKS_IN.message}\n"
+        )
+    assert os.listdir() == ["ball.toml"]
+
+
+def test_a_long_compilation_is_explained(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(patience, "_SUSPICIOUS", 0.01)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(exact, "is_ready", lambda: False)
+    with patience.compilation():
+        time.sleep(0.3)
+    note = "note: compiling the kernel, as the first solve after an installation does\n"
+    assert ANSI.sub("", capsys.readouterr().err) == note
+    monkeypatch.setattr(exact, "is_ready", lambda: True)
+    with patience.compilation():
+        time.sleep(0.3)
+    assert capsys.readouterr().err == ""
 
 
 def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 import sys
 import warnings
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +13,7 @@ import typer
 
 from restitution.cli import presentation
 from restitution.cli.outcome import Commands, user_input, warn
+from restitution.cli.patience import compilation, progress_bar
 
 app = typer.Typer(
     cls=Commands,
@@ -82,15 +81,10 @@ def standard_solid(
         positive("p3", p3)
         solid = material(1.0, 1.0 / p2, p3, poisson_ratio=nu)
         impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
-        result = solve_impact(impact, method=method.value, rtol=rtol)
-    if json:
-        presentation.print_json(presentation.as_json(result))
-        return
-    presentation.print_table(
-        result, f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}", dimensionless=True
-    )
-    for warning in result.warnings:
-        warn(warning)
+        with compilation():
+            result = solve_impact(impact, method=method.value, rtol=rtol)
+    title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
+    presentation.show(result, title, in_json=json, dimensionless=True)
 
 
 @app.command("solve")
@@ -115,13 +109,9 @@ def solve(
         from restitution.case.file import read_case
 
         problem = read_case(case)
-        result = problem.solve()
-    if json:
-        presentation.print_json(presentation.as_json(result))
-    else:
-        presentation.print_table(result, problem.title or str(case))
-        for warning in result.warnings:
-            warn(warning)
+        with compilation():
+            result = problem.solve()
+    presentation.show(result, problem.title or str(case), in_json=json)
     if history is not None:
         presentation.write_history(result, history)
     if plot is not None:
@@ -142,7 +132,7 @@ def reproduce(
     """Compute and draw the paper's figures 3 to 6 and two more, and judge its claims."""
     from restitution.paper import reproduction
 
-    with user_input(), _progress_bar("reproducing") as progress:
+    with user_input(), progress_bar("reproducing") as progress:
         made = reproduction.reproduce(
             out,
             quick=quick,
@@ -153,32 +143,6 @@ def reproduce(
     for claim in made.claims:
         print(f"{'holds' if claim.holds else 'does not hold'}: {claim.statement}")
     print(f"{made.solves} impacts, {len(made.files)} files in {made.folder}, {made.seconds:.1f} s")
-
-
-@contextmanager
-def _progress_bar(words: str) -> Generator[Callable[[int, int], None]]:
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn(words),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
-        task = bar.add_task(words, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def main() -> None:

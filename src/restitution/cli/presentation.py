@@ -8,9 +8,10 @@ import math
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from restitution.cli.outcome import BadInput
+from restitution.cli.outcome import BadInput, warn
+from restitution.impact.status import Status
 
 if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
@@ -56,6 +57,19 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def show(result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False) -> None:
+    """Print a result: as JSON, or as a table with what should be known about it on standard error."""
+    if in_json:
+        # Not through rich, which would break lines at the width of the terminal.
+        sys.stdout.write(as_json(result) + "\n")
+        return
+    print_table(result, title, dimensionless=dimensionless)
+    for warning in result.warnings:
+        warn(warning)
+    if result.status != Status.SEPARATED:
+        warn(cast("Status", result.status).message)
+
+
 def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False) -> None:
     """Print a result for people: each value with its unit and symbol."""
     from rich import box
@@ -82,6 +96,8 @@ def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False
 
 
 def _for_people(value: float, unit: str) -> tuple[str, str]:
+    if math.isnan(value):
+        return "-", ""
     if unit == "":
         return f"{value:.8g}", ""
     from restitution.plot.labels import scaled_unit
@@ -102,8 +118,16 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         raise BadInput(f"{option} {path}: is a folder")
 
 
+def _require_end(result: ImpactResult, option: str, path: Path) -> None:
+    """Refuse to show a contact that has no last instant, and so no history."""
+    status = cast("Status", result.status)
+    if status != Status.SEPARATED:
+        raise BadInput(f"{option} {path}: there is no whole contact to show: {status.message}")
+
+
 def write_history(result: ImpactResult, path: Path) -> None:
     """Write the history of an impact, whole or not at all: NetCDF, or CSV with the units in the header."""
+    _require_end(result, "--history", path)
     from restitution.sweep.whole_file import whole_file
 
     history = result.history
@@ -120,12 +144,8 @@ def write_history(result: ImpactResult, path: Path) -> None:
 
 def write_plot(result: ImpactResult, path: Path) -> None:
     """Draw an impact and write the picture, whole or not at all."""
+    _require_end(result, "--plot", path)
     from restitution.plot.history import overview
     from restitution.plot.style import save_figure
 
     save_figure(overview(result), path)
-
-
-def print_json(text: str) -> None:
-    """Print JSON as it stands, whatever the width of the terminal."""
-    sys.stdout.write(text + "\n")

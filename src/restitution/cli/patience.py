@@ -1,0 +1,63 @@
+"""What people see while they wait: a line while the kernel compiles, a bar with the time left."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from threading import Timer
+
+from restitution.cli.outcome import tell
+
+# Loading the compiled kernel from its cache takes about 0.3 s, compiling it 10 s and more.
+_SUSPICIOUS = 1.5
+
+
+@contextmanager
+def compilation() -> Generator[None]:
+    """Say on a terminal, if the block takes long because the kernel is being compiled, that it is."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    timer = Timer(_SUSPICIOUS, _explain)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _explain() -> None:
+    from restitution.impact.exact import is_ready
+
+    if not is_ready():
+        tell("note", "compiling the kernel, as the first solve after an installation does", "cyan")
+
+
+@contextmanager
+def progress_bar(words: str) -> Generator[Callable[[int, int], None]]:
+    """Yield what takes (done, total) and draws a bar with the time left, on a terminal only."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        # Before the first report the kernel is loaded, or compiled.
+        task = bar.add_task("preparing the kernel", total=None)
+        yield lambda done, total: bar.update(task, description=words, completed=done, total=total)
