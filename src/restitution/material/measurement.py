@@ -1,0 +1,172 @@
+"""What files say of a viscoelastic material: measured tables and Prony terms, in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.kernel.validation import nonnegative, positive
+from restitution.material.prony import PronySeries
+
+Array = NDArray[np.float64]
+Deformation = Literal["tension", "shear", "bulk"]
+
+# Printed relative moduli add up to one but for their rounding: four decimals, some thirty terms.
+_SUM_TOLERANCE = 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxationTable:
+    """Relaxation modulus measured over time.
+
+    Attributes
+    ----------
+    time
+        Times [s], strictly ascending, shape (n,).
+    modulus
+        Relaxation moduli [Pa], positive, shape (n,).
+    deformation
+        "tension", "shear", "bulk", or None where the file does not say.
+    source
+        Name of the file.
+    """
+
+    time: Array
+    modulus: Array
+    deformation: Deformation | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicTable:
+    """Storage and loss modulus measured over frequency (DMA).
+
+    Attributes
+    ----------
+    angular_frequency
+        Angular frequencies [rad/s], strictly ascending, shape (n,).
+    storage_modulus, loss_modulus
+        Moduli [Pa], positive and non-negative, shape (n,).
+    deformation
+        "tension", "shear", "bulk", or None where the file does not say.
+    source
+        Name of the file.
+    """
+
+    angular_frequency: Array
+    storage_modulus: Array
+    loss_modulus: Array
+    deformation: Deformation | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class PronyTerms:
+    """Terms of a Prony series, absolute or relative to the instantaneous modulus.
+
+    Attributes
+    ----------
+    relaxation_times
+        tau_k [s], shape (n_branch,).
+    moduli
+        R_k [Pa], or R_k/R_0 [-] if `relative`, shape (n_branch,).
+    relative
+        Whether the moduli are shares of the instantaneous modulus.
+    deformation
+        "tension", "shear", "bulk", or None where the file does not say.
+    instantaneous_modulus, equilibrium_modulus
+        R_0 and R_inf [Pa], None where the file does not say.
+    source
+        Name of the file.
+    """
+
+    relaxation_times: Array
+    moduli: Array
+    relative: bool
+    deformation: Deformation | None = None
+    instantaneous_modulus: float | None = None
+    equilibrium_modulus: float | None = None
+    source: str = field(default="", compare=False)
+
+    @property
+    def total(self) -> float:
+        """Sum of the moduli, [Pa] or relative."""
+        return float(self.moduli.sum())
+
+    def series(
+        self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
+    ) -> PronySeries:
+        """Prony series, with the end modulus from the file unless given here.
+
+        Absolute terms need none: without it they are those of a liquid. Relative terms that leave no room
+        for the equilibrium modulus but for rounding make a liquid, too, unless both end moduli are given;
+        then they are shares of the difference.
+
+        Parameters
+        ----------
+        instantaneous_modulus
+            R_0 [Pa].
+        equilibrium_modulus
+            R_inf [Pa].
+
+        Raises
+        ------
+        ValueError
+            If an end modulus is missing or contradicts the terms.
+
+        Examples
+        --------
+        >>> terms = PronyTerms(np.array([1.0, 10.0]), np.array([0.5, 0.25]), relative=True)
+        >>> terms.series(instantaneous_modulus=8.0)
+        PronySeries(2.0, [4.0, 2.0], [1.0, 10.0])
+        """
+        if instantaneous_modulus is None and equilibrium_modulus is None:
+            high, low = self.instantaneous_modulus, self.equilibrium_modulus
+        else:
+            high, low = instantaneous_modulus, equilibrium_modulus
+        high = None if high is None else float(positive("instantaneous_modulus", high, "Pa"))
+        low = None if low is None else float(nonnegative("equilibrium_modulus", low, "Pa"))
+        if self.relative:
+            low, moduli = self._from_shares(high, low)
+        else:
+            if high is not None and low is not None and abs(high - low - self.total) > _SUM_TOLERANCE * high:
+                raise ValueError(
+                    f"instantaneous_modulus = {high:g} Pa: must be {low + self.total:g} Pa, the sum of all"
+                )
+            if low is None:
+                low = 0.0 if high is None else high - self.total
+            if low < -_SUM_TOLERANCE * self.total:
+                raise ValueError(
+                    f"instantaneous_modulus = {high:g} Pa: must be >= {self.total:g} Pa, the sum of the terms"
+                )
+            low, moduli = max(low, 0.0), self.moduli
+        return PronySeries(low, moduli, self.relaxation_times)
+
+    def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
+        total = self.total
+        if high is None and low is None:
+            raise ValueError(
+                "instantaneous_modulus or equilibrium_modulus: one must be given, as the terms are relative"
+            )
+        if total > 1.0 + _SUM_TOLERANCE:
+            raise ValueError(f"the relative moduli add up to {total:.6g}: must be at most 1")
+        if high is not None and low is not None:
+            if low > high:
+                raise ValueError(
+                    f"equilibrium_modulus = {low:g} Pa: must be <= {high:g} Pa, the instantaneous"
+                )
+            if min(abs(total - 1.0), abs(total - 1.0 + low / high)) > _SUM_TOLERANCE:
+                raise ValueError(
+                    f"the relative moduli add up to {total:.6g}: must be 1 (shares of the difference) or "
+                    f"{1.0 - low / high:.6g} (shares of the instantaneous modulus)"
+                )
+            return low, self.moduli * ((high - low) / total)
+        if high is not None:
+            return high * max(1.0 - total, 0.0), self.moduli * high
+        assert low is not None
+        if total >= 1.0 - 1e-12:
+            raise ValueError(f"the relative moduli add up to {total:.6g}: must be below 1")
+        return low, self.moduli * (low / (1.0 - total))

@@ -1,0 +1,290 @@
+import math
+
+import numpy as np
+import pytest
+
+from restitution.material.deck import ViscoelasticDeck
+from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.prony import PronySeries
+from restitution.material.readers import parse, read
+from restitution.material.shift import ShiftTable
+
+pytestmark = pytest.mark.plain
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t,E_relax\ns,MPa\n1,30\n10,20\n",
+        "t, E_relax\r\ns, MPa\r\n1, 30\r\n10, 20\r\n",
+        "t [s];E [MPa]\n1;30\n10;20\n",
+        "time_s;tensile_modulus_MPa\n1,0;30,0\n1,0E1;20\n",
+        "time (ms)\trelaxation_modulus (kPa)\n1000\t30000\n10000\t20000",
+        "# some\n# t_s E_Pa\n1 30e6\n10 20e6\n",
+        '"t","E"\n"s","N/mm2"\n1,30\n\n10,20\n# end\n',
+        "t,E(t)\nmin,GPa\n0.016666666666666666,0.03\n0.16666666666666666,0.02\n",
+    ],
+)
+def test_relaxation_table_in_many_spellings(text):
+    data = parse(text)
+    assert isinstance(data, RelaxationTable)
+    assert data.time == pytest.approx([1.0, 10.0], rel=1e-12)
+    assert data.modulus == pytest.approx([30e6, 20e6], rel=1e-12)
+    assert data.deformation == (None if "relaxation_modulus" in text else "tension")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "f,E_stor,E_loss\nHz, MPa, MPa\n1,3,2\n10,4,1\n",
+        f"omega,E',E''\nrad/s,MPa,MPa\n{2 * math.pi},3,2\n{20 * math.pi},4,1\n",
+        "E_loss [MPa],E_storage [kPa],frequency [kHz]\n2,3000,1e-3\n1,4000,1e-2\n",
+        "f [Hz],E_stor [MPa],tan_del [-]\n1,3,0.66666666666666667\n10,4,0.25\n",
+    ],
+)
+def test_dma_table_in_many_spellings(text):
+    data = parse(text)
+    assert isinstance(data, DynamicTable)
+    assert data.angular_frequency == pytest.approx([2 * math.pi, 20 * math.pi], rel=1e-14)
+    assert data.storage_modulus == pytest.approx([3e6, 4e6], rel=1e-14)
+    assert data.loss_modulus == pytest.approx([2e6, 1e6], rel=1e-14)
+    assert data.deformation == "tension"
+
+
+def test_shear_is_told_from_tension():
+    assert parse("f,G_stor,G_loss\nHz,Pa,Pa\n1,3,2\n").deformation == "shear"
+    assert parse("t,G\n1,3\n").deformation == "shear"
+    assert parse("tau,G_i\ns,Pa\n1,3\n").deformation == "shear"
+
+
+def test_si_without_units():
+    data = parse("f,storage,loss\n1,3,2\n")
+    assert data.angular_frequency == pytest.approx([2 * math.pi])
+    assert data.storage_modulus.tolist() == [3.0]
+    assert parse("omega,storage,loss\n1,3,2\n").angular_frequency.tolist() == [1.0]
+
+
+def test_shift_factors_falling_or_rising_in_celsius_or_kelvin():
+    table = parse("\ufeffT,log_aT\nC, -\n20,-1\n10,0\n0,2\n".lstrip("\ufeff"))
+    assert isinstance(table, ShiftTable)
+    assert table == parse("temperature [K],aT\n273.15,100\n283.15,1\n293.15,0.1\n")
+    assert table.reference_temperature == pytest.approx(283.15)
+
+
+def test_prony_terms_absolute_and_relative():
+    terms = parse("relaxation_time_s,tensile_modulus_MPa\n1,3\n10,0\n")
+    assert (terms.relative, terms.deformation) == (False, "tension")
+    assert terms.series() == PronySeries(0.0, [3e6, 0.0], [1.0, 10.0])
+    assert terms.series(equilibrium_modulus=1e6).equilibrium_modulus == 1e6
+    assert terms.series(instantaneous_modulus=5e6).equilibrium_modulus == pytest.approx(2e6)
+    shares = parse("# E0 = 8 MPa\n# rel_mod, rel_time\n0.5,1\n0.25,10\n")
+    assert shares.series() == PronySeries(2e6, [4e6, 2e6], [1.0, 10.0])
+    assert shares.series(equilibrium_modulus=1.0) == PronySeries(1.0, [2.0, 1.0], [1.0, 10.0])
+
+
+def test_shares_of_the_difference_of_both_end_moduli():
+    """The published epoxy terms add up to one: shares of G_0 - G_inf."""
+    terms = PronyTerms(np.array([1.0, 2.0]), np.array([0.75, 0.25]), relative=True)
+    series = terms.series(instantaneous_modulus=9.0, equilibrium_modulus=1.0)
+    assert series == PronySeries(1.0, [6.0, 2.0], [1.0, 2.0])
+    assert terms.series(instantaneous_modulus=8.0).is_liquid
+
+
+@pytest.mark.parametrize(
+    ("moduli", "relative", "ends", "message"),
+    [
+        ([0.5], True, {}, "one must be given"),
+        ([1.5], True, {"instantaneous_modulus": 1.0}, r"add up to 1\.5"),
+        ([1.0], True, {"equilibrium_modulus": 1.0}, "must be below 1"),
+        ([0.5], True, {"instantaneous_modulus": 4.0, "equilibrium_modulus": 1.0}, r"must be 1 .* or 0\.75"),
+        ([0.5], True, {"instantaneous_modulus": 1.0, "equilibrium_modulus": 2.0}, "must be <= 1 Pa"),
+        ([5.0], False, {"instantaneous_modulus": 4.0}, "must be >= 5 Pa"),
+        ([5.0], False, {"instantaneous_modulus": 8.0, "equilibrium_modulus": 1.0}, "must be 6 Pa"),
+        ([5.0], False, {"equilibrium_modulus": -1.0}, "equilibrium_modulus = -1 Pa"),
+    ],
+)
+def test_terms_that_contradict_their_end_moduli(moduli, relative, ends, message):
+    with pytest.raises(ValueError, match=message):
+        PronyTerms(np.ones(1), np.array(moduli), relative).series(**ends)
+
+
+ANSYS = """/COM,ANSYS
+MP,EX,1,9e6
+MP,NUXY,1,0.25
+MP,DENS,1,1100. ! kg/m3
+TB,PRON,1, 1, 3,SHEA
+TBDATA,1,0.1,1.0,0.2
+TBDATA,4,10.0,0.3,100.0
+TB,PRON,1,1,1,BULK
+TBDATA,,0.5,2.0
+/GO
+"""
+
+
+def test_ansys_deck():
+    deck = parse(ANSYS, "a.mpl")
+    assert isinstance(deck, ViscoelasticDeck)
+    assert deck.shear.relaxation_times.tolist() == [1.0, 10.0, 100.0]
+    assert deck.shear.moduli.tolist() == [0.1, 0.2, 0.3]
+    material = deck.material()
+    # ANSYS: G_0 = E/(2(1 + nu)), K_0 = E/(3(1 - 2 nu)) are instantaneous.
+    assert material.shear.instantaneous_modulus == pytest.approx(3.6e6)
+    assert material.shear.equilibrium_modulus == pytest.approx(0.4 * 3.6e6)
+    assert material.bulk.instantaneous_modulus == pytest.approx(6e6)
+    assert material.bulk.branch_moduli == pytest.approx([3e6])
+    assert (material.density, material.name, material.source) == (1100.0, "1", "a.mpl")
+    assert deck.material(poisson_ratio=0.5).is_incompressible
+
+
+ABAQUS = """*HEADING
+** a comment
+*MATERIAL, NAME=rubber
+*DENSITY
+ 1100.,
+*ELASTIC, MODULI=LONG TERM
+ 9.0, 0.25
+*Viscoelastic, time=PRONY
+ 0.25, 0.5, 1.0D-3
+ 0.35,    , 2.0
+*STEP
+"""
+
+
+def test_abaqus_deck():
+    deck = parse(ABAQUS, "a.inp")
+    material = deck.material()
+    # g_i are shares of G_0 = G_inf/(1 - sum g_i).
+    assert material.shear.equilibrium_modulus == pytest.approx(3.6)
+    assert material.shear.instantaneous_modulus == pytest.approx(9.0)
+    assert material.shear.branch_moduli == pytest.approx([2.25, 3.15])
+    assert material.shear.relaxation_times.tolist() == [1e-3, 2.0]
+    assert material.bulk.equilibrium_modulus == pytest.approx(6.0)
+    assert material.bulk.instantaneous_modulus == pytest.approx(12.0)
+    assert (material.density, material.name) == (1100.0, "rubber")
+    instantaneous = parse(ABAQUS.replace("LONG TERM", "INSTANTANEOUS")).material()
+    assert instantaneous.shear.instantaneous_modulus == pytest.approx(3.6)
+
+
+def test_abaqus_without_bulk_terms_is_elastic_in_bulk():
+    deck = parse(ABAQUS.replace("0.25, 0.5, 1.0D-3", "0.25, 0., 1.0D-3"))
+    assert deck.material().bulk == PronySeries(6.0)
+
+
+def test_deck_without_constants_asks_for_them():
+    deck = parse("\n".join(line for line in ANSYS.splitlines() if not line.startswith("MP")))
+    with pytest.raises(ValueError, match="youngs_modulus: must be given"):
+        deck.material()
+    with pytest.raises(ValueError, match="poisson_ratio: must be given"):
+        deck.material(youngs_modulus=1.0)
+    with pytest.raises(ValueError, match=r"poisson_ratio = 0\.6"):
+        deck.material(youngs_modulus=1.0, poisson_ratio=0.6)
+    assert deck.material(youngs_modulus=3.0, poisson_ratio=0.5).shear.instantaneous_modulus == pytest.approx(
+        1.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "x: is empty"),
+        ("\n  \n", "x: is empty"),
+        ("# only a comment\n", "x: holds no numbers"),
+        ("t,E\n", "x: line 1: is followed by no numbers"),
+        ("t,E\ns,MPa\n", "x: line 1: is followed by no numbers"),
+        ("1,2\n3,4\n", "x: line 1: the columns have no names"),
+        ("t,E\ns,MPa\n1,3\n1,2\n", "x: line 4: t repeats that of line 3"),
+        ("t,E\ns,MPa\n2,3\n\n1,2\n", "x: line 5: t is less than that of line 3"),
+        ("f,E_stor,E_loss\n2,3,1\n1,2,1\n", "x: line 3: f is less than that of line 2"),
+        ("t,E\n1,nan\n", "x: line 2: E = nan: must be finite and > 0"),
+        ("t,E\n1,3\n2,inf\n", "x: line 3: E = inf"),
+        ("t,E\n1,-3\n", "x: line 2: E = -3: must be finite and > 0"),
+        ("t,E\n1,0\n", "x: line 2: E = 0: must be finite and > 0"),
+        ("t,E\n-1,3\n", "x: line 2: t = -1: must be finite and >= 0"),
+        ("f,E_stor,E_loss\n1,3,-1\n", "x: line 2: E_loss = -1: must be finite and >= 0"),
+        ("t,E\n1,3,4\n", "x: line 2: 3 values: must be 2"),
+        ("t,E\n1,3\n2\n", "x: line 3: 1 values: must be 2"),
+        ("t,E\n1,3\n2,x\n", "x: line 3: 'x': must be a number"),
+        ("t,E\nHz,MPa\n1,3\n", "x: line 2: column 't': unit 'Hz': must be one of s, sec, ms"),
+        ("t,E\ns,furlong\n1,3\n", "x: line 2: column 'E': unit 'furlong': must be one of Pa, kPa, MPa, GPa"),
+        ("t [s],E [mm]\n1,3\n", "x: line 1: column 'E': unit 'mm'"),
+        ("t,E\ns\n1,3\n", "x: line 2: 1 units for 2 columns"),
+        ("t,mass\n1,3\n", "x: line 1: column 'mass': must be"),
+        ("t,f\n1,3\n", "x: columns t, f: must be time and relaxation modulus"),
+        ("t,t\n1,3\n", "x: two columns hold a time"),
+        ("f,E_stor,G_loss\n1,3,1\n", "x: one modulus is in tension, the other in shear"),
+        ("tau,g_i\n0,0.5\n", "x: line 2: tau = 0: must be finite and > 0"),
+        ("# E0 = 8 pounds\n# rel_mod,rel_time\n0.5,1\n", "x: line 1: 'E0 = 8 pounds': unit 'pounds'"),
+        ("T,log_aT\nC,-\n1,0\n1,-1\n", "x: line 3: temperatures does not ascend"),
+        ("TB,PRON,1,1,2,SHEA\nTBDATA,1,0.1,1.0,0.2\n", "x: line 1: 3 constants in TBDATA: must be 4"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,zero\n", "x: line 2: 'zero': must be a number"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,-1\n", "x: line 1: terms in shear: .* the times > 0"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,1.1,1\n", r"x: line 1: terms in shear add up to 1\.1"),
+        ("TB,PRON,1,2,1,SHEA\nTBDATA,1,0.1,1\n", "x: line 1: 2 temperatures: must be 1"),
+        ("TB,PRON,1,1,1,BEND\n", "x: line 1: TB,PRON for 'BEND'"),
+        ("TB,PRON,1,1,1,SHEA\nTB,PRON,1,1,1,SHEA\n", "x: line 2: second TB,PRON table"),
+        (
+            "TB,PRON,1,1,0,SHEA\nTBDATA,1,.1,1\nTB,PRON,2,1,0,BULK\nTBDATA,1,.1,1\n",
+            "x: has tables of 2 materials",
+        ),
+        ("*VISCOELASTIC, TIME=CREEP TEST DATA\n1,2,3\n", "x: line 1: .*: must have TIME=PRONY"),
+        ("*VISCOELASTIC, TIME=PRONY\n", "x: line 1: .* is followed by no terms"),
+        ("*VISCOELASTIC, TIME=PRONY\n0.1,0.2\n", "x: line 2: 2 values: must be 3"),
+        ("*VISCOELASTIC, TIME=PRONY\n0.1,0.2,a\n", "x: line 2: 'a': must be a number"),
+        ("0.1\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: line 1: '0.1': must stand below a keyword"),
+        ("*ELASTIC\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: line 1: 0 lines of data: must be 1"),
+        ("*MATERIAL\n*MATERIAL\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: has more than one"),
+        ("t,E\0\n1,2\n", "x: cannot be read: must be text"),
+    ],
+)
+def test_malformed_text_is_blamed_on_its_line(text, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        parse(text, "x")
+    assert "\n" not in str(caught.value)
+
+
+def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
+    path = tmp_path / "relaxation.csv"
+    path.write_bytes(b"\xef\xbb\xbft,E\r\ns,MPa\r\n1,3\r\n2,1\r\n")
+    assert read(path).modulus.tolist() == [3e6, 1e6]
+    assert read(str(path)).source == str(path)
+    path.write_bytes(b"t,E\n1,3\n1,\xff\n")
+    with pytest.raises(ValueError, match="must be text in UTF-8"):
+        read(path)
+    path.write_text("t,E\n1,x\n")
+    with pytest.raises(ValueError, match=r"relaxation\.csv: line 2: 'x'"):
+        read(path)
+    with pytest.raises(ValueError, match=r"absent\.csv: no such file"):
+        read(tmp_path / "absent.csv")
+    with pytest.raises(ValueError, match="cannot be read"):
+        read(tmp_path)
+
+
+def test_the_measured_materials(shared_reference):
+    """Counts and end values as they stand in the files."""
+    folder = shared_reference / "materials"
+    dma = read(folder / "polymer_dma_master_curve.csv")
+    assert isinstance(dma, DynamicTable)
+    assert dma.angular_frequency.size == 206
+    assert dma.angular_frequency[[0, -1]] == pytest.approx([2e-12 * math.pi, 2e14 * math.pi])
+    assert dma.storage_modulus[-1] == pytest.approx(9.5805012940722e9)
+    relaxation = read(folder / "polymer_relaxation_master_curve.csv")
+    assert isinstance(relaxation, RelaxationTable)
+    assert (relaxation.time.size, relaxation.modulus[0]) == (481, pytest.approx(1714.266e6))
+    shift = read(folder / "polymer_dma_shift_factors.csv")
+    assert isinstance(shift, ShiftTable)
+    assert shift.reference_temperature == pytest.approx(268.15)
+    assert shift.factor(223.15) == pytest.approx(10**12.75)
+    epoxy = read(folder / "epoxy_prony.csv")
+    assert isinstance(epoxy, PronyTerms)
+    assert epoxy.total == pytest.approx(1.0, abs=1e-12)
+    assert (epoxy.relative, epoxy.relaxation_times.size) == (True, 24)
+    rubber = read(folder / "polyisobutylene_prony.csv")
+    assert (rubber.relative, rubber.deformation) == (False, "tension")
+    assert rubber.total == pytest.approx(2.96895091e9)
+    deck = read(folder / "polymer_ansys_prony.MPL")
+    assert isinstance(deck, ViscoelasticDeck)
+    assert deck.shear.moduli[[0, 2]] == pytest.approx([4.017567e-2, 3.561656e-2])
+    assert deck.shear.relaxation_times[26] == 1e12
+    other = read(folder / "polymer_relaxation_prony.csv")
+    assert other.instantaneous_modulus == pytest.approx(1739.03e6)
+    assert other.series().instantaneous_modulus == pytest.approx(1739.03e6)
