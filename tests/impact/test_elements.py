@@ -1,0 +1,350 @@
+"""The paper's scheme: its order, its limits against closed forms, and other materials and profiles."""
+
+import csv
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.impact import closed_forms as cf
+from restitution.impact import elements
+from restitution.impact.element_laws import MaxwellElement, StandardSolidElement, element_law
+from restitution.impact.elements import MAX_STEPS, ElementsSolution, solve_elements
+from restitution.impact.problem import Impact
+from restitution.impact.reference import ReferenceSolution, solve_reference
+from restitution.impact.scaling import scale
+from restitution.impact.status import Status
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+DATA = Path(__file__).resolve().parents[1] / "data"
+SOLID = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
+
+
+def table(name: str = "standard_solid.csv") -> dict[tuple[float, float, float], dict[str, float]]:
+    with (DATA / name).open() as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {(row["nu"], row["p2"], row["p3"]): row for row in rows}
+
+
+def unit_impact(nu: float, p2: float, p3: float) -> Impact:
+    return Impact(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), Parabola(1.0), mass=1.0, velocity=1.0)
+
+
+def incompressible(equilibrium: float, moduli=(), times=(), *, viscosity=0.0) -> Material:
+    return Material(PronySeries(equilibrium, moduli, times, viscosity=viscosity), math.inf)
+
+
+def reference(impact: Impact) -> ReferenceSolution:
+    """The reduced equations, in SI."""
+    row = scale(impact).row(0)
+    found = solve_reference(
+        row, rtol=1e-7, contact_radius=lambda s: impact.profile.contact_radius(s**2 * row.length) / row.radius
+    )
+    return found._replace(
+        contact_time=found.contact_time * row.time,
+        max_force=found.max_force * impact.mass * impact.velocity / row.time,
+        max_indentation_depth=found.max_indentation_depth * row.length,
+        residual_indentation_depth=found.residual_indentation_depth * row.length,
+    )
+
+
+def energy_residual(impact: Impact, found: ElementsSolution) -> float:
+    kinetic_in, kinetic_out = 0.5 * impact.mass * np.array([impact.velocity, found.velocity[-1]]) ** 2
+    work = impact.force * found.residual_indentation_depth
+    return (kinetic_out + found.dissipated + found.stored - kinetic_in - work) / kinetic_in
+
+
+@pytest.mark.parametrize(
+    ("point", "n_elements"),
+    [
+        ((0.3, 0.1, 1.0), (200, 400, 800)),
+        ((0.45, 0.01, 3.0), (100, 200, 400)),
+        ((-1.0, 1.0, 0.3), (100, 200, 400)),
+        ((0.49, 0.001, 10.0), (100, 200, 400)),
+    ],
+)
+def test_restitution_converges_at_first_order(point, n_elements):
+    exact = table()[point]["restitution"]
+    found = [solve_elements(unit_impact(*point), n_elements=n).restitution_coefficient for n in n_elements]
+    errors = np.abs(np.array(found) / exact - 1.0)
+    order = -np.polyfit(np.log(n_elements), np.log(errors), 1)[0]
+    assert order == pytest.approx(1.0, abs=0.15)
+    # 200 elements are wrong by about 1e-3.
+    assert errors[-1] * n_elements[-1] < 0.2
+
+
+def test_small_restitution():
+    # Here what the two sources of error do to e nearly cancels.
+    found = solve_elements(unit_impact(0.5, 0.001, 10.0), n_elements=100)
+    assert found.restitution_coefficient == pytest.approx(6.55285402922e-03, rel=1e-4)
+
+
+def test_order_of_time_step_alone():
+    impact = unit_impact(0.3, 0.1, 1.0)
+    steps = np.array([4e-4, 2e-4, 1e-4])
+    errors = [
+        solve_elements(impact, n_elements=800, time_step=step).restitution_coefficient / 4.34356162547e-01
+        - 1.0
+        for step in steps
+    ]
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), (-1.0, 1.0, 0.3), (0.5, 0.01, 0.03), (0.49, 1.0, 0.3)])
+def test_estimated_error_is_the_error(point):
+    found = solve_elements(unit_impact(*point), n_elements=200)
+    error = abs(found.restitution_coefficient - table()[point]["restitution"])
+    assert found.restitution_error == pytest.approx(error, rel=0.05)
+
+
+def test_agrees_with_the_table_throughout():
+    row = table()[0.3, 0.01, 3.0]
+    found = solve_elements(unit_impact(0.3, 0.01, 3.0), n_elements=400)
+    assert found.status is Status.SEPARATED
+    # First-order errors with 400 elements; the residual depth relative to the largest.
+    assert found.restitution_coefficient == pytest.approx(row["restitution"], rel=6e-4)
+    assert found.contact_time == pytest.approx(row["contact_time"], rel=6e-4)
+    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=6e-4)
+    assert found.max_force == pytest.approx(row["max_force"], rel=6e-4)
+    assert found.residual_indentation_depth == pytest.approx(
+        row["residual_indentation"], abs=6e-4 * row["max_indentation"]
+    )
+    assert found.max_contact_radius == pytest.approx(math.sqrt(row["max_indentation"]), rel=6e-4)
+
+
+@pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), (0.45, 0.1, 3.0), (0.0, 0.1, 1.0)])
+def test_finite_elements(point):
+    row = table("finite_element.csv")[point]
+    found = solve_elements(unit_impact(*point), n_elements=400)
+    allowed = row["restitution_error"] + 1.2 * found.restitution_error
+    assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=allowed)
+    assert found.max_force == pytest.approx(row["max_force"], rel=1e-3)
+
+
+def test_hertz():
+    modulus, mass, velocity, radius = 3.0e6, 0.02, 1.5, 0.03
+    impact = Impact(incompressible(modulus / 4.0), Parabola(radius), mass, velocity)
+    found = solve_elements(impact, n_elements=400)
+    depth = cf.elastic_max_indentation_depth(modulus, math.sqrt(radius), mass, velocity)
+    assert found.max_indentation_depth == pytest.approx(depth, rel=5e-4)
+    assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, velocity), rel=5e-4)
+    assert found.max_force == pytest.approx(cf.elastic_max_force(depth, mass, velocity), rel=1e-3)
+    # Explicit Euler makes a little energy.
+    assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-3)
+    assert found.dissipated == 0.0
+
+
+@pytest.mark.parametrize("damping", [0.1, 0.9, 2.0])
+def test_flat_punch_on_kelvin_voigt(damping):
+    # E* = 4, a = 1: omega0^2 = 8 with m = 1, tau = viscosity.
+    impact = Impact(incompressible(1.0, viscosity=2.0 * damping / math.sqrt(8.0)), FlatPunch(1.0), 1.0, 1.0)
+    found = solve_elements(impact, n_elements=400)
+    assert found.restitution_coefficient == pytest.approx(
+        cf.flat_punch_kelvin_voigt_restitution(damping), rel=1e-3
+    )
+
+
+def test_standard_solid_element_is_the_reduced_modulus():
+    """Three inner displacements and two branches of E* relax alike: exactly, also in explicit Euler."""
+    series, bulk = Impact(SOLID, Parabola(1.0), 1.0, 1.0).reduced_modulus, SOLID.bulk.equilibrium_modulus
+    paper, maxwell = StandardSolidElement(1.0, 10.0, 1.0, bulk), MaxwellElement(series)
+    rng = np.random.default_rng(1)
+    u, step = np.zeros(5), 0.01
+    for law in (paper, maxwell):
+        law.grow(5)
+    for _ in range(200):
+        du = rng.normal(size=5)
+        u += du
+        for law in (paper, maxwell):
+            law.advance(u, du, step)
+        load = paper.line_load(u, 0.0)
+        np.testing.assert_allclose(load, maxwell.line_load(u, 0.0), rtol=1e-9, atol=1e-9 * np.abs(load).max())
+    np.testing.assert_allclose(paper.dissipation(u, 0.0), maxwell.dissipation(u, 0.0), rtol=1e-9)
+    np.testing.assert_allclose(paper.energy(u), maxwell.energy(u), rtol=1e-9)
+
+
+def test_element_obeys_the_equations_of_the_paper():
+    ginf, g1, eta, k0 = 1.3, 7.0, 0.9, 2.1
+    element = StandardSolidElement(ginf, g1, eta, k0)
+    element.grow(1)
+    u, step = np.zeros(1), 1e-3
+    for du in (0.4, -0.1, 0.25):
+        u1, u2, u3 = element.u1.copy(), element.u2.copy(), element.u3.copy()
+        u += du
+        element.advance(u, np.array([du]), step)
+        rate1, rate2, rate3 = (element.u1 - u1) / step, (element.u2 - u2) / step, (element.u3 - u3) / step
+        assert eta * (rate3 - rate2) + g1 * u3 == pytest.approx(0.0, abs=1e-9)
+        assert eta / 3 * (rate1 - du / step) + g1 / 3 * (u1 - u2) == pytest.approx(0.0, abs=1e-9)
+        balance = g1 * element.u3 + ginf * element.u2 + (ginf / 3 + k0) * (element.u2 - u)
+        assert balance + g1 / 3 * (element.u2 - element.u1) == pytest.approx(0.0, abs=1e-12)
+        assert element.line_load(u, 0.0) == pytest.approx(4.0 * (ginf * element.u2 + g1 * element.u3))
+
+
+def test_incompressible_form_is_the_limit():
+    stiff = Impact(standard_solid(1.0, 10.0, 1.0, bulk_modulus=1e9), Parabola(1.0), 1.0, 1.0)
+    rigid = unit_impact(0.5, 0.1, 1.0)
+    found, limit = (solve_elements(impact, n_elements=100) for impact in (stiff, rigid))
+    assert found.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-6)
+
+
+def test_paper_element_serves_the_paper_material_only():
+    def law(material, counter_material=None):
+        impact = Impact(material, Parabola(1.0), 1.0, 1.0, counter_material=counter_material)
+        return type(element_law(material, counter_material, impact.reduced_modulus))
+
+    assert law(SOLID) is StandardSolidElement
+    assert law(standard_solid(1.0, 2.0, 1.0, poisson_ratio=0.5)) is StandardSolidElement
+    assert law(SOLID, SOLID) is MaxwellElement
+    assert law(incompressible(1.0, [1.0, 2.0], [0.1, 0.2])) is MaxwellElement
+    assert law(incompressible(1.0, [1.0], [0.1], viscosity=0.1)) is MaxwellElement
+    assert law(Material(PronySeries(1.0, [1.0], [0.1]), PronySeries(1.0, [1.0], [0.2]))) is MaxwellElement
+
+
+@pytest.mark.parametrize(
+    "impact",
+    [
+        pytest.param(Impact(SOLID, Cone(0.5), 1.0, 1.0), id="cone"),
+        pytest.param(Impact(SOLID, FlatPunch(1.0), 1.0, 1.0), id="flat punch"),
+        pytest.param(Impact(SOLID, Sphere(1.0), 1.0, 1.0), id="sphere"),
+        pytest.param(Impact(SOLID, TruncatedCone(0.3, 1.0), 1.0, 1.0), id="truncated cone"),
+        pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), id="pair"),
+        pytest.param(
+            Impact(
+                Material(PronySeries(0.0, [1.0], [1.3]), PronySeries(1.0, [2.0], [0.1])),
+                Parabola(1.0),
+                1.0,
+                1.0,
+            ),
+            id="liquid with relaxing bulk",
+        ),
+        pytest.param(
+            Impact(incompressible(1.0, [3.0], [0.3], viscosity=0.1), Parabola(1.0), 1.0, 1.0), id="dashpot"
+        ),
+        pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=0.1), id="weight"),
+    ],
+)
+def test_any_material_and_profile(impact):
+    found, exact = solve_elements(impact, n_elements=200), reference(impact)
+    assert found.status is exact.status is Status.SEPARATED
+    # Estimated errors are within a tenth of the true ones here.
+    allowed = 1.15 * found.restitution_error
+    assert found.restitution_coefficient == pytest.approx(exact.restitution_coefficient, abs=allowed)
+    assert found.restitution_error < 2e-3
+    assert found.max_indentation_depth == pytest.approx(exact.max_indentation_depth, rel=1e-3)
+    # With elements of finite width the tip of a cone leaves late by a width's worth of depth.
+    assert found.contact_time == pytest.approx(exact.contact_time, rel=4e-3)
+    assert abs(energy_residual(impact, found)) < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("impact", "status"),
+    [
+        (Impact(incompressible(0.0, [1.0], [0.03]), Parabola(1.0), 1.0, 1.0), Status.SINKS_IN),
+        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=1.0), Status.CAPTURED),
+        (Impact(incompressible(1.0, viscosity=1.0), Parabola(1.0), 1.0, 1.0, force=4.0), Status.CAPTURED),
+    ],
+)
+def test_bodies_that_stay(impact, status):
+    found, exact = solve_elements(impact, n_elements=100), reference(impact)
+    assert found.status is exact.status is status
+    assert found.restitution_coefficient == found.restitution_error == 0.0
+    assert found.contact_time == math.inf
+    assert found.max_indentation_depth == pytest.approx(exact.max_indentation_depth, rel=2e-3)
+
+
+@pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), (0.5, 0.001, 10.0)])
+def test_energy_balance_closes_at_first_order(point):
+    impact = unit_impact(*point)
+    coarse, fine = (energy_residual(impact, solve_elements(impact, n_elements=n)) for n in (100, 200))
+    assert math.log2(coarse / fine) == pytest.approx(1.0, abs=0.15)
+    assert abs(fine) < 2e-3
+
+
+def test_result_is_independent_of_units():
+    base = solve_elements(unit_impact(0.45, 0.01, 3.0), n_elements=100)
+    # p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) = 3
+    ginf, mass, velocity, radius = 2.0e6, 0.03, 4.0, 0.005
+    eta = 3.0 / (velocity * radius / (mass**2 * ginf**3)) ** 0.2
+    solid = standard_solid(ginf, 100.0 * ginf, eta, poisson_ratio=0.45)
+    found = solve_elements(Impact(solid, Parabola(radius), mass, velocity), n_elements=100)
+    assert found.restitution_coefficient == pytest.approx(base.restitution_coefficient, rel=1e-9)
+
+
+def test_history():
+    found = solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=200)
+    assert np.diff(found.time) == pytest.approx(found.time_step)
+    assert found.time[-1] == found.contact_time
+    assert found.velocity[0] == 1.0
+    assert found.force[0] == found.force[-1] == found.contact_radius[0] == found.contact_radius[-1] == 0.0
+    assert np.all(found.force >= 0.0)
+    # dx = a_max/100
+    assert found.contact_radius.max() == pytest.approx(found.max_contact_radius, rel=0.01)
+
+
+def test_n_elements_is_the_number_in_contact():
+    found = solve_elements(unit_impact(0.5, 0.001, 10.0), n_elements=200)
+    widths = np.unique(np.abs(np.diff(found.contact_radius[found.contact_radius > 0.0])))
+    dx = widths[widths > 1e-9 * found.max_contact_radius].min()
+    assert 2.0 * found.contact_radius.max() / dx == pytest.approx(200.0, abs=2.0)
+
+
+def test_stiff_cases_are_refused_with_the_remedy():
+    # tau = 1e-8
+    with pytest.raises(
+        ValueError, match=rf"must be <= {MAX_STEPS}; explicit Euler needs time_step <= 1e-08 s"
+    ):
+        solve_elements(unit_impact(0.5, 1e-4, 1e-4))
+
+
+def test_refusal_names_a_time_step_that_would_do(monkeypatch):
+    monkeypatch.setattr(elements, "MAX_STEPS", 5000)
+    impact = unit_impact(0.3, 0.1, 1.0)
+    wanted = r"^n_elements = 100, time_step = 1e-06 s: take .* time_step in \[(.*), (.*)\] s would do$"
+    with pytest.raises(ValueError, match=wanted) as refusal:
+        solve_elements(impact, n_elements=100, time_step=1e-6)
+    # The bounds are printed to three digits.
+    least, most = (float(x) for x in re.search(wanted, str(refusal.value)).groups())
+    assert solve_elements(impact, n_elements=100, time_step=1.01 * least).status is Status.SEPARATED
+    assert solve_elements(impact, n_elements=100, time_step=0.99 * most).status is Status.SEPARATED
+
+
+def test_refusal_names_a_number_of_elements_that_would_do(monkeypatch):
+    monkeypatch.setattr(elements, "MAX_STEPS", 5000)
+    impact = unit_impact(0.3, 0.1, 1.0)
+    with pytest.raises(
+        ValueError, match=r"^n_elements = 800, .*; n_elements <= (\d+) or time_step"
+    ) as refusal:
+        solve_elements(impact)
+    most = int(re.search(r"n_elements <= (\d+)", str(refusal.value)).group(1))
+    assert solve_elements(impact, n_elements=most).status is Status.SEPARATED
+
+
+def test_long_time_step_is_refused():
+    # tau = 0.1 and the shorter limit of 16 elements' worth of accuracy
+    with pytest.raises(ValueError, match=r"^time_step = 0.5 s: must be <= \S+ s here, for explicit Euler$"):
+        solve_elements(unit_impact(0.3, 0.1, 1.0), time_step=0.5)
+
+
+@pytest.mark.parametrize("n_elements", [15, 20001, -1])
+def test_number_of_elements_out_of_range(n_elements):
+    with pytest.raises(ValueError, match=rf"^n_elements = {n_elements}: must be in \[16, 20000\]$"):
+        solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements)
+
+
+@pytest.mark.parametrize("n_elements", [100.0, True, "100"])
+def test_number_of_elements_of_wrong_type(n_elements):
+    with pytest.raises(TypeError, match=r"^n_elements = .*: must be an integer$"):
+        solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements)
+
+
+def test_arrays_are_refused():
+    with pytest.raises(ValueError, match=r"^impact has shape \(2,\): must be a single one"):
+        solve_elements(Impact(SOLID, Parabola(1.0), 1.0, [1.0, 2.0]))

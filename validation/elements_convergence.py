@@ -1,0 +1,61 @@
+"""Order of the paper's element scheme: error of e over the number of elements, against the reduced equations.
+
+Run as `python validation/elements_convergence.py`; prints a table and writes it to `elements_convergence.md`
+beside this file. Takes about a minute.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from restitution.contact.profile import Parabola
+from restitution.impact.elements import solve_elements
+from restitution.impact.problem import Impact
+from restitution.impact.reference import solve_reference
+from restitution.impact.scaling import scale
+from restitution.material.classical import standard_solid
+
+CASES = [(0.3, 0.1, 1.0), (0.45, 0.01, 3.0), (0.49, 0.001, 10.0)]
+N_ELEMENTS = [100, 200, 400, 800, 1600, 3200]
+
+INTRODUCTION = """\
+# Convergence of the element scheme
+
+Made by `validation/elements_convergence.py`. The scheme of the paper, eqs. (7) to (9), with explicit Euler
+and the automatic time step, against the reduced equations by SciPy's Radau method at `rtol = 1e-11`
+("exact"). The declared order is 1; the order in each line is that between it and the line before. The
+estimated error is the one that `solve_elements` reports, from half as many elements and twice the time step.
+
+| nu | p2 | p3 | elements | time steps | e | relative error | estimated | order |
+|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def rows() -> list[str]:
+    """One line of the table for each case and number of elements."""
+    lines: list[str] = []
+    for nu, p2, p3 in CASES:
+        solid = standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+        impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
+        exact = solve_reference(scale(impact).row(0), rtol=1e-11).restitution_coefficient
+        before = math.nan
+        for n in N_ELEMENTS:
+            found = solve_elements(impact, n_elements=n)
+            error = found.restitution_coefficient / exact - 1.0
+            estimate = found.restitution_error / exact
+            order = f"{math.log2(before / error):.3f}" if math.isfinite(before) else ""
+            lines.append(
+                f"| {nu} | {p2} | {p3} | {n} | {found.time.size - 1} | {found.restitution_coefficient:.8f} "
+                f"| {error:.3e} | {estimate:.3e} | {order} |"
+            )
+            print(lines[-1], flush=True)
+            before = error
+        lines.append(f"| {nu} | {p2} | {p3} | exact | | {exact:.8f} | | | |")
+        print(lines[-1], flush=True)
+    return lines
+
+
+if __name__ == "__main__":
+    target = Path(__file__).with_suffix(".md")
+    target.write_text(INTRODUCTION + "\n".join(rows()) + "\n", encoding="utf-8")
