@@ -46,9 +46,9 @@ def agrees(solution: ReferenceSolution, row: dict[str, float], tolerance: float)
     assert solution.restitution_coefficient == pytest.approx(row["restitution"], rel=tolerance)
     assert solution.contact_time == pytest.approx(row["contact_time"], rel=tolerance)
     assert solution.max_indentation_depth == pytest.approx(row["max_indentation"], rel=tolerance)
-    # A difference of nearly equal depths: what is left is good to the tolerance of the largest.
+    # The table has it from the memory of each branch, E_k tau_k/E_inf times what v is good to: 100 at p3 = 100.
     assert solution.residual_indentation_depth == pytest.approx(
-        row["residual_indentation"], abs=tolerance * row["max_indentation"]
+        row["residual_indentation"], abs=1.5e-10 * row["max_indentation"]
     )
     assert solution.max_force == pytest.approx(row["max_force"], rel=max(1e-9, tolerance))
     return True
