@@ -58,6 +58,9 @@ def test_errors_that_fall_with_e_bear_the_second_claim_out_and_those_that_grow_d
     assert claim.numbers["median relative error where 0.1 <= e <= 0.3"] == pytest.approx(0.4)
     assert claim.numbers["e where the relative error is largest"] == 0.05
     assert not claims.matters_where_small(comparison(E, E * (1 - 0.5 * E))).holds
+    almost = claims.matters_where_small(comparison(E, E * (1 - np.array([0.4, 0.5, 0.3, 0.2, 0.1]))))
+    assert almost.numbers["rank correlation of e and relative error"] == pytest.approx(-0.9)
+    assert not almost.holds
 
 
 def test_rank_correlation_matches_scipy() -> None:
@@ -77,7 +80,8 @@ def test_share_of_underestimates_decides_the_third_claim() -> None:
     assert claim.numbers["share of figure 5's curve where it does, nu = 0.45"] == 0.6
     assert claim.numbers["largest overestimate, relative"] == pytest.approx(0.03)
     assert claim.numbers["log10 p3 there"] == pytest.approx(2.0)
-    assert not claims.usually_underestimates(comparison(E, E / factor), curves(E, E / factor)).holds
+    assert not claims.usually_underestimates(comparison(E, E / factor), curves(E, E * factor)).holds
+    assert not claims.usually_underestimates(comparison(E, E * factor), curves(E, E / factor)).holds
 
 
 def test_json_holds_every_number_in_full_and_markdown_every_finding() -> None:

@@ -16,8 +16,8 @@ def test_isolines_lie_where_the_function_has_their_value(ax) -> None:
     contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], cmap=style.SEQUENTIAL)
     (lines,) = [part for part in ax.collections if not part.get_rasterized()]
     for radius, path in zip((0.25, 0.5), lines.get_paths(), strict=True):
-        # Across a cell of size h the interpolation is off by h^2/(8 (r - h)) at most; the ends of a label's gap
-        # lie on a chord of length sqrt(2) h at most, which sags by h^2/(4 r).
+        # Across a cell of size h the interpolation is off by h^2/(8 (r - h)) at most; the ends of a label's
+        # gap lie on a chord of length sqrt(2) h at most, which sags by h^2/(4 r).
         bound = 0.01**2 * (1 / (8 * 0.24) + 1 / (4 * 0.25))
         assert np.hypot(*path.vertices.T) == pytest.approx(radius, abs=bound)
 

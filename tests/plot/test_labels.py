@@ -12,7 +12,7 @@ from restitution.plot.labels import quantity_label, scaled_unit
         ([999.9], 1.0, "N"),
         ([1000.0], 1e-3, "kN"),
         ([1e-3], 1e3, "mN"),
-        ([0.9999999999999999e-3], 1e3, "mN"),
+        ([0.999999999999e-3], 1e3, "mN"),
         ([-3e-6, 1e-9], 1e6, "µN"),
         ([0.0], 1.0, "N"),
         ([], 1.0, "N"),

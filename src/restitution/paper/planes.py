@@ -49,6 +49,13 @@ def draw(dataset: xr.Dataset) -> Figure:
     with style.context():
         figure = style.new_figure(5.2, 4.6)
         ax = figure.add_subplot()
+        ax.set_xlabel(LOG_P2)
+        ax.set_ylabel(LOG_P3)
+        ax.set_xticks(range(-3, 2))
+        ax.set_yticks(range(-2, 3))
+        ax.set_title(
+            f"{RESTITUTION}, " + (r"incompressible ($\nu = 0.5$)" if nu == 0.5 else rf"$\nu = {nu:g}$")
+        )
         contour_map(
             ax,
             np.log10(dataset["p2"].values),
@@ -58,12 +65,5 @@ def draw(dataset: xr.Dataset) -> Figure:
             label_along=_LABELS,
             cmap=style.SEQUENTIAL,
             norm=Normalize(0.0, 1.0),
-        )
-        ax.set_xlabel(LOG_P2)
-        ax.set_ylabel(LOG_P3)
-        ax.set_xticks(range(-3, 2))
-        ax.set_yticks(range(-2, 3))
-        ax.set_title(
-            f"{RESTITUTION}, " + (r"incompressible ($\nu = 0.5$)" if nu == 0.5 else rf"$\nu = {nu:g}$")
         )
     return figure

@@ -53,8 +53,8 @@ class Resolution:
         return 2 * self.plane**2 + curve_points + collapse_points + claims_of.number_of_solves()
 
 
-FULL = Resolution(plane=161, curve=241, collapse=41, draws=6)
-QUICK = Resolution(plane=41, curve=61, collapse=13, draws=3)
+FULL = Resolution(plane=161, curve=241, collapse=33, draws=6)
+QUICK = Resolution(plane=33, curve=61, collapse=11, draws=3)
 
 _FIGURES = 6
 

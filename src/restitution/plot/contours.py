@@ -94,7 +94,9 @@ def contour_map(
     places: Any = False
     if label_along:
         places = _label_places(ax, x, y, z, reached, label_along)
-    ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=2, manual=places)
+    # The gap beside a label counts in pixels.
+    spacing = round(2.0 / 72.0 * figure.dpi)
+    ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=places)
     return ax
 
 

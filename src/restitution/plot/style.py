@@ -178,11 +178,14 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     known = figure.canvas.get_supported_filetypes()
     if suffix not in known:
         raise ValueError(f"path = {str(path)!r}: must end in one of .{', .'.join(sorted(known))}")
-    metadata: dict[str, Any] = {}
-    if suffix == "pdf":
-        metadata = {"CreationDate": None}
+    options: dict[str, Any] = {}
+    if suffix == "png":
+        options["pil_kwargs"] = {"compress_level": 4}
+    elif suffix == "pdf":
+        # Of a page only smooth shadings are pixels: half the resolution looks the same and halves the file.
+        options |= {"metadata": {"CreationDate": None}, "dpi": 150}
     elif suffix in ("svg", "svgz"):
-        metadata = {"Date": None}
+        options |= {"metadata": {"Date": None}, "dpi": 150}
     with context(), whole_file(path) as partial:
-        figure.savefig(partial, format=suffix, metadata=metadata or None)
+        figure.savefig(partial, format=suffix, **options)
     return path
