@@ -46,7 +46,7 @@ def agrees(solution: ReferenceSolution, row: dict[str, float], tolerance: float)
     assert solution.restitution_coefficient == pytest.approx(row["restitution"], rel=tolerance)
     assert solution.contact_time == pytest.approx(row["contact_time"], rel=tolerance)
     assert solution.max_indentation_depth == pytest.approx(row["max_indentation"], rel=tolerance)
-    # The table has it from the memory of each branch, E_k tau_k/E_inf times what v is good to: 100 at p3 = 100.
+    # It is from the memory of the branches: E_k tau_k/E_inf (100 at p3 = 100) times the error of v.
     assert solution.residual_indentation_depth == pytest.approx(
         row["residual_indentation"], abs=1.5e-10 * row["max_indentation"]
     )
