@@ -1,0 +1,209 @@
+"""Prony series fitted to measured relaxation or dynamic moduli."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.kernel.validation import nonnegative, positive
+from restitution.material.measurement import DynamicTable, RelaxationTable
+from restitution.material.prony import PronySeries
+
+Array = NDArray[np.float64]
+
+_DENSITIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 6.0)
+# One per cent more misfit than that of the densest grid: far within the scatter of any data.
+_SLACK = 1.01
+
+
+@dataclass(frozen=True, eq=False)
+class PronyFit:
+    """Prony series fitted to data, and how well it does.
+
+    Attributes
+    ----------
+    series
+        The series, in the data's own deformation.
+    misfit
+        Root mean square of the relative residuals [-].
+    window
+        Shortest and longest time [s] that the data cover; 1/omega for dynamic data.
+    residuals
+        (fit - data)/data, of dynamic data complex and relative to the magnitude, shape (n,).
+    data
+        What was fitted.
+    """
+
+    series: PronySeries
+    misfit: float
+    window: tuple[float, float]
+    residuals: NDArray[Any]
+    data: RelaxationTable | DynamicTable
+
+    @property
+    def n_terms(self) -> int:
+        """Number of branches."""
+        return self.series.n_branches
+
+
+def fit_prony(
+    data: RelaxationTable | DynamicTable,
+    *,
+    misfit: float = 2e-3,
+    liquid: bool = False,
+    loss_weight: float = 0.8,
+    smoothing: float = 1e-3,
+) -> PronyFit:
+    """Prony series with few terms that fits relaxation or dynamic data.
+
+    Non-negative least squares of the relative residuals on relaxation times that are evenly spaced in log
+    time over the window of the data, with a penalty on jumps of the spectrum. The densest grid (6 a decade)
+    says what misfit can be had; the coarsest one that comes within a hundredth of that, or below `misfit`,
+    is taken, and then terms are dropped, least needed first, as long as the misfit allows.
+
+    Parameters
+    ----------
+    data
+        Measured moduli.
+    misfit
+        Relative misfit that is good enough [-].
+    liquid
+        Whether to leave out the equilibrium modulus.
+    loss_weight
+        Weight of the loss modulus against the storage modulus, below 1 as it scatters more.
+    smoothing
+        Weight of the jumps of the spectrum (branch modulus per unit of log time), relative to the modulus at
+        that time [-].
+
+    Returns
+    -------
+    PronyFit
+        The series is valid in the window of the data alone.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than four data or they cover less than half a decade.
+
+    Notes
+    -----
+    Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23, for the algorithm; the misfit of
+    dynamic data is that of the complex modulus, |fit - data|/|data|.
+
+    Examples
+    --------
+    >>> t = np.geomspace(1e-3, 1e3, 61)
+    >>> truth = PronySeries(1.0, [2.0, 5.0], [0.1, 10.0])
+    >>> fit = fit_prony(RelaxationTable(t, truth.relaxation_modulus(t)))
+    >>> fit.misfit < 2e-3, fit.n_terms <= 8
+    (True, True)
+    """
+    allowed = float(positive("misfit", misfit))
+    problem = _Problem.of(data, liquid, float(positive("loss_weight", loss_weight)))
+    weight = float(nonnegative("smoothing", smoothing))
+    low, high = problem.window
+    grids = [_grid(low, high, density) for density in _DENSITIES]
+    solutions: dict[int, Array] = {len(grids) - 1: problem.solve(grids[-1], weight)}
+    allowed = max(allowed, _SLACK * problem.misfit(grids[-1], solutions[len(grids) - 1]))
+    chosen = len(grids) - 1
+    for i in range(len(grids) - 1):
+        moduli = problem.solve(grids[i], weight)
+        if problem.misfit(grids[i], moduli) <= allowed:
+            chosen, solutions[i] = i, moduli
+            break
+    times, moduli = problem.reduced(grids[chosen], solutions[chosen], allowed, weight)
+    series = PronySeries(float(moduli[0]), moduli[1:], times)
+    residuals = problem.residuals(times, moduli)
+    return PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data)
+
+
+def _grid(low: float, high: float, density: float) -> Array:
+    return np.geomspace(low, high, max(math.ceil(density * math.log10(high / low)), 1) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Linear problem whose unknowns are the equilibrium modulus and the moduli at given times."""
+
+    points: Array
+    values: NDArray[Any]
+    dynamic: bool
+    liquid: bool
+    loss_weight: float
+    window: tuple[float, float]
+
+    @classmethod
+    def of(cls, data: RelaxationTable | DynamicTable, liquid: bool, loss_weight: float) -> _Problem:
+        dynamic = isinstance(data, DynamicTable)
+        points = data.angular_frequency if dynamic else data.time
+        values = data.storage_modulus + 1j * data.loss_modulus if dynamic else data.modulus
+        inside = points[points > 0]
+        if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
+            raise ValueError(f"{points.size} data: must be at least 4 and cover at least half a decade")
+        ends = float(inside[0]), float(inside[-1])
+        window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
+        return cls(points, values, dynamic, liquid, loss_weight, window)
+
+    def columns(self, times: Array) -> NDArray[Any]:
+        """Relative share of a unit equilibrium modulus and of unit branches, shape (n, 1 + n_branch)."""
+        if self.dynamic:
+            x = 1j * self.points[:, None] * times
+            branches = x / (1.0 + x)
+        else:
+            branches = np.exp(-self.points[:, None] / times)
+        constant = np.full((self.points.size, 1), 0.0 if self.liquid else 1.0)
+        return np.hstack((constant, branches)) / np.abs(self.values)[:, None]
+
+    def solve(self, times: Array, smoothing: float) -> Array:
+        """Non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
+        from scipy.optimize import nnls
+
+        matrix: Any = self.columns(times)
+        target: Any = self.values / np.abs(self.values)
+        if self.dynamic:
+            matrix = np.vstack((matrix.real, self.loss_weight * matrix.imag))
+            target = np.concatenate((target.real, self.loss_weight * target.imag))
+        if smoothing > 0 and times.size > 1:
+            logs = np.log(times)
+            spectrum = np.diag(1.0 / np.gradient(logs))
+            jumps = (spectrum[1:] - spectrum[:-1]) / np.interp(logs, *self._level())[1:, None]
+            jumps *= smoothing * math.sqrt(target.size / times.size)
+            matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, 1)), jumps))))
+            target = np.concatenate((target, np.zeros(times.size - 1)))
+        scale = np.sqrt((matrix**2).sum(axis=0))
+        scale[scale == 0] = 1.0
+        solution, _ = nnls(matrix / scale, target, maxiter=100 * scale.size)
+        return solution / scale
+
+    def _level(self) -> tuple[Array, Array]:
+        """Magnitude of the modulus over the logarithm of time."""
+        inside = self.points > 0
+        logs, size = np.log(self.points[inside]), np.abs(self.values[inside])
+        return (-logs[::-1], size[::-1]) if self.dynamic else (logs, size)
+
+    def residuals(self, times: Array, moduli: Array) -> NDArray[Any]:
+        """Relative residuals."""
+        return self.columns(times) @ moduli - self.values / np.abs(self.values)
+
+    def misfit(self, times: Array, moduli: Array) -> float:
+        """Root mean square of the relative residuals."""
+        return float(np.sqrt(np.mean(np.abs(self.residuals(times, moduli)) ** 2)))
+
+    def reduced(self, times: Array, moduli: Array, allowed: float, smoothing: float) -> tuple[Array, Array]:
+        """Times and moduli with as few terms as the misfit allows."""
+        keep = moduli[1:] > 0
+        times, moduli = times[keep], np.concatenate((moduli[:1], moduli[1:][keep]))
+        while times.size > 1:
+            # Largest change that a term makes anywhere: the least one is tried first.
+            influence = np.abs(self.columns(times)[:, 1:] * moduli[1:]).max(axis=0)
+            fewer = np.delete(times, int(np.argmin(influence)))
+            solution = self.solve(fewer, smoothing)
+            if self.misfit(fewer, solution) > allowed:
+                break
+            keep = solution[1:] > 0
+            times, moduli = fewer[keep], np.concatenate((solution[:1], solution[1:][keep]))
+        return times, moduli
