@@ -1,0 +1,195 @@
+"""Named materials, each with its source, the window of time it is meant for, and what was assumed.
+
+Numbers without a source are left out: where none is known for the density, it is None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib.resources import files
+
+from restitution.material.classical import elastic
+from restitution.material.conversion import shear_from_tension
+from restitution.material.measurement import PronyTerms
+from restitution.material.prony import PronySeries
+from restitution.material.readers import parse
+from restitution.material.shift import WLF, Shift, ShiftTable
+from restitution.material.viscoelastic import Material
+
+_KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed. (1995), section 2.2.2"
+
+
+def names() -> list[str]:
+    """Names of all materials, in alphabetical order.
+
+    Examples
+    --------
+    >>> "epoxy" in names()
+    True
+    """
+    return sorted(_LIBRARY)
+
+
+def get(name: str) -> Material:
+    """Material of that name, with its `source`, `window` and `assumptions`.
+
+    Parameters
+    ----------
+    name
+        One of `names()`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such material; the message lists all.
+
+    Examples
+    --------
+    >>> material = get("polyisobutylene")
+    >>> material.shear.n_branches, material.shear.is_liquid, material.temperature
+    (30, True, 298.0)
+    >>> print(round(material.at(273.15).shear.relaxation_times[0] / material.shear.relaxation_times[0], 3))
+    16.674
+    """
+    if name not in _LIBRARY:
+        raise ValueError(f"material {name!r}: must be one of {', '.join(names())}")
+    return _build(name)
+
+
+@cache
+def _build(name: str) -> Material:
+    return _LIBRARY[name](name)
+
+
+def _terms(name: str) -> PronySeries:
+    parsed = parse(_text(name), name)
+    assert isinstance(parsed, PronyTerms)
+    return parsed.series()
+
+
+def _text(name: str) -> str:
+    return files("restitution.material").joinpath("data", f"{name}.csv").read_text(encoding="utf-8")
+
+
+def _span(series: PronySeries) -> tuple[float, float]:
+    return float(series.relaxation_times.min()), float(series.relaxation_times.max())
+
+
+def _from_tension(
+    name: str, bulk_modulus: float, source: str, assumptions: str, shift: Shift | None = None
+) -> Material:
+    tension = _terms(name)
+    return Material(
+        shear_from_tension(tension, bulk_modulus=bulk_modulus),
+        bulk_modulus,
+        name=name,
+        shift=shift,
+        source=source,
+        window=_span(tension),
+        assumptions=assumptions,
+    )
+
+
+def _polyisobutylene(name: str) -> Material:
+    return _from_tension(
+        name,
+        3e9,
+        "NBS polyisobutylene, master curve of Catsiff and Tobolsky, J. Colloid Sci. 10 (1955) 375, in "
+        "30 terms printed in Brinson and Brinson, Polymer Engineering Science and Viscoelasticity "
+        "(2008), as carried by the project TappingMode_Simulations (MIT licence); shift factors: "
+        "Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980), table 11-II",
+        "the terms are moduli in tension (by their magnitude, the source does not say) at 298 K; "
+        "constant bulk modulus of 3 GPa; no equilibrium modulus, so it flows; shift valid from about "
+        "203 K to 400 K",
+        WLF(298.0, 8.61, 200.4),
+    )
+
+
+def _epoxy(name: str) -> Material:
+    series = _terms(name)
+    return Material(
+        series,
+        3e9,
+        name=name,
+        source="cured commercial epoxy, shear; Simon, McKenna and Sindt, J. Appl. Polym. Sci. 76 (2000) 495",
+        window=_span(series),
+        assumptions="the relative moduli are shares of the difference of the glassy (891 MPa) and the "
+        "rubbery modulus (4.9 MPa); constant bulk modulus of 3 GPa; at the temperature of the master curve only",
+    )
+
+
+def _dma_polymer(name: str) -> Material:
+    shift = parse(_text("dma_polymer_shift"), "dma_polymer_shift")
+    assert isinstance(shift, ShiftTable)
+    return _from_tension(
+        name,
+        10e9,
+        "unnamed polymer, dynamic moduli in tension and shift factors from the verification data of "
+        "pyvisco, National Renewable Energy Laboratory (BSD-3-Clause), fitted by fit_prony",
+        "constant bulk modulus of 10 GPa, a Poisson ratio of 0.33 in the glass; relative misfit of "
+        "the complex modulus 0.071, where storage and loss modulus contradict each other",
+        shift,
+    )
+
+
+def _relaxation_polymer(name: str) -> Material:
+    return _from_tension(
+        name,
+        2e9,
+        "unnamed polymer, relaxation modulus in tension from the verification data of pyvisco, "
+        "National Renewable Energy Laboratory (BSD-3-Clause), fitted by fit_prony",
+        "constant bulk modulus of 2 GPa, a Poisson ratio of 0.36 in the glass; relative misfit "
+        "0.0017; at the temperature of the master curve only",
+    )
+
+
+def _ice(name: str) -> Material:
+    solid = elastic(shear_modulus=3.463e9, bulk_modulus=8.899e9)
+    return Material(
+        solid.shear,
+        solid.bulk,
+        density=917.0,
+        name=name,
+        temperature=257.15,
+        source="polycrystalline ice Ih at -16 C, Voigt-Reuss-Hill average of the single crystal of Gammon, "
+        "Kiefte, Clouter and Denner, J. Glaciol. 29 (1983) 433; density: CRC Handbook of Chemistry "
+        "and Physics",
+        window=(1e-10, 1.0),
+        assumptions="elastic part alone: creep, which matters in loads of seconds, is left out",
+    )
+
+
+def _elastic(
+    youngs_modulus: float, poisson_ratio: float, density: float | None, source: str
+) -> Callable[[str], Material]:
+    def build(name: str) -> Material:
+        solid = elastic(youngs_modulus=youngs_modulus, poisson_ratio=poisson_ratio)
+        return Material(
+            solid.shear,
+            solid.bulk,
+            density=density,
+            name=name,
+            source=source,
+            assumptions="elastic at any rate and room temperature; no yielding",
+        )
+
+    return build
+
+
+_LIBRARY: dict[str, Callable[[str], Material]] = {
+    "aluminium": _elastic(70e9, 0.3, 2700.0, "EN 1999-1-1 (Eurocode 9), clause 3.2.5"),
+    "brass": _elastic(100.6e9, 0.350, None, f"70 Cu 30 Zn; {_KAYE_LABY}"),
+    "copper": _elastic(129.8e9, 0.343, None, _KAYE_LABY),
+    "dma_polymer": _dma_polymer,
+    "epoxy": _epoxy,
+    "fused_silica": _elastic(73.1e9, 0.170, None, f"fused quartz; {_KAYE_LABY}"),
+    "ice": _ice,
+    "polyisobutylene": _polyisobutylene,
+    "relaxation_polymer": _relaxation_polymer,
+    "soda_lime_glass": _elastic(70e9, 0.2, 2500.0, "EN 572-1, table of general properties"),
+    "steel": _elastic(
+        210e9, 0.3, 7850.0, "EN 1993-1-1 (Eurocode 3), clause 3.2.6; density: EN 1993-1-2, 3.2.2"
+    ),
+    "tungsten": _elastic(411.0e9, 0.280, None, _KAYE_LABY),
+}
