@@ -50,7 +50,7 @@ def get(name: str) -> Material:
     >>> material.shear.n_branches, material.shear.is_liquid, material.temperature
     (30, True, 298.0)
     >>> print(round(material.at(273.15).shear.relaxation_times[0] / material.shear.relaxation_times[0], 3))
-    16.674
+    16.55
     """
     if name not in _LIBRARY:
         raise ValueError(f"material {name!r}: must be one of {', '.join(names())}")
@@ -115,7 +115,8 @@ def _epoxy(name: str) -> Material:
         source="cured commercial epoxy, shear; Simon, McKenna and Sindt, J. Appl. Polym. Sci. 76 (2000) 495",
         window=_span(series),
         assumptions="the relative moduli are shares of the difference of the glassy (891 MPa) and the "
-        "rubbery modulus (4.9 MPa); constant bulk modulus of 3 GPa; at the temperature of the master curve only",
+        "rubbery modulus (4.9 MPa); constant bulk modulus of 3 GPa; at the temperature of the master curve "
+        "only",
     )
 
 
