@@ -14,6 +14,7 @@ from restitution.impact.exact import Progress, outcome_columns, solve_scaled, so
 from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
+from restitution.impact.rows import energy_columns, si_columns
 from restitution.impact.scaling import ScaledBlock, join, power_block, scale
 from restitution.impact.status import SolverError, Status
 from restitution.kernel.validation import Numeric, positive, within
@@ -22,9 +23,6 @@ from restitution.material.standard_solid import reduced_standard_solid
 Array = NDArray[np.float64]
 Method = Literal["exact", "elements", "reference"]
 Errors = Literal["raise", "warn"]
-
-# The energy is computed from a finer solve, so that its own quadrature does not hide the error of the reported one.
-_BUDGET_REFINEMENT = 1e-2
 
 
 def solve(
@@ -196,10 +194,9 @@ def _judge(statuses: Array, errors: Errors) -> None:
 def _solve_exact(
     impact: Impact, rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
 ) -> ImpactResult:
-    block, outcomes = _outcomes(impact, rtol, workers, progress)
-    columns = outcome_columns(outcomes)
-    _judge(columns["status"], errors or ("warn" if impact.shape else "raise"))
-    fields = _si(columns, block, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity)))
+    block, outcomes = _outcomes(impact, rtol, workers, progress, alone=not impact.shape)
+    _judge(outcomes[:, 7], errors or ("warn" if impact.shape else "raise"))
+    fields = si_columns(outcomes, block, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity)))
 
     def budget() -> EnergyBudget:
         return _energy_budget(impact, block, rtol, fields["restitution_coefficient"], workers)
@@ -215,9 +212,12 @@ def _solve_exact(
 
 
 def _outcomes(
-    impact: Impact, rtol: float, workers: int | None, progress: Progress | None
+    impact: Impact, rtol: float, workers: int | None, progress: Progress | None, *, alone: bool
 ) -> tuple[ScaledBlock, Array]:
-    """Scale and solve; where the table of a profile turns out too short, with a longer one."""
+    """Scale and solve; where the table of a profile turns out too short, with a longer one.
+
+    An impact that goes deeper than its profile raises if it is alone; among others it fails by itself.
+    """
     depth_factor = 4.0
     while True:
         block = scale(impact, depth_factor)
@@ -229,11 +229,14 @@ def _outcomes(
             return block, outcomes
         most = float(impact.profile.max_depth)
         if block.length[0] >= most:
-            if depth > 1.0:
+            if depth > 1.0 and alone:
                 raise ValueError(
                     f"profile: the body goes in by {depth * block.length[0]:.3g} m or more, "
                     f"beyond the {most:.3g} m that the profile describes"
                 )
+            deep = outcomes[:, 2] > 1.0
+            outcomes[deep] = np.nan
+            outcomes[deep, 7] = Status.TOO_DEEP
             return block, outcomes
         if depth_factor > 1e4:
             return block, outcomes
@@ -266,7 +269,7 @@ def _solve_list(
         parts.append((members, block, solve_scaled(block, rtol, workers=workers, progress=advance)))
         done += len(members)
     for n in single:
-        parts.append(([n], *_outcomes(impacts[n], rtol, workers, advance)))
+        parts.append(([n], *_outcomes(impacts[n], rtol, workers, advance, alone=False)))
         done += 1
     statuses = np.empty(len(impacts))
     for members, _, outcomes in parts:
@@ -274,9 +277,7 @@ def _solve_list(
     _judge(statuses, errors or "warn")
     fields: dict[str, Array] = {}
     for members, block, outcomes in parts:
-        for name, values in _si(
-            outcome_columns(outcomes), block, masses[members], velocities[members]
-        ).items():
+        for name, values in si_columns(outcomes, block, masses[members], velocities[members]).items():
             fields.setdefault(name, np.empty(len(impacts)))[members] = values
 
     def budget() -> EnergyBudget:
@@ -292,34 +293,15 @@ def _solve_list(
     return _result(impacts, "exact", rtol, fields, (len(impacts),), budget, dense)
 
 
-def _si(columns: dict[str, Array], block: ScaledBlock, mass: Array, velocity: Array) -> dict[str, Array]:
-    """Turn outcomes into SI."""
-    statuses = columns["status"]
-    stays = (statuses == Status.SINKS_IN) | (statuses == Status.CAPTURED)
-    return {
-        "restitution_coefficient": columns["restitution_coefficient"],
-        "contact_time": np.where(stays, np.inf, columns["contact_time"] * block.time),
-        "max_indentation_depth": columns["max_indentation_depth"] * block.length,
-        "max_force": columns["max_force"] * mass * velocity / block.time,
-        "max_contact_radius": columns["max_contact_radius"] * block.radius,
-        "residual_indentation_depth": columns["residual_indentation_depth"] * block.length,
-        "status": statuses,
-    }
-
-
 def _energy_budget(
     impact: Impact, block: ScaledBlock, rtol: float, restitution: Array, workers: int | None
 ) -> EnergyBudget:
     """Energy budget of solved impacts, from a finer solve; `restitution` is what was reported."""
-    finer = max(rtol * _BUDGET_REFINEMENT, 1e-13)
-    outcomes = solve_scaled(block, finer, workers=workers, budget=True)
-    kinetic = 0.5 * _flat(impact.mass, impact.shape) * _flat(impact.velocity, impact.shape) ** 2
-    dissipated, stored = 2.0 * kinetic * outcomes[:, -2], 2.0 * kinetic * outcomes[:, -1]
-    out = kinetic * restitution**2
-    work = _flat(impact.force, impact.shape) * outcomes[:, 5] * block.length
-    residual = (out + dissipated + stored - kinetic - work) / kinetic
-    shaped = (_shaped(x, impact.shape) for x in (kinetic, out, dissipated, stored, residual))
-    return EnergyBudget(*shaped)
+    columns = energy_columns(
+        block, rtol, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force)),
+        restitution, workers,
+    )  # fmt: skip
+    return EnergyBudget(*(_shaped(column, impact.shape) for column in columns.values()))
 
 
 def _dense_output(impact: Impact, block: ScaledBlock, rtol: float) -> DenseOutput:

@@ -13,6 +13,8 @@ class Status(IntEnum):
     STEP_TOO_SMALL = 4
     NOT_FINITE = 5
     NOT_ACCURATE = 6
+    TOO_DEEP = 7
+    INADMISSIBLE = 8
 
     @property
     def message(self) -> str:
@@ -33,6 +35,8 @@ _MESSAGES = {
     Status.STEP_TOO_SMALL: "the step size fell to rounding level; loosen rtol or check for extreme relaxation times",
     Status.NOT_FINITE: "a number overflowed; check for extreme moduli, masses or relaxation times",
     Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
+    Status.TOO_DEEP: "the body goes deeper than its profile is described; describe more of it",
+    Status.INADMISSIBLE: "the numbers of this impact are out of range; check what the axes combine to",
 }
 
 
