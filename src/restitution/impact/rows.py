@@ -121,14 +121,17 @@ def energy_columns(
     """Energy budget [J] of solved impacts, from a finer solve; `restitution` is what was reported."""
     finer = max(rtol * _BUDGET_REFINEMENT, 1e-13)
     outcomes = solve_scaled(block, finer, workers=workers, budget=True)
-    kinetic = 0.5 * mass * velocity**2
-    dissipated, stored = 2.0 * kinetic * outcomes[:, -2], 2.0 * kinetic * outcomes[:, -1]
-    out = kinetic * restitution**2
-    work = force * outcomes[:, 5] * block.length
+    # A row that failed is NaN, or too large to be squared.
+    with np.errstate(invalid="ignore", over="ignore"):
+        kinetic = 0.5 * mass * velocity**2
+        dissipated, stored = 2.0 * kinetic * outcomes[:, -2], 2.0 * kinetic * outcomes[:, -1]
+        out = kinetic * restitution**2
+        work = force * outcomes[:, 5] * block.length
+        residual = (out + dissipated + stored - kinetic - work) / kinetic
     return {
         "kinetic_in": kinetic,
         "kinetic_out": out,
         "dissipated": dissipated,
         "stored": stored,
-        "residual": (out + dissipated + stored - kinetic - work) / kinetic,
+        "residual": residual,
     }

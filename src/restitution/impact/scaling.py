@@ -208,11 +208,12 @@ def power_block(
         impact, so that all numbers are of order one where the materials allow it.
     """
     p = exponent
-    # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
-    energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities**2 / coefficients
     power = 1.0 / (2.0 + 0.5 * p)
-    glass = equilibria + moduli.sum(axis=1)
+    # What overflows here comes back from the kernel as a row that failed.
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
+        energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities**2 / coefficients
+        glass = equilibria + moduli.sum(axis=1)
         only_viscous = (energy / (viscosities * velocities)) ** (1.0 / (1.0 + 0.5 * p))
         length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
         for _ in range(6):

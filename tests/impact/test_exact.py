@@ -1,0 +1,200 @@
+"""Arrays through the exact method: broadcasting, workers, failures, interrupts."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+from restitution.contact.power_law import Cone, FlatPunch
+from restitution.contact.profile import Parabola
+from restitution.contact.tabulated import Tabulated
+from restitution.impact import exact
+from restitution.impact.problem import Impact
+from restitution.impact.rows import Rows, solve_rows
+from restitution.impact.scaling import dimensionless_groups
+from restitution.impact.solve import solve, standard_solid_restitution
+from restitution.impact.status import SolverError, Status
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+RUBBER = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
+LAYERED = Material(PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)
+FIELDS = (
+    "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius",
+    "residual_indentation_depth", "rebound_velocity", "status",
+)  # fmt: skip
+
+
+def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
+    rng = np.random.default_rng(n)
+    given = {"mass": 0.03, "velocity": 10.0 ** rng.uniform(-3, 1, n)} | changes
+    return Impact(material, Parabola(radius=0.01), **given)
+
+
+# One impact and one in an array take the same path through the kernel: the bits are equal.
+@pytest.mark.parametrize("material", [RUBBER, LAYERED])
+@pytest.mark.parametrize(
+    ("profile", "field", "unit"),
+    [
+        (Parabola, "radius", 0.01),
+        (FlatPunch, "radius", 0.002),
+        (Cone, "half_angle", 1.2),
+    ],
+)
+def test_an_array_is_its_impacts_one_by_one(
+    material: Material, profile: Any, field: str, unit: float
+) -> None:
+    sizes = unit * np.array([0.8, 1.1])
+    masses, velocities, forces = np.array([0.02, 0.05, 0.1]), np.array([[0.1], [1.0]]), 0.02
+    whole = solve(
+        Impact(
+            material, profile(**{field: sizes[:, None, None]}), masses, velocities[None, :, :], force=forces
+        )
+    )
+    assert whole.restitution_coefficient.shape == (2, 2, 3)
+    for i, j, k in np.ndindex(2, 2, 3):
+        one = solve(Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], force=forces))
+        for name in FIELDS:
+            assert np.asarray(getattr(whole, name))[i, j, k] == getattr(one, name), name
+        assert whole.energy.dissipated[i, j, k] == one.energy.dissipated
+
+
+def test_shapes_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"must broadcast against each other$"):
+        Impact(RUBBER, Parabola(radius=[0.01, 0.02]), mass=[1.0, 2.0, 3.0], velocity=1.0)
+    with pytest.raises(ValueError, match="broadcast"):
+        standard_solid_restitution([0.1, 0.2], 1.0, [1.0, 2.0, 3.0])
+
+
+def test_the_three_groups_broadcast() -> None:
+    nu, p2, p3 = np.array([-0.5, 0.3, 0.5]), np.array([[0.01], [1.0]]), 2.0
+    e = standard_solid_restitution(nu, p2, p3)
+    assert e.shape == (2, 3)
+    # Rows with and without a second branch go in one block, whose arithmetic rounds differently.
+    for i, j in np.ndindex(2, 3):
+        assert e[i, j] == pytest.approx(standard_solid_restitution(nu[j], p2[i, 0], p3), rel=1e-11)
+    groups = dimensionless_groups(balls(4))
+    assert np.shape(groups.p3) == (4,)
+
+
+def test_nothing_in_nothing_out() -> None:
+    assert solve(balls(3, velocity=np.empty(0))).restitution_coefficient.shape == (0,)
+    assert standard_solid_restitution(np.empty((2, 0)), 1.0, 1.0).shape == (2, 0)
+
+
+@pytest.mark.parametrize("material", [RUBBER, LAYERED])
+def test_results_do_not_depend_on_the_number_of_workers(material: Material) -> None:
+    impact = balls(2 * exact._CHUNK + 7, material)
+    first = solve(impact, workers=1)
+    for workers in (2, 3, 8):
+        other = solve(impact, workers=workers)
+        for name in FIELDS:
+            np.testing.assert_array_equal(getattr(other, name), getattr(first, name))
+        np.testing.assert_array_equal(other.energy.residual, first.energy.residual)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_progress_counts_up_to_all(workers: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exact, "_CHUNK", 16)
+    seen: list[tuple[int, int]] = []
+    solve(balls(100), workers=workers, progress=lambda done, total: seen.append((done, total)))
+    counts = [done for done, _ in seen]
+    assert len(counts) > 1
+    assert counts == sorted(counts)
+    assert seen[-1] == (100, 100)
+
+
+def test_the_machine_is_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    pool = exact.ThreadPoolExecutor
+
+    def watched(workers: int) -> Any:
+        asked.append(workers)
+        return pool(workers)
+
+    monkeypatch.setattr(exact, "ThreadPoolExecutor", watched)
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    solve(balls(exact._CHUNK + 1))
+    assert asked == [3]
+
+
+def test_a_row_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
+    velocities = np.array(balls(5).velocity)
+    # Its square is beyond what a number can hold.
+    velocities[3] = 1e200
+    with pytest.warns(RuntimeWarning, match=r"^1 of 5 impacts failed and are NaN: 1 [A-Z_]+$"):
+        result = solve(balls(5, velocity=velocities))
+    assert np.array_equal(np.isnan(result.restitution_coefficient), [False, False, False, True, False])
+    assert Status(int(np.asarray(result.status)[3])).failed
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        healthy = solve(balls(5))
+    np.testing.assert_array_equal(
+        np.delete(result.restitution_coefficient, 3), np.delete(healthy.restitution_coefficient, 3)
+    )
+    with pytest.raises(SolverError, match=r"\(impact 3 of 5\)$") as caught:
+        solve(balls(5, velocity=velocities), errors="raise")
+    assert caught.value.status.failed
+
+
+def test_a_body_that_leaves_the_described_profile_fails_alone() -> None:
+    radius = np.linspace(0.0, 0.002, 50)
+    tip = Tabulated(radius, radius**2 / 0.02)
+    velocities = [0.01, 5.0, 0.1]
+    with pytest.warns(RuntimeWarning, match=r"^1 of 3 impacts failed and are NaN: 1 TOO_DEEP$"):
+        result = solve(Impact(RUBBER, tip, 0.005, velocities))
+    with pytest.warns(RuntimeWarning, match="TOO_DEEP"):
+        listed = solve([Impact(RUBBER, tip, 0.005, v) for v in velocities])
+    for many in (result, listed):
+        assert np.array_equal(many.status, [Status.SEPARATED, Status.TOO_DEEP, Status.SEPARATED])
+        assert np.array_equal(np.isnan(many.max_force), [False, True, False])
+    with pytest.raises(ValueError, match=r"^profile: the body goes in by .* beyond the 0\.0004 m"):
+        solve(Impact(RUBBER, tip, 0.005, 5.0))
+
+
+def test_columns_are_the_impacts() -> None:
+    impact = balls(6, LAYERED, force=0.1)
+    series, one = impact.reduced_modulus, np.ones(6)
+    rows = Rows(
+        series.equilibrium_modulus * one, 0.0 * one, np.tile(series.branch_moduli, (6, 1)),
+        np.tile(series.relaxation_times, (6, 1)), 0.1 * one, 1.0, 0.03 * one,
+        np.asarray(impact.velocity), 0.1 * one,
+    )  # fmt: skip
+    columns, result = solve_rows(rows, 1e-9, energy=True), solve(impact)
+    for name in FIELDS:
+        if name != "rebound_velocity":
+            np.testing.assert_array_equal(columns[name], getattr(result, name))
+    for name, values in result.energy._asdict().items():
+        np.testing.assert_array_equal(columns[name], values)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_ends_a_long_call_at_once(workers: int) -> None:
+    script = (
+        "import sys, time\n"
+        "import numpy as np\n"
+        "from restitution.impact.solve import standard_solid_restitution as e\n"
+        "e(0.3, 0.1, 1.0)\n"
+        "print('ready', flush=True)\n"
+        "try:\n"
+        f"    e(0.3, 0.1, np.logspace(-2, 2, 3_000_000), workers={workers})\n"
+        "except KeyboardInterrupt:\n"
+        "    sys.exit(130)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(3.0)
+        assert process.poll() is None
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=30) == 130
+    assert time.monotonic() - start < 1.0
