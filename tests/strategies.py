@@ -3,10 +3,15 @@
 import math
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
+
+# A machine under load takes its time.
+settings.register_profile("restitution", deadline=None)
+settings.load_profile("restitution")
 
 _GAPS = (0.0, 2.3e-16, 1e-15, 1e-12, 1e-8, 1e-3)
 

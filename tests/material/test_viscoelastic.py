@@ -74,6 +74,10 @@ def test_bad_input_is_named(arguments, keywords, error, message):
         Material(*arguments, **keywords)
 
 
+def test_repr_names_what_was_given():
+    assert repr(Material(1.0, math.inf, name="x")) == "Material(shear=PronySeries(1.0), bulk=inf, name='x')"
+
+
 def test_equal_by_value():
     assert Material(1.0, 2.0) == Material(PronySeries(1.0), PronySeries(2.0))
     assert len({Material(1.0, 2.0), Material(1.0, 2.0), Material(1.0, 3.0)}) == 2

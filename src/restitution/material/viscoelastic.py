@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.shift import Shift
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, repr=False)
 class Material:
     """Isotropic linear-viscoelastic material, given by its shear and bulk relaxation moduli.
 
@@ -131,6 +131,11 @@ class Material:
             temperature=temperature,
             window=None if window is None else (window[0] * factor, window[1] * factor),
         )
+
+    def __repr__(self) -> str:
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        given = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
+        return f"Material({given})"
 
     @property
     def is_incompressible(self) -> bool:
