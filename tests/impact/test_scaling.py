@@ -1,0 +1,151 @@
+"""SI to dimensionless numbers: the groups of the paper, the force law in scaled units, blocks."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.impact.problem import Impact
+from restitution.impact.scaling import dimensionless_groups, join, scale
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from strategies import logarithmic
+
+SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)
+PRONY = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2], viscosity=20.0), math.inf)
+
+
+def test_groups_by_hand():
+    # p3 = 3 (4 * 0.5/(2^2 2^3))^(1/5) = 3/16^(1/5)
+    groups = dimensionless_groups(Impact(SOLID, Parabola(0.5), mass=2.0, velocity=4.0))
+    assert groups.p1 == pytest.approx(0.25, abs=1e-15)
+    assert groups.p2 == pytest.approx(0.4, rel=1e-15)
+    assert groups.p3 == pytest.approx(3.0 / 16.0**0.2, rel=1e-15)
+    assert isinstance(groups.p3, float)
+
+
+def test_groups_of_arrays_and_of_huge_moduli():
+    stiff = standard_solid(1e130, 1e130, 1e78, poisson_ratio=0.5)
+    groups = dimensionless_groups(Impact(stiff, Parabola(1.0), mass=[1.0, 32.0], velocity=1.0))
+    assert groups.p3 == pytest.approx([1.0, 0.25], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("impact", "reason"),
+    [
+        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), "both bodies deform"),
+        (Impact(SOLID, Cone(1.2), 1.0, 1.0), "the profile is not a parabola"),
+        (Impact(SOLID, Sphere(1.0), 1.0, 1.0), "the profile is not a parabola"),
+        (
+            Impact(Material(PronySeries(1.0, [1.0, 1.0], [1.0, 2.0]), 1.0), Parabola(1.0), 1.0, 1.0),
+            "the shear modulus has 2 branches, not 1",
+        ),
+        (Impact(Material(1.0, 1.0), Parabola(1.0), 1.0, 1.0), "the shear modulus has 0 branches, not 1"),
+        (
+            Impact(
+                Material(PronySeries(1.0, [1.0], [1.0], viscosity=1.0), math.inf), Parabola(1.0), 1.0, 1.0
+            ),
+            "the shear modulus has a parallel dashpot",
+        ),
+        (
+            Impact(Material(PronySeries(0.0, [1.0], [1.0]), 1.0), Parabola(1.0), 1.0, 1.0),
+            "the equilibrium modulus is 0",
+        ),
+        (
+            Impact(
+                Material(PronySeries(1.0, [1.0], [1.0]), PronySeries(1.0, [1.0], [1.0])),
+                Parabola(1.0), 1.0, 1.0,
+            ),
+            "the bulk relaxes",
+        ),
+        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=1.0), "a constant force acts"),
+    ],
+)  # fmt: skip
+def test_groups_are_refused_where_they_do_not_hold(impact, reason):
+    with pytest.raises(ValueError, match=f"p1, p2, p3 belong to .*: here {reason}$"):
+        dimensionless_groups(impact)
+
+
+def test_zero_branches_and_merged_times_are_still_a_standard_solid():
+    same = Material(PronySeries(2.0, [3.0, 0.0, 2.0], [0.6, 1.0, 0.6]), SOLID.bulk)
+    one = dimensionless_groups(Impact(SOLID, Parabola(1.0), 1.0, 1.0))
+    other = dimensionless_groups(Impact(same, Parabola(1.0), 1.0, 1.0))
+    assert other == pytest.approx(one, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [Parabola(0.02), Cone(1.3), FlatPunch(0.01), PowerLaw(4.0, 1e4), Sphere(0.02)],
+    ids=lambda p: type(p).__name__,
+)
+def test_scaled_numbers_are_the_force_law(profile):
+    """F = 2 (E Pi + eta a v + ...) in SI against the scaled law at the same state."""
+    impact = Impact(PRONY, profile, mass=0.3, velocity=0.7, force=2.9)
+    row = scale(impact).row(0)
+    series = impact.reduced_modulus
+    depth, velocity = 1e-3, 0.2
+    force_unit = 0.3 * 0.7 / row.time
+    assert row.time == pytest.approx(row.length / 0.7, rel=1e-15)
+    assert row.load * force_unit == pytest.approx(2.9, rel=1e-14)
+    assert row.times * row.time == pytest.approx(series.relaxation_times, rel=1e-14)
+    a, integral = float(profile.contact_radius(depth)), float(profile.force_integral_at_depth(depth))
+    scaled_integral = integral / (row.radius * row.length)
+    scaled_radius = a / row.radius
+    elastic = force_unit * row.equilibrium * scaled_integral
+    assert elastic == pytest.approx(2.0 * series.equilibrium_modulus * integral, rel=1e-13)
+    branches = force_unit * row.moduli * scaled_integral
+    assert branches == pytest.approx(2.0 * series.branch_moduli * integral, rel=1e-13)
+    viscous = force_unit * row.viscosity * scaled_radius * velocity / 0.7
+    assert viscous == pytest.approx(2.0 * series.viscosity * a * velocity, rel=1e-13)
+    if row.table is None:
+        assert scaled_radius == pytest.approx((depth / row.length) ** (0.5 * row.exponent), rel=1e-14)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    mass=logarithmic(1e-12, 1e6),
+    radius=logarithmic(1e-9, 1e3),
+    velocity=logarithmic(1e-6, 1e4),
+    modulus=logarithmic(1e2, 1e12),
+)
+def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
+    """At equal p1, p2, p3 the kernel gets the same numbers, to rounding."""
+    time = (mass**2 / (radius * velocity * modulus**2)) ** 0.2
+    material = standard_solid(modulus, 7.0 * modulus, 0.4 * modulus * time, poisson_ratio=0.3)
+    impact = Impact(material, Parabola(radius), mass, velocity)
+    assert dimensionless_groups(impact).p3 == pytest.approx(0.4, rel=1e-12)
+    unit = Impact(standard_solid(1.0, 7.0, 0.4, poisson_ratio=0.3), Parabola(1.0), 1.0, 1.0)
+    found, wanted = scale(impact).row(0), scale(unit).row(0)
+    assert found.equilibrium == pytest.approx(wanted.equilibrium, rel=1e-12)
+    assert found.moduli == pytest.approx(wanted.moduli, rel=1e-12)
+    assert found.times == pytest.approx(wanted.times, rel=1e-12)
+
+
+def test_rows_parts_and_joined_blocks_are_the_single_impacts():
+    several = scale(Impact(PRONY, Parabola([0.01, 0.02, 0.03]), 0.1, 2.0, force=1.0))
+    singles = [scale(Impact(PRONY, Parabola(radius), 0.1, 2.0, force=1.0)) for radius in (0.01, 0.02, 0.03)]
+    assert several.size == 3
+    assert several.most_modes == 2
+    for block in (several, join(singles), join([several.part(0, 1), several.part(1, 3)])):
+        for n, single in enumerate(singles):
+            row, alone = block.row(n), single.row(0)
+            for name in alone._fields:
+                assert np.array_equal(getattr(row, name), getattr(alone, name)), name
+
+
+def test_blocks_of_unlike_series_join():
+    elastic = scale(Impact(Material(1e6, math.inf), Parabola(0.01), 0.1, 2.0))
+    joined = join([elastic, scale(Impact(PRONY, Parabola(0.01), 0.1, 2.0))])
+    assert joined.offsets.tolist() == [0, 0, 2]
+    assert joined.most_modes == 2
+    assert joined.row(0).moduli.size == 0
+
+
+def test_several_exponents_in_one_impact_are_refused():
+    with pytest.raises(ValueError, match=r"^exponent: must be one number; solve a list of impacts"):
+        scale(Impact(PRONY, PowerLaw([2.0, 3.0], 1.0), 1.0, 1.0))
