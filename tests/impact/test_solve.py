@@ -1,0 +1,546 @@
+"""The exact solver against tables of other programs, closed forms, and what must not change a result."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+from restitution.impact import closed_forms as cf
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve, standard_solid_restitution
+from restitution.impact.status import SolverError, Status
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from strategies import logarithmic, materials, prony_series
+
+DATA = Path(__file__).resolve().parents[1] / "data"
+RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+RTOL = 1e-9
+
+
+def rows(path: Path) -> list[dict[str, float]]:
+    with path.open() as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def unit_impact(shear, bulk=math.inf, profile=None, **options) -> Impact:
+    return Impact(Material(shear, bulk), profile or Parabola(1.0), 1.0, 1.0, **options)
+
+
+def standard(nu: float, p2: float, p3: float, **options) -> Impact:
+    """The paper's problem with m = R = v0 = Ginf = 1."""
+    return Impact(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), Parabola(1.0), 1.0, 1.0, **options)
+
+
+def same_to(found, wanted, rtol=RTOL) -> bool:
+    """Whether two e agree within what `rtol` promises for each of them."""
+    return abs(found - wanted) <= 2.0 * rtol * max(wanted, 1e-3)
+
+
+# Other programs
+
+
+@pytest.mark.parametrize("row", rows(DATA / "standard_solid.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
+def test_tabulated_values(row):
+    found = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert found.status is Status.SEPARATED
+    assert same_to(found.restitution_coefficient, row["restitution"])
+    assert found.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
+    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
+    # Sampled in the table.
+    assert found.max_force == pytest.approx(row["max_force"], rel=1e-6)
+    assert found.residual_indentation_depth == pytest.approx(
+        row["residual_indentation"], abs=1e-8 * row["max_indentation"]
+    )
+    assert found.max_contact_radius == pytest.approx(row["max_indentation"] ** 0.5, rel=1e-9)
+
+
+def test_whole_shared_table(shared_reference):
+    table = rows(shared_reference / "standard_solid.csv")
+    columns = {key: np.array([row[key] for row in table]) for key in table[0]}
+    wanted = columns["restitution"]
+    for rtol in (1e-6, 1e-9):
+        found = standard_solid_restitution(columns["nu"], columns["p2"], columns["p3"], rtol=rtol)
+        assert np.all(np.abs(found - wanted) <= rtol * np.maximum(wanted, 1e-3))
+
+
+@pytest.mark.parametrize("row", rows(DATA / "finite_element.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
+def test_finite_elements(row):
+    found = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
+    assert found.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
+    assert found.max_indentation_depth == pytest.approx(
+        row["max_indentation"], abs=row["max_indentation_error"]
+    )
+    assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
+
+
+@pytest.mark.parametrize(("p3", "wanted"), cf.KELVIN_VOIGT_RESTITUTION.items())
+def test_kelvin_voigt(p3, wanted):
+    found = solve(unit_impact(PronySeries(1.0, viscosity=p3)))
+    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-8)
+
+
+@pytest.mark.parametrize(("ratio", "wanted"), cf.MAXWELL_RESTITUTION.items())
+def test_maxwell(ratio, wanted):
+    # E* = 4 G: the Hertz time at that modulus over tau is the ratio.
+    time = cf.elastic_contact_time(cf.elastic_max_indentation_depth(4.0, 1.0, 1.0, 1.0), 1.0)
+    found = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
+    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-9)
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize(
+    ("profile", "coefficient", "exponent"),
+    [
+        (Parabola(0.04), 0.2, 1.0),
+        (Cone(1.2), 2.0 * math.tan(1.2) / math.pi, 2.0),
+        (FlatPunch(0.3), 0.3, 0.0),
+        (PowerLaw(4.0, 2.0), None, 0.5),
+    ],
+    ids=["parabola", "cone", "flat punch", "power law"],
+)
+def test_elastic_impact(profile, coefficient, exponent):
+    if coefficient is None:
+        coefficient = float(profile.contact_radius(1.0))
+    found = solve(Impact(Material(1.3, 2.1), profile, mass=0.7, velocity=1.9))
+    modulus = 4.0 * 1.3 * (3.0 * 2.1 + 1.3) / (3.0 * 2.1 + 4.0 * 1.3)
+    depth = cf.elastic_max_indentation_depth(modulus, coefficient, 0.7, 1.9, path_exponent=exponent)
+    assert found.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
+    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+    assert found.contact_time == pytest.approx(
+        cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8
+    )
+    assert found.max_force == pytest.approx(
+        cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8
+    )
+    assert found.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
+
+
+@pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0])
+def test_flat_punch_kelvin_voigt(damping):
+    # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
+    tau = 2.0 * damping / math.sqrt(8.0)
+    found = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=FlatPunch(1.0)))
+    assert same_to(found.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
+
+
+@pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9])
+def test_flat_punch_maxwell(damping):
+    # D = 1/(2 omega0 tau)
+    tau = 1.0 / (2.0 * damping * math.sqrt(8.0))
+    found = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
+    assert same_to(found.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
+
+
+@pytest.mark.parametrize("nu", [-1.0, -0.3, 0.0, 0.3, 0.45, 0.5])
+@pytest.mark.parametrize("p2", [1e-3, 1.0])
+def test_slopes_at_both_ends(nu, p2):
+    """1 - e = s p3 for fast and s/p3 for slow relaxation; the next order is the square of the loss."""
+    p3 = 1e-5
+    loss = cf.standard_solid_small_p3_slope(nu) * p3
+    assert 1.0 - standard_solid_restitution(nu, p2, p3, rtol=1e-12) == pytest.approx(loss, rel=3.0 * loss)
+    slope = cf.standard_solid_large_p3_slope(nu, p2)
+    p3 = 1e5 * slope
+    assert 1.0 - standard_solid_restitution(nu, p2, p3, rtol=1e-12) == pytest.approx(1e-5, rel=1e-4)
+
+
+@pytest.mark.parametrize(("profile", "exponent"), [(Cone(1.2), 2.0), (PowerLaw(4.0, 2.0), 0.5)])
+def test_small_losses_of_other_profiles(profile, exponent):
+    """Kelvin-Voigt: 1 - e = (1+P) B((1+P)/(2+P), 3/2) tau v0/d_m; Maxwell: (2/(4+P)) T/tau, P = p/2."""
+    depth = cf.elastic_max_indentation_depth(
+        4.0, float(profile.contact_radius(1.0)), 1.0, 1.0, path_exponent=exponent
+    )
+    tau = 1e-6 * depth
+    found = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=profile), rtol=1e-12)
+    wanted = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
+    assert 1.0 - found.restitution_coefficient == pytest.approx(1.0 - wanted, rel=2e-5)
+    time = cf.elastic_contact_time(depth, 1.0, path_exponent=exponent)
+    found = solve(unit_impact(PronySeries(0.0, [1.0], [1e6 * time]), profile=profile), rtol=1e-12)
+    loss = 2.0 / (4.0 + 0.5 * exponent) * 1e-6
+    assert 1.0 - found.restitution_coefficient == pytest.approx(loss, rel=2e-5)
+
+
+@settings(max_examples=100, deadline=None)
+@given(p2=logarithmic(1e-5, 1e3), p3=logarithmic(1e-5, 1e5))
+def test_no_bulk_stiffness_is_a_quarter_of_the_incompressible_modulus(p2, p3):
+    without = standard_solid_restitution(-1.0, p2, p3)
+    assert same_to(without, standard_solid_restitution(0.5, p2, cf.equivalent_incompressible_p3(p3)))
+
+
+def test_exact_sphere_is_a_parabola_where_contact_is_small():
+    # At a/R = 0.01 the force at equal depth differs by 1e-5, and e by a small part of the loss times that.
+    parabola, sphere = (
+        solve(Impact(RUBBER, profile(radius=0.01), 1e-6, 0.01)) for profile in (Parabola, Sphere)
+    )
+    ratio = parabola.max_contact_radius / 0.01
+    assert ratio < 0.02
+    assert sphere.max_indentation_depth == pytest.approx(parabola.max_indentation_depth, rel=ratio**2)
+    assert sphere.restitution_coefficient == pytest.approx(parabola.restitution_coefficient, rel=ratio**2)
+    assert sphere.max_indentation_depth != parabola.max_indentation_depth
+
+
+def test_a_parabola_given_as_a_table_is_the_parabola():
+    r = np.linspace(0.0, 2e-3, 41)
+    parabola, table = (
+        solve(Impact(RUBBER, profile, 1e-4, 0.3)) for profile in (Parabola(0.01), Tabulated(r, r**2 / 0.02))
+    )
+    assert same_to(table.restitution_coefficient, parabola.restitution_coefficient)
+    assert table.max_force == pytest.approx(parabola.max_force, rel=1e-8)
+
+
+# What must hold over the whole domain
+
+NU = st.one_of(
+    st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1e-12, 1e-1).map(lambda gap: 0.5 - gap)
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(nu=NU, p2=logarithmic(1e-5, 1e3), p3=logarithmic(1e-5, 1e5))
+@example(0.5, 1e-5, 1e-5)
+@example(-1.0, 1e3, 1e5)
+@example(0.49, 1e-3, 10.0)
+def test_restitution_is_between_zero_and_one(nu, p2, p3):
+    # What is lost may be less than the tolerance.
+    assert 0.0 < standard_solid_restitution(nu, p2, p3) <= 1.0 + RTOL
+
+
+@settings(max_examples=150, deadline=None)
+@given(nu=NU, p2=logarithmic(1e-5, 1e3), p3=logarithmic(1e-5, 1e5))
+@example(-0.22526294986531514, 7.202585894344116e-05, 1.3069662818136623)
+@example(-0.33996806579083305, 0.0006767245444354463, 0.2640353726034497)
+@example(0.40734827196837410, 0.000429524809645296, 0.28311881522494364)
+def test_energy_is_found_again(nu, p2, p3):
+    result = solve(standard(nu, p2, p3))
+    assert abs(result.energy.residual) < 10.0 * RTOL
+    assert result.energy.dissipated > 0.0
+    assert result.energy.stored > 0.0
+    assert result.energy.kinetic_in == 0.5
+    assert result.energy.kinetic_out == pytest.approx(0.5 * result.restitution_coefficient**2, rel=1e-15)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    nu=st.floats(-1.0, 0.5),
+    p2=logarithmic(1e-4, 1e2),
+    p3=logarithmic(1e-3, 1e3),
+    mass=logarithmic(1e-9, 1e6),
+    radius=logarithmic(1e-9, 1e3),
+    velocity=logarithmic(1e-6, 1e3),
+    modulus=logarithmic(1e2, 1e12),
+)
+def test_only_the_three_groups_matter(nu, p2, p3, mass, radius, velocity, modulus):
+    time = (mass**2 / (radius * velocity * modulus**2)) ** 0.2
+    material = standard_solid(modulus, modulus / p2, p3 * modulus * time, poisson_ratio=nu)
+    found = solve(Impact(material, Parabola(radius), mass, velocity))
+    wanted = solve(standard(nu, p2, p3))
+    assert same_to(found.restitution_coefficient, wanted.restitution_coefficient)
+    assert found.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
+    length = velocity * time
+    assert found.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
+    assert found.max_force == pytest.approx(wanted.max_force * mass * velocity / time, rel=1e-7)
+    assert found.max_contact_radius == pytest.approx(
+        wanted.max_contact_radius * math.sqrt(length * radius), rel=1e-8
+    )
+
+
+PROFILES = st.one_of(
+    logarithmic(1e-2, 1e2).map(Parabola),
+    st.floats(0.2, 1.5).map(Cone),
+    logarithmic(1e-2, 1e2).map(FlatPunch),
+    st.builds(PowerLaw, st.sampled_from([1.0, 2.0, 4.0]), logarithmic(1e-2, 1e2)),
+    st.builds(TruncatedCone, logarithmic(1e-2, 1e2), st.floats(0.2, 1.5)),
+    st.builds(FlatEndedParabola, logarithmic(1e-2, 1e2), logarithmic(1e-2, 1e2)),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(material=materials(), profile=PROFILES, mass=logarithmic(1e-3, 1e3), velocity=logarithmic(1e-3, 1e3))
+def test_any_solid_and_profile(material, profile, mass, velocity):
+    """1 to 25 branches over twelve decades, in shear and bulk: e in (0, 1], and the energy is found again."""
+    result = solve(Impact(material, profile, mass, velocity))
+    assert result.status is Status.SEPARATED
+    assert 0.0 < result.restitution_coefficient <= 1.0 + RTOL
+    assert abs(result.energy.residual) < 1e-6
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    series=prony_series(min_branches=1, max_branches=8, times=(1e-4, 1e4), moduli=(1e-2, 1e2)),
+    share=st.floats(0.05, 0.95),
+    data=st.data(),
+)
+def test_splitting_a_branch_and_zero_branches_change_nothing(series, share, data):
+    k = data.draw(st.integers(0, series.n_branches - 1))
+    moduli, times = series.branch_moduli, series.relaxation_times
+    pieces = np.append(moduli, [share * moduli[k], 0.0])
+    pieces[k] = (1.0 - share) * moduli[k]
+    split = PronySeries(series.equilibrium_modulus, pieces, np.append(times, [times[k], 0.3]))
+    whole, parted = solve(unit_impact(series)), solve(unit_impact(split))
+    assert parted.status is whole.status
+    assert same_to(parted.restitution_coefficient, whole.restitution_coefficient)
+
+
+def test_infinitely_fast_and_slow_branches_are_a_dashpot_and_a_spring():
+    limit = solve(unit_impact(PronySeries(1.5, [2.0], [0.5], viscosity=0.3)))
+    branches = solve(unit_impact(PronySeries(1.0, [2.0, 0.3e9, 0.5], [0.5, 1e-9, 1e9])))
+    # Of the order of the time ratios.
+    assert branches.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-7)
+
+
+@pytest.mark.parametrize("method", ["reference", "elements"])
+def test_methods_agree(method):
+    impact = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, counter_material=Material(1e7, math.inf), force=0.05)
+    exact, other = solve(impact), solve(impact, method)
+    # Elements: first order in their number, 800.
+    tolerance = {"reference": 1e-8, "elements": 3e-3}[method]
+    for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force"):
+        assert getattr(other, name) == pytest.approx(getattr(exact, name), rel=tolerance), name
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
+def test_tolerance_is_kept(rtol):
+    rng = np.random.default_rng(5)
+    nu, p2, p3 = rng.uniform(-1.0, 0.5, 400), 10 ** rng.uniform(-4, 2, 400), 10 ** rng.uniform(-3, 3, 400)
+    fine = standard_solid_restitution(nu, p2, p3, rtol=1e-12)
+    error = np.abs(standard_solid_restitution(nu, p2, p3, rtol=rtol) - fine)
+    # Twice: the tolerance rests on an estimate, which one point in a thousand exceeds by some.
+    assert np.all(error <= 2.0 * rtol * np.maximum(fine, 1e-3))
+
+
+# Bodies that stay
+
+
+def test_liquid_under_critical_damping_sinks_in():
+    # Flat punch on Kelvin-Voigt without spring, F = 8 eta v: v never turns.
+    result = solve(unit_impact(PronySeries(0.0, viscosity=0.5), profile=FlatPunch(1.0)))
+    assert result.status is Status.SINKS_IN
+    assert result.restitution_coefficient == 0.0
+    assert result.contact_time == math.inf
+
+
+@pytest.mark.parametrize(("damping", "status"), [(0.9, Status.SEPARATED), (1.2, Status.SINKS_IN)])
+def test_maxwell_punch_turns_only_below_critical_damping(damping, status):
+    tau = 1.0 / (2.0 * damping * math.sqrt(8.0))
+    result = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
+    assert result.status is status
+    assert (result.restitution_coefficient > 0.0) is (status is Status.SEPARATED)
+
+
+def test_viscous_half_space_stops_the_body():
+    # F = 8 eta a v, a = sqrt(d): m v0 = 8 eta (2/3) d^(3/2). Parabola on a Newtonian half-space.
+    result = solve(unit_impact(PronySeries(0.0, viscosity=0.25)))
+    assert result.status is Status.SINKS_IN
+    assert result.restitution_coefficient == 0.0
+
+
+def test_weight_slows_the_rebound():
+    lossy = PronySeries(1.0, [3.0], [0.5])
+    free, light = solve(unit_impact(lossy)), solve(unit_impact(lossy, force=0.3))
+    assert light.status is Status.SEPARATED
+    assert 0.0 < light.restitution_coefficient < free.restitution_coefficient
+    assert light.max_indentation_depth > free.max_indentation_depth
+
+
+@pytest.mark.parametrize("force", [2.0, 3.0, 30.0])
+def test_weight_captures_where_it_outweighs_the_rebound(force):
+    """The contact grows again before it is empty: the SciPy solution says so for these."""
+    result = solve(unit_impact(PronySeries(1.0, [3.0], [0.5]), force=force))
+    assert result.status is Status.CAPTURED
+    assert result.restitution_coefficient == 0.0
+    assert result.contact_time == math.inf
+    assert math.isfinite(result.max_indentation_depth)
+
+
+def test_overdamped_solid_under_weight_is_captured_without_turning():
+    # F = 8 (d + tau v), D = omega0 tau/2 = 3: the depth creeps to w/8.
+    tau = 6.0 / math.sqrt(8.0)
+    result = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=FlatPunch(1.0), force=8.0))
+    assert result.status is Status.CAPTURED
+    assert result.restitution_coefficient == 0.0
+
+
+@pytest.mark.parametrize("force", [0.05, 10.0])
+def test_weight_on_an_elastic_half_space_returns_all(force):
+    result = solve(unit_impact(1.0, force=force))
+    assert result.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
+    # m v0^2/2 + w d = (8/15) E* d^(5/2), E* = 4
+    depth = result.max_indentation_depth
+    assert 0.5 + force * depth == pytest.approx(8.0 / 15.0 * 4.0 * depth**2.5, rel=1e-9)
+
+
+# Many at once
+
+
+def test_arrays_lists_and_threads_give_identical_bits():
+    rng = np.random.default_rng(7)
+    velocity = 10 ** rng.uniform(-2, 2, 1300)
+    impact = Impact(RUBBER, Parabola(0.01), 0.005, velocity)
+    # More than two blocks of 512, so that threads have something to share.
+    one, several = solve(impact, workers=1), solve(impact, workers=4)
+    listed = solve([Impact(RUBBER, Parabola(0.01), 0.005, v) for v in velocity[:30]], workers=3)
+    for name in (
+        "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force",
+        "max_contact_radius", "residual_indentation_depth", "status",
+    ):  # fmt: skip
+        values = getattr(one, name)
+        assert np.array_equal(values, getattr(several, name)), name
+        assert np.array_equal(values[:30], getattr(listed, name)), name
+        single = getattr(solve(Impact(RUBBER, Parabola(0.01), 0.005, velocity[3])), name)
+        assert single == values[3], name
+
+
+def test_shapes_follow_the_inputs():
+    result = solve(Impact(RUBBER, Parabola([[0.01], [0.02]]), 0.005, [0.5, 1.0, 2.0]))
+    assert result.restitution_coefficient.shape == (2, 3)
+    assert result.status.shape == (2, 3)
+    assert result.energy.residual.shape == (2, 3)
+    alone = solve(Impact(RUBBER, Parabola(0.02), 0.005, 2.0))
+    assert result.restitution_coefficient[1, 2] == alone.restitution_coefficient
+    assert isinstance(alone.restitution_coefficient, float)
+    assert standard_solid_restitution(0.3, [[0.1], [1.0]], [1.0, 2.0, 3.0]).shape == (2, 3)
+    assert isinstance(standard_solid_restitution(0.3, 0.1, 1.0), float)
+
+
+def test_list_of_unlike_profiles_and_materials():
+    impacts = [
+        Impact(RUBBER, Parabola(0.01), 0.005, 1.0),
+        Impact(Material(1e6, math.inf), Cone(1.2), 0.005, 1.0),
+        Impact(RUBBER, Sphere(0.01), 0.005, 1.0),
+        Impact(Material(PronySeries(1e6, [1e7, 1e6], [1e-4, 1e-2]), 1e9), Parabola(0.02), 0.004, 0.1),
+        Impact(RUBBER, TruncatedCone(0.001, 1.2), 0.005, 1.0, force=0.05),
+    ]
+    together = solve(impacts)
+    assert together.restitution_coefficient.shape == (5,)
+    for n, impact in enumerate(impacts):
+        alone = solve(impact)
+        assert together.restitution_coefficient[n] == alone.restitution_coefficient
+        assert together.contact_time[n] == alone.contact_time
+        assert together.energy.dissipated[n] == pytest.approx(alone.energy.dissipated, rel=1e-9)
+    assert together.velocity.tolist() == [1.0, 1.0, 1.0, 0.1, 1.0]
+
+
+def test_progress_is_reported_to_the_end():
+    seen: list[tuple[int, int]] = []
+    solve(
+        Impact(RUBBER, Parabola(0.01), 0.005, np.linspace(0.1, 1.0, 1200)), progress=lambda *x: seen.append(x)
+    )
+    assert seen[-1] == (1200, 1200)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    assert {total for _, total in seen} == {1200}
+
+
+def test_interruption_stops_the_work():
+    def interrupt(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        solve(Impact(RUBBER, Parabola(0.01), 0.005, np.linspace(0.1, 1.0, 3000)), progress=interrupt)
+
+
+# Options and failures
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rtol": 1e-13}, r"rtol = 1e-13: must be in \[1e-12, 0\.01\]"),
+        ({"rtol": math.nan}, r"rtol = nan: must be in \[1e-12, 0\.01\]"),
+        ({"method": "exakt"}, "method = 'exakt': must be 'exact', 'elements' or 'reference'"),
+        ({"errors": "ignore"}, "errors = 'ignore': must be 'raise' or 'warn'"),
+        (
+            {"n_elements": 200},
+            "n_elements, time_step: belong to method 'elements', not to 'exact'",
+        ),
+        (
+            {"method": "reference", "time_step": 1e-3},
+            "n_elements, time_step: belong to method 'elements', not to 'reference'",
+        ),
+    ],
+)
+def test_bad_options(options, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        solve(standard(0.3, 0.1, 1.0), **options)
+
+
+def test_bad_lists():
+    good = standard(0.3, 0.1, 1.0)
+    with pytest.raises(ValueError, match=r"^impact: must hold at least one impact$"):
+        solve([])
+    with pytest.raises(TypeError, match=r"^impact\[1\] = 3: must be an Impact$"):
+        solve([good, 3])
+    with pytest.raises(ValueError, match=r"^impact\[0\]: has shape \(2,\); a list takes single impacts$"):
+        solve([Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0])])
+    with pytest.raises(ValueError, match=r"^method = 'reference': takes one impact at a time$"):
+        solve([good], method="reference")
+    with pytest.raises(ValueError, match=r"not an array of shape \(2,\)$"):
+        solve(Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0]), method="elements")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ((0.6, 1.0, 1.0), r"nu = 0\.6: must be in \[-1, 0\.5\]"),
+        ((-1.1, 1.0, 1.0), r"nu = -1\.1: must be in \[-1, 0\.5\]"),
+        ((0.3, 0.0, 1.0), "p2 = 0: must be finite and > 0"),
+        ((0.3, [1.0, -2.0], 1.0), r"p2\[1\] = -2: must be finite and > 0"),
+        ((0.3, 1.0, math.inf), "p3 = inf: must be finite and > 0"),
+    ],
+)
+def test_groups_out_of_range(numbers, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        standard_solid_restitution(*numbers)
+
+
+def test_standard_solid_restitution_by_other_methods():
+    exact = standard_solid_restitution(0.3, 0.1, [1.0, 2.0])
+    assert standard_solid_restitution(0.3, 0.1, [1.0, 2.0], method="reference") == pytest.approx(
+        exact, rel=1e-8
+    )
+
+
+def unsolvable(velocity) -> Impact:
+    """A body whose units overflow: the depth scale is beyond float64."""
+    return Impact(Material(1e-300, math.inf), Parabola(1e-300), 1e300, velocity)
+
+
+def test_failure_of_a_single_impact_raises():
+    with pytest.raises(SolverError) as caught:
+        solve(unsolvable(1e10))
+    assert caught.value.status.failed
+    assert caught.value.status.message in str(caught.value)
+    with pytest.warns(RuntimeWarning, match="^1 of 1 impacts failed and are NaN: 1 "):
+        result = solve(unsolvable(1e10), errors="warn")
+    assert math.isnan(result.restitution_coefficient)
+    assert result.status.failed
+
+
+def test_failures_among_several_are_counted_and_left_out():
+    good = standard(0.3, 0.1, 1.0)
+    with pytest.warns(RuntimeWarning, match="^1 of 2 impacts failed and are NaN: 1 "):
+        result = solve([good, unsolvable(1e10)])
+    assert result.restitution_coefficient[0] == solve(good).restitution_coefficient
+    assert math.isnan(result.restitution_coefficient[1])
+    assert Status(int(result.status[1])).failed
+    with pytest.raises(SolverError, match=r"\(impact 1 of 2\)$"):
+        solve([good, unsolvable(1e10)], errors="raise")
+
+
+def test_body_deeper_than_its_profile_is_described():
+    r = np.linspace(0.0, 1e-4, 11)
+    short = Impact(RUBBER, Tabulated(r, r**2 / 0.02), 0.005, 1.0)
+    with pytest.raises((SolverError, ValueError), match="describe"):
+        solve(short)
