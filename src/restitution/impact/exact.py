@@ -26,7 +26,7 @@ _CHUNK = 512
 
 def element_tolerance(rtol: float) -> float:
     """Tolerance of one element that keeps the error of e below rtol max(e, 1e-3); measured in validation/."""
-    return 2.5e-7 * (rtol / 1e-9) ** 0.6
+    return 2.5e-7 * (rtol / 1e-9) ** (0.5 if rtol > 1e-9 else 0.8)
 
 
 def newton_tolerance(rtol: float) -> float:
@@ -74,22 +74,26 @@ def solve_scaled(
     array, shape (n, 9) or (n, 11)
         Columns `restitution.kernel.impact.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
-    from restitution.kernel.energy import budget_block
+    from restitution.kernel.energy import allocate_ledger, budget_block
     from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, solve_block
     from restitution.kernel.radau import radau
     from restitution.kernel.workspace import allocate
 
     scheme, path = radau(STAGES), kernel_path(block)
     outcomes = np.empty((block.size, len(OUTCOME) + (2 if budget else 0)))
-    entry = budget_block if budget else solve_block
     tolerance, accept = element_tolerance(rtol), newton_tolerance(rtol)
 
     def run(start: int, stop: int) -> int:
         part = block.part(start, stop)
-        entry(
+        problem = (
             scheme, tolerance, accept, part.firsts, part.equilibria, part.viscosities, part.loads, part.offsets,
-            part.moduli, part.times, path, allocate(STAGES, part.most_modes, MAX_ELEMENTS), outcomes[start:stop],
+            part.moduli, part.times, path, allocate(STAGES, part.most_modes, MAX_ELEMENTS),
         )  # fmt: skip
+        if budget:
+            ledger = allocate_ledger(STAGES, part.most_modes, MAX_ELEMENTS)
+            budget_block(*problem, ledger, outcomes[start:stop])
+        else:
+            solve_block(*problem, outcomes[start:stop])
         return stop - start
 
     workers = workers or os.cpu_count() or 1

@@ -166,7 +166,10 @@ def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float,
         size /= scale
         if not size < 1.0:
             return -1
-        if size <= (full_accept if factor else accept):
+        # A full step converges quadratically; what chord steps still lack follows from their contraction.
+        rate = size / previous
+        left = size * rate / (1.0 - min(rate, 0.9))
+        if (factor and size <= full_accept) or (not factor and left <= accept):
             # One more round refines the modes with the final s: left out, e is off by 2e-8.
             last = True
             factor = False

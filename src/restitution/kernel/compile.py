@@ -13,7 +13,7 @@ import numba
 from numba.core import caching, config
 
 # `contract` alone: full fastmath removes the NaN checks that the status codes rest on and gains nothing more.
-_FLAGS: dict[str, Any] = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
+_FLAGS: dict[str, Any] = {"_nrt": False, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
 
 
 @cache

@@ -2,15 +2,16 @@
 
 from typing import Any
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import part
 
 
-@kernel
+@part
 def invert(M: Any, row: Any, size: Any) -> None:
-    """Replace the S x S matrix M by its inverse: Gauss-Jordan without pivoting; `row` is scratch space, S = len(size).
+    """Replace the S x S matrix M by its inverse: Gauss-Jordan without pivoting, S = len(size).
 
-    Each step moves the matrix up and to the left by one, so that the pivot is always M[0, 0] and every index is fixed.
-    The matrices of the collocation, `I + h A diag(x)` with x > 0, need no pivoting.
+    `row` is scratch space of length S. Each step moves the matrix up and to the left by one, so that the pivot
+    is always M[0, 0] and every index is fixed. The matrices of the collocation, `I + h A diag(x)` with x > 0,
+    need no pivoting.
     """
     S = len(size)
     for _ in range(S):

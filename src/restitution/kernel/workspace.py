@@ -9,7 +9,9 @@ S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 
 # Rows of `vectors`, values at the nodes. UNKNOWN is s in the approach and u = dt/dlambda in the rebound.
 UNKNOWN, RATE, SLOPE, FORCE, INTEGRAL, RADIUS, SPEED, RESIDUAL, SCRATCH, STEP = range(10)
-TIME, Q, PHI, PHI_SLOPE, FORCE_SLOPE, Q_SLOPE, BASIS, N_VECTORS = 1, 2, 5, 10, 11, 12, 13, 14
+TIME, Q, PHI, PHI_SLOPE, FORCE_SLOPE, Q_SLOPE, BASIS, LAST_TIME, N_VECTORS = (
+    1, 2, 5, 10, 11, 12, 13, 14, 15,
+)  # fmt: skip
 # Members of `matrices`: the inverse of the Jacobian, sums over the modes, what couples them, and the dashpot's inverse.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
 # Rows of `places`: where an element starts and how long it is, in sigma and in lambda.
@@ -23,7 +25,7 @@ class Work(NamedTuple):
 
     Attributes
     ----------
-    vectors : ndarray, shape (14, S + 1)
+    vectors : ndarray, shape (15, S + 1)
     matrices : ndarray, shape (5, S, S)
     inverses : ndarray, shape (N, S, S)
         Frozen inverses of the modes' matrices B_k.
