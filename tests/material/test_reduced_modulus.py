@@ -133,6 +133,15 @@ def test_proportional_bulk_is_a_constant_poisson_ratio():
     assert series.branch_moduli == pytest.approx(shear.branch_moduli * 8.0 / 3.0, rel=1e-15, abs=0)
 
 
+def test_proportional_kelvin_voigt_in_shear_and_bulk_needs_no_branch():
+    """K = G throughout: E* = 4G(3K + G)/(3K + 4G) = 16 G/7, with the dashpot alone."""
+    series = PronySeries(10.0, viscosity=1.0)
+    reduced = reduced_modulus(Material(series, series))
+    assert reduced.n_branches == 0
+    assert reduced.equilibrium_modulus == pytest.approx(160.0 / 7.0, rel=1e-15)
+    assert reduced.viscosity == pytest.approx(16.0 / 7.0, rel=1e-15)
+
+
 def test_elastic():
     series = reduced_modulus(Material(3.0, 5.0))
     assert series == PronySeries(8.0)

@@ -117,8 +117,6 @@ def _without_rounding(series: PronySeries) -> PronySeries:
     the fraction R_k/R(1/tau_k).
     """
     moduli, times = series.branch_moduli, series.relaxation_times
-    if moduli.size < 2:
-        return series
     ratio = times[None, :] / times[:, None]
     level = series.equilibrium_modulus + series.viscosity / times + (ratio / (1.0 + ratio)) @ moduli
     keep = moduli * moduli.size > 0.25 * _EPS * level
