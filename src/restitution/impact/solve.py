@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.impact.assumptions import doubts
 from restitution.impact.exact import Progress, outcome_columns, solve_scaled, solve_stored
 from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.problem import Impact
@@ -211,6 +212,39 @@ def _solve_exact(
     return _result(impact, "exact", rtol, fields, impact.shape, budget, dense)
 
 
+def impact_columns(
+    impact: Impact,
+    rtol: float,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    energy: bool = False,
+) -> dict[str, Array]:
+    """Solve an array of impacts by the exact method, column by column.
+
+    Parameters
+    ----------
+    impact : Impact
+        An array of n impacts.
+    rtol, workers, progress
+        See `solve`.
+    energy : bool
+        Whether to add the columns of the energy budget.
+
+    Returns
+    -------
+    dict of str to array, shape (n,)
+        The columns of `restitution.impact.rows.si_columns`; a row that failed is NaN, and its status says why.
+    """
+    block, outcomes = _outcomes(impact, rtol, workers, progress, alone=False)
+    mass, velocity, force = (_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force))
+    columns = si_columns(outcomes, block, mass, velocity)
+    if energy:
+        restitution = columns["restitution_coefficient"]
+        columns |= energy_columns(block, rtol, mass, velocity, force, restitution, workers)
+    return columns
+
+
 def _outcomes(
     impact: Impact, rtol: float, workers: int | None, progress: Progress | None, *, alone: bool
 ) -> tuple[ScaledBlock, Array]:
@@ -336,8 +370,9 @@ def _result(
     )  # fmt: skip
 
 
-def _validity(impact: Impact | list[Impact], fields: dict[str, Array]) -> list[str]:
-    return []
+def _validity(impact: Impact | list[Impact], fields: dict[str, Any]) -> list[str]:
+    radius, depth = (np.atleast_1d(fields[name]) for name in ("max_contact_radius", "max_indentation_depth"))
+    return doubts(impact, radius, depth)
 
 
 def _solve_by_sampling(
