@@ -90,7 +90,7 @@ def test_pair_does_not_depend_on_the_order(first, second):
 def test_two_equal_bodies_halve_the_modulus(material):
     pair, single = reduced_modulus(material, material), reduced_modulus(material)
     assert pair.carson_transform(S) == pytest.approx(0.5 * single.carson_transform(S), rel=ROUNDING, abs=0)
-    assert pair.n_branches == single.n_branches
+    assert pair.n_branches <= single.n_branches
 
 
 def test_twenty_shear_and_twenty_bulk_terms_over_twenty_decades():
