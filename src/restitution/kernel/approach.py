@@ -10,7 +10,7 @@ Stored points hold s, v, t, F and, of each mode, Y_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import part, stage
 from restitution.kernel.dense import invert
 from restitution.kernel.path import radius_and_integral, radius_slope
 from restitution.kernel.workspace import (
@@ -227,7 +227,7 @@ def _store(problem: Any, scheme: Any, work: Any, table: Any, h: float) -> None:
             table[i + 1, MODES_ + 1 + 2 * k] = Wk[i] + total
 
 
-@kernel
+@stage
 def _add_dashpot(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> None:
     """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
 
@@ -253,7 +253,7 @@ def _add_dashpot(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> N
         F[i] += problem.viscosity * a[i] * v[i]
 
 
-@kernel
+@stage
 def _dashpot_coupling(problem: Any, scheme: Any, work: Any) -> None:
     """Write A M^-1 A, which takes the place of A^2, and add the slope of eta a v at fixed v to the modes' sum."""
     S = len(scheme.size)

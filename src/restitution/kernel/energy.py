@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.dense import invert, lagrange
 from restitution.kernel.impact import FIRST, SEPARATED, Problem, interpolate, seek, solve_one
 from restitution.kernel.path import Path, radius_and_integral
@@ -115,7 +115,7 @@ def _integral(scheme: Any, work: Any, values: Any, h: float, end: float) -> floa
     return h * total
 
 
-@kernel
+@stage
 def _approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
     """Energy dissipated during the approach; leaves the memory in the ledger."""
     S = len(scheme.size)
@@ -157,7 +157,7 @@ def _approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledge
     return dissipated
 
 
-@kernel
+@stage
 def _stored(
     problem: Problem, scheme: Scheme, work: Work, nodes: Any, is_last: bool, sigma: float, h: float
 ) -> float:
@@ -201,7 +201,7 @@ def _stored(
     return stored
 
 
-@kernel
+@stage
 def _rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
     """Energy dissipated during the rebound, and stored by the elements as they are left."""
     S = len(scheme.size)

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.approach import approach_element
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.dense import lagrange
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.radau import Scheme
@@ -112,7 +112,7 @@ def _value(scheme: Scheme, work: Work, table: Any, column: int, x: float) -> flo
     return total
 
 
-@kernel
+@stage
 def _zero_of_velocity(scheme: Scheme, work: Work, table: Any) -> float:
     """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
     low, high = 0.0, 1.0
@@ -151,7 +151,7 @@ def _predict_approach(problem: Problem, scheme: Scheme, work: Work, element: int
         work.vectors[UNKNOWN, i] = s
 
 
-@kernel
+@stage
 def approach(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
 ) -> int:
@@ -227,7 +227,7 @@ def approach(
     return SEPARATED
 
 
-@kernel
+@stage
 def rebound(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float
 ) -> int:
@@ -345,7 +345,7 @@ def _predict_rebound(scheme: Scheme, work: Work, element: int, h: float, previou
         work.vectors[UNKNOWN, i] = ratio * s1
 
 
-@kernel
+@stage
 def _peak_force(scheme: Scheme, work: Work) -> float:
     """Largest force of the approach: the best node, then its polynomial by golden section."""
     S = len(scheme.size)

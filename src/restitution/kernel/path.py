@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import part, stage
 
 
 class Path(NamedTuple):
@@ -33,7 +33,7 @@ def power_path(exponent: float) -> Path:
     return Path(float(exponent), 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
 
 
-@kernel
+@stage
 def _table(path: Path, s: float) -> tuple[float, float, float]:
     """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
     y = max(s, 0.0) * path.inverse_cell
