@@ -1,0 +1,133 @@
+"""The chunks of a sweep as tasks on a Dask cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
+from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from restitution.sweep.grid import Index
+from restitution.sweep.plan import Plan
+
+Keep = Callable[[Index, dict[str, Any]], None]
+
+# Tasks that the scheduler knows of at a time: enough for it to see that more workers would be of use.
+_LEAST_KNOWN = 256
+_KNOWN_PER_CORE = 4
+# Of a task that raises, as for a file system that is away for a moment; that a worker dies does not count.
+_RETRIES = 2
+
+
+def run_on_dask(
+    plan: Plan,
+    chunks: Iterable[Index],
+    keep: Keep,
+    path: Path | None,
+    cluster: Any,
+    workers: int | None,
+    report: Callable[[int], None],
+) -> None:
+    """Compute chunks as tasks on a Dask cluster, one chunk a task.
+
+    Parameters
+    ----------
+    plan : Plan
+        The sweep.
+    chunks : iterable of tuple of int
+        Which chunks.
+    keep : callable
+        Takes the index and the results of a chunk where there is no store.
+    path : Path or None
+        The store, into which the workers write.
+    cluster : str or object
+        "local" for processes on this machine, the address of a scheduler, a cluster or a client.
+    workers : int or None
+        Processes of the local cluster; all cores where None.
+    report : callable
+        Called with the number of points done so far.
+
+    Raises
+    ------
+    ValueError
+        If Dask is not installed, or no scheduler answers.
+    """
+    try:
+        from distributed import as_completed
+    except ImportError:
+        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'") from None
+    todo = iter(chunks)
+    done = 0
+    with _client(cluster, workers) as client:
+        # As a task, the plan is made again where the worker that had it dies.
+        shared = client.submit(_same, plan, pure=False)
+
+        def submit(indices: Iterable[Index]) -> list[Any]:
+            return [
+                client.submit(_compute, shared, index, path, pure=False, retries=_RETRIES)
+                for index in indices
+            ]
+
+        known = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
+        running = as_completed(submit(islice(todo, known)))
+        pending: set[Any] = set(running.futures)
+        try:
+            for future in running:
+                index, results = future.result()
+                if results is not None:
+                    keep(index, results)
+                done += plan.grid.size(index)
+                report(done)
+                pending.discard(future)
+                fresh = submit(islice(todo, 1))
+                pending.update(fresh)
+                running.update(fresh)
+        except BaseException:
+            client.cancel(list(pending), force=True)
+            raise
+
+
+def _same(plan: Plan) -> Plan:
+    return plan
+
+
+def _compute(plan: Plan, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None]:
+    """Compute a chunk on a worker, and write it where there is a store."""
+    wanted, mine = plan.description["version"], version("restitution")
+    if wanted != mine:
+        raise RuntimeError(f"a worker has restitution {mine}, the sweep is of {wanted}")
+    results = plan.compute(index)
+    if path is None:
+        return index, results
+    if not path.is_dir():
+        raise RuntimeError(f"a worker does not see {path}: workers and client must share the file system")
+    from restitution.sweep.store import Store
+
+    Store(path, plan).keep(index, results)
+    return index, None
+
+
+@contextmanager
+def _client(cluster: Any, workers: int | None) -> Generator[Any]:
+    from distributed import Client, LocalCluster
+
+    if isinstance(cluster, Client):
+        yield cluster
+        return
+    if cluster == "local":
+        processes = workers or os.cpu_count() or 1
+        options: dict[str, Any] = {"threads_per_worker": 1, "dashboard_address": None}
+        with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
+            yield client
+        return
+    if isinstance(cluster, str) and "://" not in cluster:
+        raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
+    try:
+        client = Client(cluster)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"cluster = {cluster}: no scheduler answers: {error}") from None
+    with client:
+        yield client
