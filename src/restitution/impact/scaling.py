@@ -170,18 +170,6 @@ class ScaledBlock(NamedTuple):
         )  # fmt: skip
 
 
-def join(blocks: Sequence[ScaledBlock]) -> ScaledBlock:
-    """Put blocks of one kind of profile (equal exponent, no table) into one."""
-    if len(blocks) == 1:
-        return blocks[0]
-    columns = [np.concatenate(column) for column in zip(*(block[:4] for block in blocks), strict=True)]
-    counts = np.concatenate([np.diff(block.offsets) for block in blocks])
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    modes = [np.concatenate([block[n] for block in blocks]) for n in (5, 6)]
-    units = [np.concatenate([block[n] for block in blocks]) for n in (9, 10, 11)]
-    return ScaledBlock(*columns, offsets, *modes, blocks[0].exponent, None, *units)
-
-
 def power_block(
     equilibria: Any, viscosities: Any, moduli: Any, times: Any, coefficients: Any, exponent: float,
     masses: Any, velocities: Any, forces: Any,
@@ -269,6 +257,22 @@ def scale(impact: Impact, depth_factor: float = 4.0) -> ScaledBlock:
     if exponents is not None:
         raise ValueError("exponent: must be one number; solve a list of impacts for several exponents")
     return _table_block(impact, depth_factor, mass, velocity, force)
+
+
+def scale_alike(impacts: Sequence[Impact]) -> ScaledBlock:
+    """Scale single impacts whose profiles share an exponent and whose reduced moduli a number of branches, at once."""
+    series = [impact.reduced_modulus for impact in impacts]
+    numbers = [
+        (one.equilibrium_modulus, one.viscosity, x.profile.path_coefficient, x.mass, x.velocity, x.force)
+        for one, x in zip(series, impacts, strict=True)
+    ]
+    equilibria, viscosities, coefficients, masses, velocities, forces = np.array(numbers, np.float64).T.copy()
+    moduli = np.array([one.branch_moduli for one in series])
+    times = np.array([one.relaxation_times for one in series])
+    exponent = float(np.asarray(impacts[0].profile.path_exponent))
+    return power_block(
+        equilibria, viscosities, moduli, times, coefficients, exponent, masses, velocities, forces
+    )
 
 
 def _table_block(

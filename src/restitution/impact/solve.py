@@ -16,7 +16,7 @@ from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.rows import energy_columns, si_columns
-from restitution.impact.scaling import ScaledBlock, join, power_block, scale
+from restitution.impact.scaling import ScaledBlock, power_block, scale, scale_alike
 from restitution.impact.status import SolverError, Status
 from restitution.kernel.validation import Numeric, positive, within
 from restitution.material.standard_solid import reduced_standard_solid
@@ -280,15 +280,16 @@ def _outcomes(
 def _solve_list(
     impacts: list[Impact], rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
 ) -> ImpactResult:
-    """Solve single impacts together, those of one kind of profile in one block."""
-    groups: dict[float, list[int]] = {}
+    """Solve single impacts together, those of one exponent and one number of branches in one block."""
+    groups: dict[tuple[float, int], list[int]] = {}
     single: list[int] = []
     for n, impact in enumerate(impacts):
         exponent = impact.profile.path_exponent
         if exponent is None:
             single.append(n)
         else:
-            groups.setdefault(float(exponent), []).append(n)
+            key = (float(exponent), impact.reduced_modulus.branch_moduli.size)
+            groups.setdefault(key, []).append(n)
     masses = np.array([impact.mass for impact in impacts], dtype=np.float64)
     velocities = np.array([impact.velocity for impact in impacts], dtype=np.float64)
     parts: list[tuple[list[int], ScaledBlock, Array]] = []
@@ -299,7 +300,7 @@ def _solve_list(
             progress(done + finished, len(impacts))
 
     for members in groups.values():
-        block = join([scale(impacts[n]) for n in members])
+        block = scale_alike([impacts[n] for n in members])
         parts.append((members, block, solve_scaled(block, rtol, workers=workers, progress=advance)))
         done += len(members)
     for n in single:
@@ -342,11 +343,11 @@ def _dense_output(impact: Impact, block: ScaledBlock, rtol: float) -> DenseOutpu
     from restitution.impact.exact import STAGES
     from restitution.kernel.radau import radau
 
-    outcome, problem, work = solve_stored(block, rtol)
+    outcome, _, work = solve_stored(block, rtol)
     status = Status(int(outcome[7]))
     if status != Status.SEPARATED:
         raise ValueError(f"history: the contact has no end ({status.message})")
-    return DenseOutput(block.row(0), problem, radau(STAGES), work, float(impact.mass), float(impact.velocity))
+    return DenseOutput(block.row(0), radau(STAGES), work, float(impact.mass), float(impact.velocity))
 
 
 def _result(
