@@ -149,7 +149,11 @@ def standard_solid_restitution(
     modulus_ratio = positive("p2", p2)
     viscosity = positive("p3", p3)
     within("rtol", rtol, 1e-12, 1e-2)
-    shape = np.broadcast_shapes(np.shape(ratio), np.shape(modulus_ratio), np.shape(viscosity))
+    shapes = [np.shape(x) for x in (ratio, modulus_ratio, viscosity)]
+    try:
+        shape = np.broadcast_shapes(*shapes)
+    except ValueError:
+        raise ValueError(f"nu, p2, p3: shapes {shapes} must broadcast against each other") from None
     columns = [
         np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)
     ]
@@ -157,7 +161,8 @@ def standard_solid_restitution(
         values = [_standard_solid_impact(*numbers, method, rtol) for numbers in zip(*columns, strict=True)]
         return values[0] if not shape else np.array(values).reshape(shape)
     one = np.ones(columns[0].size)
-    reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
+    with np.errstate(over="ignore", under="ignore"):
+        reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
     block = power_block(
         reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one
     )
@@ -388,7 +393,7 @@ def _solve_by_sampling(
         return _solve_reference(impact, rtol)
     from restitution.impact.elements import solve_elements
 
-    solution = solve_elements(impact, n_elements=n_elements or 800, time_step=time_step)
+    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
     return _from_trajectory(impact, method, None, solution, (1.0, 1.0, 1.0, 1.0, 1.0))
 
 
