@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.contact.path import evaluate
 from restitution.kernel.validation import finite
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledImpact
-    from restitution.kernel.impact import Problem
     from restitution.kernel.radau import Scheme
     from restitution.kernel.workspace import Work
 
@@ -42,6 +42,13 @@ class Trajectory(NamedTuple):
     contact_radius: Array
 
 
+def contact_radius(scaled: ScaledImpact, s: Array) -> Array:
+    """Scaled contact radius at s, the square root of the scaled depth, any shape."""
+    if scaled.table is None:
+        return np.maximum(s, 0.0) ** scaled.exponent
+    return evaluate(scaled.table, s * scaled.length**0.5)[0] / scaled.radius
+
+
 class DenseOutput:
     """Dense output of the exact method for one impact that ended in separation, in SI.
 
@@ -49,18 +56,18 @@ class DenseOutput:
     ----------
     scaled : ScaledImpact
         The impact and its units.
-    problem, scheme, work
-        What the kernel solved, with which scheme, and its stored halves.
+    scheme, work
+        With which scheme the kernel solved it, and its stored halves.
     mass, velocity : float
         [kg], [m/s].
     """
 
     def __init__(
-        self, scaled: ScaledImpact, problem: Problem, scheme: Scheme, work: Work, mass: float, velocity: float
+        self, scaled: ScaledImpact, scheme: Scheme, work: Work, mass: float, velocity: float
     ) -> None:
         self._units = (scaled.time, scaled.length, velocity, mass * velocity / scaled.time, scaled.radius)
         self._scheme = scheme
-        self._path = problem.path
+        self._scaled = scaled
         n_approach, n_rebound = int(work.counts[0]) + 1, int(work.counts[1]) + 1
         self._sigma_m = float(work.turning_place[0])
         self._starts = work.places[0, :n_approach].copy()
@@ -136,16 +143,11 @@ class DenseOutput:
         s1 = self._path_s(np.where(t[~coming] < self._end, np.maximum(self._sigma_m - position, 0.0), 0.0))
         columns[~coming] = np.column_stack([values[:, 4], values[:, 1], values[:, 3], s1])
         time, length, velocity, force_unit, radius = self._units
-        a = np.array([self._radius(s) for s in columns[:, 3]])
+        a = contact_radius(self._scaled, columns[:, 3])
         return Trajectory(
             t * time, columns[:, 0] * length, columns[:, 1] * velocity,
             np.maximum(columns[:, 2], 0.0) * force_unit, a * radius,
         )  # fmt: skip
-
-    def _radius(self, s: float) -> float:
-        from restitution.kernel.path import radius_and_integral
-
-        return radius_and_integral(self._path, float(s))[0]
 
     def _basis(self, x: Array) -> Array:
         """Lagrange basis at x, shape (n, S + 1)."""

@@ -18,13 +18,19 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from restitution.impact.energies import EnergyHistory
+    from restitution.impact.fields import ImpactFields
     from restitution.impact.problem import Impact
+    from restitution.impact.stored import StoredImpact
 
 VARIABLES = {
     "indentation_depth": ("m", "indentation depth d"),
     "velocity": ("m/s", "velocity v"),
     "force": ("N", "normal force F"),
     "contact_radius": ("m", "contact radius a"),
+    "kinetic_energy": ("J", "kinetic energy of the body"),
+    "stored_energy": ("J", "energy in the springs of the foundation"),
+    "dissipated_energy": ("J", "energy dissipated in the foundation"),
 }
 
 
@@ -40,8 +46,8 @@ class EnergyBudget(NamedTuple):
     stored : float or array
         What the foundation still stored as its elements left contact [J].
     residual : float or array
-        `(kinetic_out + dissipated + stored - kinetic_in - work of the constant force)/kinetic_in` [-]: zero but for
-        errors. All terms are computed on their own, none by subtraction.
+        `(kinetic_out + dissipated + stored - kinetic_in - work of the constant force)/kinetic_in` [-]: zero
+        but for errors. All terms are computed on their own, none by subtraction.
     """
 
     kinetic_in: Numeric
@@ -58,7 +64,8 @@ class ImpactResult:
     Attributes
     ----------
     restitution_coefficient : float or array
-        e = rebound velocity over impact velocity [-]; 0 where the body does not come back, NaN where the solve failed.
+        e = rebound velocity over impact velocity [-]; 0 where the body does not come back, NaN where the
+        solve failed.
     contact_time : float or array
         Duration of contact [s]; infinite where the body does not separate.
     max_indentation_depth : float or array
@@ -102,14 +109,29 @@ class ImpactResult:
     @property
     def velocity(self) -> Numeric:
         """Impact velocity v0 [m/s], in the shape of the results."""
-        if isinstance(self.impact, list):
-            return np.array([impact.velocity for impact in self.impact], dtype=np.float64)
-        return self.impact.velocity
+        return self._column("velocity")
 
     @property
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
         return self.restitution_coefficient * self.velocity
+
+    @property
+    def zero_overlap_time(self) -> Numeric:
+        """Time [s] at which the body is back at the undeformed surface; infinite where it never is.
+
+        After separation it flies freely, or under the constant force, from the residual depth with the
+        rebound velocity. The surface may not have recovered by then: `surface_displacement` tells.
+        """
+        depth = np.maximum(self.residual_indentation_depth, 0.0)
+        speed = np.asarray(self.rebound_velocity)
+        push = 2.0 * self._column("force") * depth / self._column("mass")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            arrives = np.sqrt(speed**2 - push)
+            flight = np.where(speed > 0.0, 2.0 * depth / (speed + arrives), np.inf)
+            time = self.contact_time + np.where(speed**2 >= push, flight, np.inf)
+        time = np.where(np.isnan(self.restitution_coefficient), np.nan, time)
+        return time if time.ndim else float(time)
 
     @cached_property
     def energy(self) -> EnergyBudget:
@@ -121,8 +143,26 @@ class ImpactResult:
         return self._dense()
 
     @cached_property
+    def _stored(self) -> StoredImpact:
+        from restitution.impact.stored import StoredImpact
+
+        return StoredImpact(self._single(), float(self.max_indentation_depth), self.rtol or 1e-9)
+
+    @cached_property
+    def _energies(self) -> EnergyHistory:
+        from restitution.impact.energies import EnergyHistory
+
+        return EnergyHistory(self._stored)
+
+    @cached_property
+    def _fields(self) -> ImpactFields:
+        from restitution.impact.fields import ImpactFields
+
+        return ImpactFields(self._single(), self._stored)
+
+    @cached_property
     def history(self) -> xarray.Dataset:
-        """History over time: indentation depth, velocity, force, contact radius; about 400 points."""
+        """History over time: depth, velocity, force, contact radius, energies; about 400 points."""
         return self.sample()
 
     def sample(self, times: ArrayLike | None = None, *, n_points: int = 401) -> xarray.Dataset:
@@ -138,7 +178,10 @@ class ImpactResult:
         Returns
         -------
         xarray.Dataset
-            `indentation_depth`, `velocity`, `force`, `contact_radius` over `time`, with units.
+            `indentation_depth`, `velocity`, `force`, `contact_radius` over `time`, with units, and
+            `kinetic_energy`; with the exact method also `stored_energy`, in the springs of the foundation
+            (elements which have left count with what they had then), and `dissipated_energy`. The three add
+            up to the kinetic energy before the impact and the work of the constant force.
 
         Raises
         ------
@@ -163,14 +206,120 @@ class ImpactResult:
             trajectory = _interpolated(dense, times)
         else:
             trajectory = dense.at(dense.times(n_points) if times is None else times)
+        columns = [*trajectory[1:], *self._energy_columns(trajectory)]
+        # The energies come last, and not every method tells them all.
         data = {
             name: ("time", values, {"units": unit, "long_name": long_name})
-            for (name, (unit, long_name)), values in zip(VARIABLES.items(), trajectory[1:], strict=True)
+            for (name, (unit, long_name)), values in zip(VARIABLES.items(), columns, strict=False)
         }
         time = ("time", trajectory.time, {"units": "s", "long_name": "time since first touch t"})
         return xr.Dataset(
             data, coords={"time": time}, attrs={"method": self.method, "rtol": self.rtol or np.nan}
         )
+
+    def pressure(self, r: ArrayLike, t: ArrayLike) -> Any:
+        """Contact pressure p(r, t) [Pa].
+
+        Parameters
+        ----------
+        r : array_like
+            Radii [m], >= 0.
+        t : array_like
+            Times since first touch [s], >= 0; broadcast against r.
+
+        Returns
+        -------
+        float or array
+            Pressure; 0 outside the contact and after it. Infinite at an edge that carries a line load (under
+            a flat punch, and in the approach where a dashpot lies in parallel) and under the tip of a cone.
+
+        Raises
+        ------
+        ValueError
+            If the result is of several impacts, of another method than "exact", or of a body that stays.
+
+        Notes
+        -----
+        The line load of the foundation, `q(x, t) = int E*(t - t') du(x, t')`, by the inverse transform of the
+        method of dimensionality reduction (Popov and Hess 2015). Its integral over the contact is the force.
+
+        Examples
+        --------
+        Hertz's ellipse `p = 3 F/(2 pi a^2) sqrt(1 - r^2/a^2)` on an elastic half-space:
+
+        >>> import math
+        >>> import restitution as rs
+        >>> impact = rs.Impact(rs.Material(1.0, 1.0), rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
+        >>> result = rs.solve(impact)
+        >>> a, turning = result.max_contact_radius, 0.5 * result.contact_time
+        >>> hertz = 1.5 * result.max_force / (math.pi * a**2)
+        >>> print(round(float(result.pressure(0.6 * a, turning)) / hertz, 8))
+        0.8
+        """
+        return self._fields.pressure(r, t)
+
+    def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Any:
+        """Normal displacement of the surface w(r, t) [m], into the half-space, during contact and after it.
+
+        Parameters
+        ----------
+        r : array_like
+            Radii [m], >= 0.
+        t : array_like
+            Times since first touch [s], >= 0, also after separation; broadcast against r.
+
+        Returns
+        -------
+        float or array
+            In contact d - f(r). After separation the imprint and its recovery. Of two deformable bodies, the
+            sum of both displacements.
+
+        Raises
+        ------
+        ValueError
+            If the result is of several impacts, of another method than "exact", or of a body that stays.
+
+        Notes
+        -----
+        Elements of the foundation that have left contact carry no load and creep back with the retardation
+        times of the reduced modulus; the surface is their transform (Popov and Hess 2015).
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> impact = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+        >>> result = rs.solve(impact)
+        >>> times = [n * result.contact_time for n in (1, 2, 3)]
+        >>> imprint = result.surface_displacement(0.0, times) / result.residual_indentation_depth
+        >>> print(imprint.round(6))
+        [1.       0.28849  0.08392]
+        """
+        return self._fields.surface_displacement(r, t)
+
+    def _column(self, name: str) -> Any:
+        """Number of the impacts by name, in the shape of the results."""
+        if isinstance(self.impact, list):
+            return np.array([getattr(impact, name) for impact in self.impact], dtype=np.float64)
+        return getattr(self.impact, name)
+
+    def _single(self) -> Impact:
+        """The impact, if it is one alone and solved exactly."""
+        if isinstance(self.impact, list) or self.impact.shape:
+            raise ValueError(f"fields: of one impact only, and this result has shape {np.shape(self.status)}")
+        if self.method != "exact":
+            raise ValueError(f"fields: of method 'exact' only, and this result is of {self.method!r}")
+        return self.impact
+
+    def _energy_columns(self, trajectory: Trajectory) -> list[NDArray[np.float64]]:
+        """Energies [J] along a trajectory: kinetic, then stored and dissipated if the method tells."""
+        columns = [0.5 * self._column("mass") * trajectory.velocity**2]
+        if self.method == "exact":
+            unit = self._column("mass") * self._column("velocity") ** 2
+            columns.extend(
+                unit * energy for energy in self._energies.at(trajectory.time / self._stored.units.time)
+            )
+        return columns
 
     def plot(self) -> Figure:
         """Figure of the impact: force over time, loop, contact radius, energy."""
@@ -182,8 +331,8 @@ class ImpactResult:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""
         names = (
-            "restitution_coefficient", "rebound_velocity", "contact_time", "max_indentation_depth", "max_force",
-            "max_contact_radius", "residual_indentation_depth",
+            "restitution_coefficient", "rebound_velocity", "contact_time", "max_indentation_depth",
+            "max_force", "max_contact_radius", "residual_indentation_depth",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "energy": self.energy._asdict(),

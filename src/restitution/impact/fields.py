@@ -1,0 +1,186 @@
+"""Pressure and surface displacement during an impact, and after it, from the line load of the foundation.
+
+The element of the foundation at x is touched at t0(x) and carries, with the branches of the reduced modulus,
+
+    q(x, t) = E_inf u + eta u' + sum E_k w_k,   w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0),   u = d - g(x),
+
+`H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`, until it leaves at t2(x). From then on q = 0 and it creeps back:
+
+    u(x, t) = sum_j J_j [E_inf u + sum_k E_k w_k/(1 - theta_j/tau_k)](x, t2) exp(-(t - t2)/theta_j)
+
+with the compliances J_j and the times theta_j of the retardation spectrum, from the residues of the Laplace
+transform `[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. What a liquid keeps is the residue at s = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.contact.line import LineFunction, line_function
+from restitution.contact.pressure import pressure, surface_displacement
+from restitution.impact.problem import Impact
+from restitution.impact.stored import D_, H_, S_, T_, V_, StoredImpact
+from restitution.kernel.validation import nonnegative
+from restitution.material.secular import secular_roots
+
+Array = NDArray[np.float64]
+Fit = Callable[[float], LineFunction | None]
+Field = Callable[[LineFunction, Array], Array]
+Kept = dict[float, LineFunction | None]
+
+# Times whose line functions are kept, so that a second call does not fit them again.
+_KEPT = 64
+
+
+class ImpactFields:
+    """Fields over radius and time of one impact that ended in separation, in SI.
+
+    Parameters
+    ----------
+    impact : Impact
+        A single impact.
+    stored : StoredImpact
+        Its solution.
+    """
+
+    def __init__(self, impact: Impact, stored: StoredImpact) -> None:
+        self._stored = stored
+        self._profile = impact.profile
+        series = impact.reduced_modulus
+        self._spring, self._dashpot = series.equilibrium_modulus, series.viscosity
+        self._moduli, self._times = series.branch_moduli, series.relaxation_times
+        roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])
+        self._retardation_times = roots.times
+        self._compliances = 1.0 / roots.slopes
+        self._coupling = roots.terms[:, ::-1] * self._moduli
+        self._flow = series.flow_viscosity if series.is_liquid else np.inf
+        turning = stored.approach_at(np.array([stored.sigma_m]))[0]
+        self._deepest = float(turning[S_])
+        self._loads: Kept = {}
+        self._displacements: Kept = {}
+
+    def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
+        """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
+        return self._over_times(self._loads, self.line_load, pressure, r, t)
+
+    def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:
+        """Displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
+        return self._over_times(self._displacements, self.line_displacement, surface_displacement, r, t)
+
+    def line_load(self, t: float) -> LineFunction | None:
+        """Line load q(x) [N/m] of the foundation at the time t [s]; None where nothing is in contact."""
+        time = t / self._stored.units.time
+        if not 0.0 < time < self._stored.end:
+            return None
+        state, edge, s = self._state(time)
+        if edge <= 0.0:
+            return None
+        length = self._stored.units.length
+        memory = state[H_ + 1 :] * length
+
+        def load(x: Array) -> Array:
+            touched, memory_then = self._touch(x)
+            decay = np.exp(-np.maximum(time * self._stored.units.time - touched, 0.0)[:, None] / self._times)
+            u = state[D_] * length - self._profile.transform(np.minimum(x, edge))
+            branches = (memory - decay * memory_then) @ self._moduli
+            velocity = state[V_] * length / self._stored.units.time
+            return self._spring * u + self._dashpot * velocity + branches
+
+        ends = self._stored.approach.columns[:, 0, S_]
+        return line_function(load, edge, breakpoints=self._radii(ends[ends < s]))
+
+    def line_displacement(self, t: float) -> LineFunction | None:
+        """Displacement u(x) [m] of the foundation at the time t [s]; None where nothing was touched yet."""
+        stored = self._stored
+        time = t / stored.units.time
+        if time <= 0.0:
+            return None
+        state, edge, _ = self._state(time)
+        depth = state[D_] * stored.units.length
+        extent = float(self._radii(np.array([self._deepest]))[-1])
+
+        def displacement(x: Array) -> Array:
+            u = depth - self._profile.transform(np.minimum(x, edge))
+            left = (x > edge) | (time >= stored.end)
+            u[left] = self._recovering(x[left], t)
+            return u
+
+        if time <= stored.turning_time:
+            return line_function(displacement, edge, breakpoints=self._radii(np.zeros(1)))
+
+        approach, rebound = stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_]
+        ends = np.concatenate([approach, rebound])
+        breakpoints = np.append(self._radii(ends[ends < self._deepest]), edge)
+        return line_function(displacement, extent, breakpoints=breakpoints)
+
+    def _over_times(
+        self, kept: dict[float, LineFunction | None], fit: Fit, field: Field, r: Any, t: Any
+    ) -> Array:
+        radius, time = np.broadcast_arrays(
+            np.asarray(nonnegative("r", r, "m")), np.asarray(nonnegative("t", t, "s"))
+        )
+        result = np.zeros(radius.shape)
+        for moment in np.unique(time):
+            key = float(moment)
+            if key not in kept:
+                if len(kept) >= _KEPT:
+                    kept.pop(next(iter(kept)))
+                kept[key] = fit(key)
+            here = time == moment
+            line = kept[key]
+            if line is not None:
+                result[here] = field(line, radius[here])
+        return result[()]
+
+    def _state(self, time: float) -> tuple[Array, float, float]:
+        """Columns of the motion at a scaled time, the contact radius [m] and the s of the approach at it."""
+        stored = self._stored
+        moment = np.array([min(time, stored.end)])
+        half = stored.approach if time <= stored.turning_time else stored.rebound
+        places = stored.find(half, T_, moment)
+        state = stored.interpolate(half.columns, *places)[0]
+        if half is stored.approach:
+            s = float(state[S_])
+        elif time >= stored.end:
+            return state, 0.0, 0.0
+        else:
+            sigma = stored.sigma_m - stored.position(half, *places)
+            s = max(float(stored.approach_at(np.maximum(sigma, 0.0))[0, S_]), 0.0)
+        return state, float(self._radii(np.array([s]))[-1]), s
+
+    def _radii(self, s: Array) -> Array:
+        """Contact radii [m] at s."""
+        return np.asarray(self._profile.contact_radius(s**2 * self._stored.units.length))
+
+    def _touch(self, x: Array) -> tuple[Array, Array]:
+        """Instants t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
+        stored = self._stored
+        state = stored.interpolate(stored.approach.columns, *self._touch_places(x))
+        return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
+
+    def _touch_places(self, x: Array) -> tuple[NDArray[np.intp], Array]:
+        s = np.sqrt(self._profile.transform(x) / self._stored.units.length)
+        return self._stored.find(self._stored.approach, S_, np.minimum(s, self._deepest))
+
+    def _recovering(self, x: Array, t: float) -> Array:
+        """Displacement [m] at the time t [s] of elements at x [m] that have left."""
+        stored = self._stored
+        time, length = stored.units.time, stored.units.length
+        places = self._touch_places(x)
+        then = stored.interpolate(stored.approach.columns, *places)
+        way = stored.sigma_m - stored.position(stored.approach, *places)
+        later = stored.interpolate(
+            stored.rebound.columns, *stored.places(stored.rebound, np.maximum(way, 0.0))
+        )
+        left = later[:, T_] * time
+        decay = np.exp(-np.maximum(left - then[:, T_] * time, 0.0)[:, None] / self._times)
+        w = (later[:, H_ + 1 :] - decay * then[:, H_ + 1 :]) * length
+        u = later[:, D_] * length - self._profile.transform(x)
+        since = np.maximum(t - left, 0.0)[:, None]
+        parts = (self._spring * u[:, None] + w @ self._coupling.T) * self._compliances
+        stays = (self._dashpot * u + (u[:, None] - w) @ (self._moduli * self._times)) / self._flow
+        return np.sum(parts * np.exp(-since / self._retardation_times), axis=1) + stays
