@@ -7,7 +7,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from restitution.case.file import Case as Case
+    from restitution.case.file import read_case as read_case
+    from restitution.contact.flat_ended import FlatEndedParabola as FlatEndedParabola
+    from restitution.contact.flat_ended import TruncatedCone as TruncatedCone
+    from restitution.contact.power_law import Cone as Cone
+    from restitution.contact.power_law import FlatPunch as FlatPunch
+    from restitution.contact.power_law import PowerLaw as PowerLaw
     from restitution.contact.profile import Parabola as Parabola
+    from restitution.contact.sphere import Sphere as Sphere
+    from restitution.contact.tabulated import Tabulated as Tabulated
     from restitution.impact.problem import Impact as Impact
     from restitution.impact.result import ImpactResult as ImpactResult
     from restitution.impact.scaling import dimensionless_groups as dimensionless_groups
@@ -15,9 +24,27 @@ if TYPE_CHECKING:
     from restitution.impact.solve import standard_solid_restitution as standard_solid_restitution
     from restitution.impact.status import SolverError as SolverError
     from restitution.impact.status import Status as Status
+    from restitution.material import library as library
+    from restitution.material import readers as _readers
+    from restitution.material.classical import burgers as burgers
+    from restitution.material.classical import elastic as elastic
+    from restitution.material.classical import generalised_maxwell as generalised_maxwell
+    from restitution.material.classical import kelvin_voigt as kelvin_voigt
+    from restitution.material.classical import maxwell as maxwell
     from restitution.material.classical import standard_solid as standard_solid
+    from restitution.material.conversion import shear_from_tension as shear_from_tension
+    from restitution.material.conversion import tension_from_shear as tension_from_shear
+    from restitution.material.fit import fit_prony as fit_prony
+    from restitution.material.fractional import FractionalMaterial as FractionalMaterial
+    from restitution.material.fractional import fractional_kelvin_voigt as fractional_kelvin_voigt
+    from restitution.material.fractional import fractional_maxwell as fractional_maxwell
+    from restitution.material.fractional import fractional_zener as fractional_zener
+    from restitution.material.fractional import springpot as springpot
     from restitution.material.prony import PronySeries as PronySeries
     from restitution.material.reduced_modulus import reduced_modulus as reduced_modulus
+    from restitution.material.shift import WLF as WLF
+    from restitution.material.shift import Arrhenius as Arrhenius
+    from restitution.material.shift import ShiftTable as ShiftTable
     from restitution.material.viscoelastic import Material as Material
     from restitution.sweep.axis import Linear as Linear
     from restitution.sweep.axis import Logarithmic as Logarithmic
@@ -29,9 +56,17 @@ if TYPE_CHECKING:
     from restitution.sweep.run import sweep as sweep
     from restitution.sweep.store import open_sweep as open_sweep
 
+    read_material = _readers.read
+
 __version__ = "0.1.0"
 
 _HOME = {
+    "Arrhenius": "material.shift",
+    "Case": "case.file",
+    "Cone": "contact.power_law",
+    "FlatEndedParabola": "contact.flat_ended",
+    "FlatPunch": "contact.power_law",
+    "FractionalMaterial": "material.fractional",
     "Impact": "impact.problem",
     "ImpactResult": "impact.result",
     "Linear": "sweep.axis",
@@ -41,21 +76,42 @@ _HOME = {
     "Material": "material.viscoelastic",
     "Normal": "sweep.distribution",
     "Parabola": "contact.profile",
+    "PowerLaw": "contact.power_law",
     "PronySeries": "material.prony",
     "Samples": "sweep.axis",
+    "ShiftTable": "material.shift",
     "SolverError": "impact.status",
+    "Sphere": "contact.sphere",
     "Status": "impact.status",
+    "Tabulated": "contact.tabulated",
+    "TruncatedCone": "contact.flat_ended",
     "Uniform": "sweep.distribution",
+    "WLF": "material.shift",
+    "burgers": "material.classical",
     "closed_forms": "impact.closed_forms",
     "dimensionless_groups": "impact.scaling",
+    "elastic": "material.classical",
+    "fit_prony": "material.fit",
+    "fractional_kelvin_voigt": "material.fractional",
+    "fractional_maxwell": "material.fractional",
+    "fractional_zener": "material.fractional",
+    "generalised_maxwell": "material.classical",
+    "kelvin_voigt": "material.classical",
+    "library": "material.library",
+    "maxwell": "material.classical",
     "open_sweep": "sweep.store",
+    "read_case": "case.file",
+    "read_material": "material.readers:read",
     "reduced_modulus": "material.reduced_modulus",
+    "shear_from_tension": "material.conversion",
     "solve": "impact.solve",
+    "springpot": "material.fractional",
     "standard_solid": "material.classical",
     "standard_solid_restitution": "impact.solve",
     "sweep": "sweep",
+    "tension_from_shear": "material.conversion",
 }
-_MODULES = frozenset({"closed_forms", "sweep"})
+_MODULES = frozenset({"closed_forms", "library", "sweep"})
 
 __all__ = ["__version__", *sorted(_HOME)]
 
@@ -63,8 +119,9 @@ __all__ = ["__version__", *sorted(_HOME)]
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'restitution' has no attribute '{name}'")
-    module = import_module(f"restitution.{_HOME[name]}")
-    value = module if name in _MODULES else getattr(module, name)
+    home, _, own_name = _HOME[name].partition(":")
+    module = import_module(f"restitution.{home}")
+    value = module if name in _MODULES else getattr(module, own_name or name)
     globals()[name] = value
     return value
 
