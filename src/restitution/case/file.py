@@ -100,7 +100,7 @@ def read_case(path: str | Path) -> Case:
     0.005
     """
     path = Path(path)
-    data = _read(path)
+    data = read_toml(path)
     try:
         case = CaseFile.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -112,7 +112,14 @@ def read_case(path: str | Path) -> Case:
     return Case(path, case.title, impact, case.solver.options)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read, in one line.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:

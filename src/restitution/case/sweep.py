@@ -1,0 +1,327 @@
+"""Sweep files: a case file with axes, which set any of its keys."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import StrictInt, ValidationError, field_validator
+
+from restitution.case.axes import DRAWS, read_axes
+from restitution.case.file import read_toml
+from restitution.case.quantity import LIST, refuse
+from restitution.case.schema import CaseFile, SolverSection
+from restitution.case.section import CaseError, Section, explain
+from restitution.sweep.axis import Linear, Samples
+from restitution.sweep.description import describe
+from restitution.sweep.grid import make_grid
+from restitution.sweep.plan import Plan
+from restitution.sweep.schema import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweep.template import (
+    Prepared,
+    Template,
+    check_columns,
+    dimensionless_template,
+    profile_names,
+)
+
+# Keys that columns of numbers set, by which a million values cost as much as one.
+_OF_BODIES = {
+    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "force")},
+    **{f"body.{name}": name for name in ("mass", "density", "radius")},
+    **{f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")},
+}
+_OF_STANDARD_SOLIDS = {
+    **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity")},
+    "p2": "p2",
+    "p3": "p3",
+}
+
+# Of these a case file has one: an axis over the one takes the place of the others.
+_RIVALS = (
+    ("impact.velocity", "impact.drop_height"),
+    ("impact.force", "impact.weight"),
+    ("body.mass", "body.density"),
+    ("material.poisson_ratio", "material.bulk_modulus", "material.bulk"),
+)
+_ENTRY = re.compile(r"(.+)\[(\d+)\]")
+
+
+class SweepSection(Section):
+    """What is computed, and in which pieces."""
+
+    outputs: tuple[str, ...] = DEFAULT_OUTPUTS
+    chunk: StrictInt | dict[str, StrictInt] | None = None
+
+    @field_validator("outputs")
+    @classmethod
+    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        try:
+            return checked_outputs(value)
+        except ValueError as error:
+            refuse(str(error).partition(": ")[2])
+
+
+class _Options(Section):
+    sweep: SweepSection = SweepSection()
+    solver: SolverSection = SolverSection()
+
+
+@dataclass(frozen=True)
+class CaseTemplate:
+    """A case file of which axes set keys.
+
+    Attributes
+    ----------
+    path : Path
+        The file, for messages.
+    folder : Path
+        The folder that names of further files start from.
+    data : dict
+        Its content, complete with the first values of the axes.
+    keys : tuple of str
+        Places of the keys of which every combination of values takes an impact of its own.
+    columns : tuple of str
+        Quantities that columns of numbers set.
+    """
+
+    path: Path
+    folder: Path
+    data: dict[str, Any]
+    keys: tuple[str, ...]
+    columns: tuple[str, ...]
+
+    def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names whose every combination needs an impact of its own."""
+        return tuple(name for name in names if name in self.keys)
+
+    def prepare(self, values: dict[str, Any]) -> Prepared:
+        """Build the impact of the file with these values."""
+        case = self._case(values)
+        try:
+            impact = case.build()
+            derived = Derivation(case, profile_names(impact))
+            check_columns(impact, tuple(derived({name: np.ones(1) for name in self.columns})))
+        except ValueError as error:
+            raise CaseError(f"{self.path}: {error}") from None
+        held = "bulk_modulus" if case.material.poisson_ratio is None else "poisson_ratio"
+        return Prepared(impact, derived, held)
+
+    def describe(self) -> Any:
+        """What the file says, in SI."""
+        case = self._case({}).model_dump(exclude={"title", "solver"}, exclude_none=True)
+        return {"case": describe(case), "keys": list(self.keys), "columns": list(self.columns)}
+
+    def _case(self, values: dict[str, Any]) -> CaseFile:
+        data = self.data
+        if values:
+            data = copy.deepcopy(data)
+            for place, value in values.items():
+                _put(data, place, value)
+        try:
+            return CaseFile.model_validate(data, context={"folder": self.folder})
+        except ValidationError as error:
+            raise CaseError(explain(self.path, data, error)) from None
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """From what a case file has to what an impact has: mass from density, velocity from height, weight.
+
+    Attributes
+    ----------
+    case : CaseFile
+        The file.
+    own : tuple of str
+        Numbers of the profile.
+    """
+
+    case: CaseFile
+    own: tuple[str, ...]
+
+    def __call__(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Derive columns."""
+        body, impact = self.case.body, self.case.impact
+        derived: dict[str, Any] = dict(columns)
+        radius = derived.get("radius", body.radius)
+        if not (self.case.profile.needs_body_radius and "radius" in self.own):
+            derived.pop("radius", None)
+        density = derived.pop("density", body.density)
+        if density is not None and "mass" not in columns and {"density", "radius"} & columns.keys():
+            derived["mass"] = density * (4.0 / 3.0 * math.pi) * np.asarray(radius) ** 3
+        gravity = derived.pop("gravity", impact.gravity)
+        height = derived.pop("drop_height", impact.drop_height)
+        if height is not None and {"drop_height", "gravity"} & columns.keys():
+            derived["velocity"] = np.sqrt(2.0 * gravity * height)
+        if impact.weight and ("mass" in derived or "gravity" in columns):
+            derived["force"] = derived.get("mass", body.kilograms) * gravity
+        return derived
+
+
+def read_sweep(path: str | Path) -> Plan:
+    """Read a sweep file: a case file with axes.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+
+    Returns
+    -------
+    Plan
+        To be run by `restitution.sweep.run.run`.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or describes no sweep, in one line.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = '''
+    ... [axes]
+    ... poisson_ratio = [0.3, 0.5]
+    ... p2 = 0.1
+    ... p3 = { logarithmic = [0.01, 100.0], n = 50 }
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "plane.toml").write_text(text)
+    ...     plan = read_sweep(Path(folder, "plane.toml"))
+    >>> plan.grid.shape
+    (2, 50)
+    """
+    path = Path(path)
+    data = read_toml(path)
+    axes = read_axes(path, data.pop("axes", None), data.pop("samples", None))
+    return plan_case(path, data, axes, path.read_text(encoding="utf-8-sig"))
+
+
+def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: str = "") -> Plan:
+    """Plan a sweep of a case.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages and for names of files within it.
+    data : dict
+        Its content without the axes.
+    axes : dict
+        As `restitution.case.axes.read_axes` returns them.
+    text : str
+        The file as it stands, for the record.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    CaseError
+        In one line.
+    """
+    own = {name: data[name] for name in ("sweep", "solver") if name in data}
+    try:
+        options = _Options.model_validate(own)
+    except ValidationError as error:
+        raise CaseError(explain(path, own, error)) from None
+    if options.solver.method != "exact":
+        raise CaseError(f'{path}: solver.method = "{options.solver.method}": must be "exact" in a sweep')
+    case = {name: value for name, value in data.items() if name != "sweep"}
+    dimensionless = not set(case) - {"title", "solver"}
+    columns = _columns(case, dimensionless)
+    quantities = dict(_quantities(axes))
+    template: Template
+    if dimensionless:
+        names = {columns.get(place, place) for place in quantities}
+        if missing := sorted({"poisson_ratio", "p2", "p3"} - names):
+            raise CaseError(
+                f"{path}: axes: {', '.join(missing)}: is missing; or give body, material and impact"
+            )
+        template = dimensionless_template()
+    else:
+        case = copy.deepcopy(case)
+        for place, value in quantities.items():
+            try:
+                _complete(case, place, value)
+            except ValueError as error:
+                raise CaseError(f"{path}: axes.{place}: {error}") from None
+        keys = tuple(place for place in quantities if place not in columns)
+        set_by_columns = tuple(columns[place] for place in quantities if place in columns)
+        template = CaseTemplate(path, path.parent.absolute(), case, keys, set_by_columns)
+        template.prepare({})
+    try:
+        grid = make_grid(
+            {columns.get(place, place): _renamed(axis, columns) for place, axis in axes.items()},
+            options.sweep.chunk,
+        )
+        rtol = options.solver.rtol or 1e-9
+        return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+
+
+def _columns(case: dict[str, Any], dimensionless: bool) -> dict[str, str]:
+    """Places of keys that columns set in this case, and the quantities that they are."""
+    material = case.get("material")
+    general = not dimensionless and isinstance(material, dict) and "shear" in material
+    return _OF_BODIES if general else _OF_BODIES | _OF_STANDARD_SOLIDS
+
+
+def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:
+    if not isinstance(axis, Samples):
+        return axis
+    drawn = {columns.get(place, place): one for place, one in axis.distributions.items()}
+    return Samples(axis.n, drawn, axis.method, axis.seed)
+
+
+def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the place of every quantity, and one of its values."""
+    for place, axis in axes.items():
+        if isinstance(axis, Samples):
+            for drawn, values in axis.corners(DRAWS)[0].items():
+                yield drawn, float(values[0])
+        elif isinstance(axis, Linear):
+            yield place, float(axis.low)
+        else:
+            yield place, axis[0] if isinstance(axis, list) else axis
+
+
+def _complete(case: dict[str, Any], place: str, value: Any) -> None:
+    """Put a value of an axis where the file may have none."""
+    if place in ("p2", "p3"):
+        # They set the branch modulus and the viscosity, which the file then need not have.
+        key = "branch_modulus" if place == "p2" else "viscosity"
+        case.setdefault("material", {}).setdefault(key, 1.0)
+        return
+    for rivals in _RIVALS:
+        for other in rivals if place in rivals else ():
+            section, _, key = other.partition(".")
+            if isinstance(case.get(section), dict):
+                case[section].pop(key, None)
+    _put(case, place, value)
+
+
+def _put(case: dict[str, Any], place: str, value: Any) -> None:
+    """Set the value at a place, such as `material.shear.relaxation_times[2]`."""
+    *tables, key = place.split(".")
+    target: Any = case
+    for name in tables:
+        target = target.setdefault(name, {})
+        if not isinstance(target, dict):
+            raise ValueError(f"{name} is no table")
+    match = _ENTRY.fullmatch(key)
+    if match is None:
+        target[key] = value
+        return
+    items, entry = LIST.func(target.get(match[1])), int(match[2])  # pyright: ignore[reportCallIssue]
+    if not isinstance(items, list) or entry >= len(items):
+        raise ValueError(f"there is no such entry of {match[1]}")
+    target[match[1]] = [*items[:entry], value, *items[entry + 1 :]]
