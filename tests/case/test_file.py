@@ -229,7 +229,8 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         (
             "[body]",
             "[profile]\ntype = 'parabel'\n[body]",
-            'profile.type = "parabel": must be one of "parabola"',
+            'profile.type = "parabel": must be one of "parabola", "sphere", "cone", "power_law", '
+            '"flat_punch", "truncated_cone", "flat_ended_parabola", "tabulated"',
         ),
         ("poisson_ratio = 0.45", "poisson_ratio = 0.6", "material.poisson_ratio = 0.6: must be in [-1, 0.5]"),
         (

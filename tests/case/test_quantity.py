@@ -3,9 +3,22 @@ import re
 
 import pytest
 
-from restitution.case.quantity import DENSITY, LENGTH, MODULUS, NUMBER, TIME, VELOCITY, VISCOSITY, Kind, to_si
-
-TEMPERATURE = Kind("temperature", "K", "25 degC")
+from restitution.case import quantity
+from restitution.case.quantity import (
+    ANGLE,
+    DENSITY,
+    LENGTH,
+    MODULUS,
+    MOLAR_ENERGY,
+    NUMBER,
+    TEMPERATURE,
+    TEMPERATURE_DIFFERENCE,
+    TIME,
+    VELOCITY,
+    VISCOSITY,
+    Kind,
+    to_si,
+)
 
 
 @pytest.mark.parametrize(
@@ -31,6 +44,10 @@ TEMPERATURE = Kind("temperature", "K", "25 degC")
         ("0.45", NUMBER, 0.45),
         ("180 deg", NUMBER, math.pi),
         ("25 °C", TEMPERATURE, 298.15),
+        ("25 degC", TEMPERATURE, 298.15),
+        ("25 degC", TEMPERATURE_DIFFERENCE, 25.0),
+        ("180 deg", ANGLE, math.pi),
+        ("100 kcal/mol", MOLAR_ENERGY, 418.4e3),
         ("77 degF", TEMPERATURE, 298.15),
         ("inf GPa", MODULUS, math.inf),
     ],
@@ -38,6 +55,15 @@ TEMPERATURE = Kind("temperature", "K", "25 degC")
 def test_a_text_becomes_a_number_in_si(text: str, kind: Kind, number: float) -> None:
     # One rounding in the unit's factor and one in the product.
     assert to_si(text, kind) == pytest.approx(number, rel=4e-16, abs=0.0)
+
+
+def test_the_units_known_without_pint_are_those_of_pint() -> None:
+    known = [(kind, name) for kind, names in quantity._PLAIN.items() for name in names]
+    assert len(known) > 40
+    for kind, name in known:
+        unit = quantity._unit(quantity.re.sub(r"(\w)([23])$", r"\1^\2", name), "")
+        factor = quantity._registry().Quantity(1.0, unit).to(kind.unit).magnitude
+        assert to_si(f"3 {name}", kind) == pytest.approx(3.0 * factor, rel=4e-16), name
 
 
 @pytest.mark.parametrize(

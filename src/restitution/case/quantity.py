@@ -48,11 +48,14 @@ ACCELERATION = Kind("acceleration", "m/s^2", "9.81 m/s^2")
 FORCE = Kind("force", "N", "50 mN")
 MODULUS = Kind("modulus", "Pa", "2 MPa")
 VISCOSITY = Kind("viscosity", "Pa s", "1 kPa s")
+ANGLE = Kind("angle", "rad", "80 deg")
+TEMPERATURE = Kind("temperature", "K", "20 degC")
+TEMPERATURE_DIFFERENCE = Kind("difference of temperatures", "K", "50 K")
+MOLAR_ENERGY = Kind("energy per amount of substance", "J/mol", "80 kJ/mol")
 
 # Kinds that no key of a case file takes, but that a person may write by mistake.
 _OTHERS = (
     Kind("frequency", "1/s"),
-    Kind("temperature", "K"),
     Kind("area", "m^2"),
     Kind("volume", "m^3"),
     Kind("energy", "J"),
@@ -61,7 +64,30 @@ _OTHERS = (
     Kind("kinematic viscosity", "m^2/s"),
     Kind("electric charge", "C"),
 )
-_KINDS = (NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, MODULUS, VISCOSITY, *_OTHERS)
+_KINDS = (
+    *(NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, MODULUS, VISCOSITY, TEMPERATURE),
+    *(MOLAR_ENERGY, *_OTHERS),
+)
+
+_PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
+# Units that most files have, by kind, with their power of ten to SI: they need no pint.
+_PLAIN = {
+    LENGTH: {f"{prefix}m": power for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")}
+    | {"cm": -2},
+    MASS: {f"{prefix}g": power - 3 for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")},
+    TIME: {f"{prefix}s": power for prefix, power in _PREFIXES.items() if power <= 0},
+    FORCE: {f"{prefix}N": power for prefix, power in _PREFIXES.items()},
+    MODULUS: {f"{prefix}Pa": power for prefix, power in _PREFIXES.items()},
+    VISCOSITY: {f"{prefix}Pa s": power for prefix, power in _PREFIXES.items()},
+    VELOCITY: {"m/s": 0, "mm/s": -3, "um/s": -6, "cm/s": -2},
+    DENSITY: {"kg/m^3": 0, "kg/m3": 0, "g/cm^3": 3, "g/cm3": 3},
+    ACCELERATION: {"m/s^2": 0, "m/s2": 0},
+    TEMPERATURE: {"K": 0},
+    TEMPERATURE_DIFFERENCE: {"K": 0},
+    MOLAR_ENERGY: {"J/mol": 0, "kJ/mol": 3},
+    ANGLE: {"rad": 0},
+}
+_CELSIUS = {"degC", "°C"}
 
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL
@@ -148,9 +174,18 @@ def to_si(text: str, kind: Kind) -> float:
     if match is None:
         raise ValueError(f"cannot be read as a number and a unit; {kind.advice}")
     number, name = float(match[1]), match[2]
+    power = _PLAIN.get(kind, {}).get(name)
+    if power is not None:
+        # Division by a power of ten rounds once; a product with its inverse twice.
+        return number * 10.0**power if power >= 0 else number / 10.0**-power
+    if name in _CELSIUS:
+        if kind is TEMPERATURE:
+            return number + 273.15
+        if kind is TEMPERATURE_DIFFERENCE:
+            return number
     unit = _unit(name, kind.advice)
     wanted = _registry().parse_units(kind.unit)
-    if unit.dimensionality != wanted.dimensionality:
+    if unit.dimensionality != wanted.dimensionality or (kind is ANGLE and not name):
         found = next(
             (k for k in _KINDS if _registry().parse_units(k.unit).dimensionality == unit.dimensionality), None
         )

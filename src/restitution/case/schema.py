@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import StrictBool, StrictInt, model_validator
 
 from restitution.case.material import AnyMaterial
-from restitution.case.profile import ParabolaSection
+from restitution.case.profile import AnyProfile, ParabolaSection
 from restitution.case.quantity import (
     ACCELERATION,
     DENSITY,
@@ -103,7 +103,7 @@ class CaseFile(Section):
 
     title: str | None = None
     body: BodySection
-    profile: ParabolaSection = ParabolaSection()
+    profile: AnyProfile = ParabolaSection()
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
     impact: ImpactSection

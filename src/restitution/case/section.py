@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, cast
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 
 from restitution.case.quantity import refuse
 
@@ -58,6 +58,11 @@ class Section(BaseModel):
             state = f"{' and '.join(given)} are given" if given else "none is given"
             refuse(f"give exactly one of {', '.join(keys[:-1])} and {keys[-1]}; {state}")
         return given[0]
+
+
+def folder_of(info: ValidationInfo) -> Path:
+    """Folder of the case file, which the names of other files start from."""
+    return Path((info.context or {}).get("folder", "."))
 
 
 def key_path(parts: list[str | int]) -> str:

@@ -1,0 +1,153 @@
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case.file import read_case
+from restitution.case.section import CaseError
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola, Profile
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+
+CASE = """
+[body]
+mass = "1 g"
+radius = "1 mm"
+[impact]
+velocity = "1 cm/s"
+[material]
+shear = "1 MPa"
+poisson_ratio = 0.3
+[profile]
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tip.csv").write_text("# measured\nr [um],f_nm\n0,0\n1,10\n2,40\n\n3,90\n", encoding="utf-8")
+
+
+def profile(text: str) -> Profile:
+    Path("a.toml").write_text(CASE + text, encoding="utf-8")
+    return read_case("a.toml").impact.profile
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('type = "parabola"', Parabola(1e-3)),
+        ('type = "sphere"', Sphere(1e-3)),
+        ('type = "sphere"\nradius = "2 mm"', Sphere(2e-3)),
+        ('type = "cone"\nhalf_angle = "80 deg"', Cone(math.radians(80))),
+        ('type = "cone"\nhalf_angle = 1.2', Cone(1.2)),
+        ('type = "flat_punch"\nradius = "5 um"', FlatPunch(5e-6)),
+        ('type = "truncated_cone"\nradius = 1e-6\nhalf_angle = "1.2 rad"', TruncatedCone(1e-6, 1.2)),
+        ('type = "flat_ended_parabola"\nface_radius = 1e-6', FlatEndedParabola(1e-3, 1e-6)),
+        ('type = "power_law"\nexponent = 3\ncoefficient = 7', PowerLaw(3, 7)),
+        ('type = "tabulated"\nr = [0, 1, 2]\nf = [0, 1, 4]', Tabulated([0, 1, 2], [0, 1, 4])),
+    ],
+)
+def test_every_type(text: str, expected: Profile) -> None:
+    assert profile(text) == expected
+
+
+def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
+    # f = A r^n: at r = 1 mm, A = 2 mm^(1-n) gives f = 2 mm for every n.
+    for n, unit in ((1, ""), (1.5, " mm^-0.5"), (3, " 1/mm^2"), (2.5, " mm^(-3/2)")):
+        found = profile(f'type = "power_law"\nexponent = {n}\ncoefficient = "2{unit}"')
+        assert float(found.shape(1e-3)) == pytest.approx(2e-3, rel=1e-14)
+
+
+def test_a_table_in_units_from_a_file_and_inline() -> None:
+    for text in ('file = "tip.csv"', 'r = "[0, 1, 2, 3] um"\nf = "[0, 10, 40, 90] nm"'):
+        found = profile(f'type = "tabulated"\n{text}')
+        assert isinstance(found, Tabulated)
+        np.testing.assert_allclose(found.r, [0, 1e-6, 2e-6, 3e-6], rtol=4e-16)
+        np.testing.assert_allclose(found.f, [0, 1e-8, 4e-8, 9e-8], rtol=4e-16)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            'type = "cone"\nhalf_angle = 80',
+            ": half_angle = 80 rad: must be > 0 and < pi/2 (measured from the axis, in radians)",
+        ),
+        (
+            'type = "cone"\nhalf_angle = "80"',
+            '.half_angle = "80": has no unit; write e.g. "80 deg", or a plain number in rad',
+        ),
+        ('type = "cone"\nradius = 1', ".radius = 1: unknown key; did you mean face_radius?"),
+        (
+            'type = "power_law"\nexponent = 3\ncoefficient = "1 mm^-1"',
+            '.coefficient = "1 mm^-1": is a quantity of dimension 1 / [length], not a coefficient of r^3; '
+            'write e.g. "50 m^(-2)", or a plain number in m^(-2)',
+        ),
+        (
+            'type = "power_law"\nexponent = 3\ncoefficient = -2',
+            ".coefficient = -2: must be finite and > 0",
+        ),
+        ('type = "power_law"\nexponent = 0\ncoefficient = 1', ".exponent = 0: must be finite and > 0"),
+        ('type = "flat_punch"', ".radius: is missing"),
+        ('type = "flat_punch"\nradius = "-1 mm"', '.radius = "-1 mm": must be finite and > 0'),
+        (
+            'type = "flat_punch"\nradius = "1 g"',
+            '.radius = "1 g": is a mass, not a length; write e.g. "10 mm", or a plain number in m',
+        ),
+        ('type = "sphere"\nradius = inf', ".radius = inf: must be finite and > 0"),
+        (
+            'type = "truncated_cone"\nradius = 1\nhalf_angle = "100 deg"',
+            ": half_angle = 1.74533 rad: must be > 0 and < pi/2 (measured from the axis, in radians)",
+        ),
+        (
+            'type = "flat_ended_parabola"\nface_radius = 0',
+            ".face_radius = 0: must be finite and > 0",
+        ),
+        ('type = "tabulated"', ": give file, or r and f"),
+        ('type = "tabulated"\nfile = "t.csv"', '.file = "t.csv": no such file: t.csv'),
+        ('type = "tabulated"\nfile = 3', '.file = 3: must be the name of a CSV file, e.g. "tip.csv"'),
+        (
+            'type = "tabulated"\nfile = "tip.csv"\nr = [0, 1]',
+            ".r = [0, 1]: stands in the file already; leave one of the two out",
+        ),
+        (
+            'type = "tabulated"\nr = [0, 1]\nf = [1, 2]',
+            ": r[0], f[0] = 0, 1 m: the table must start at r = 0, f = 0",
+        ),
+        (
+            "type = 3",
+            '.type = 3: must be one of "parabola", "sphere", "cone", "power_law", "flat_punch", '
+            '"truncated_cone", "flat_ended_parabola", "tabulated"',
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
+    with pytest.raises(CaseError, match=rf"^{re.escape('a.toml: profile' + message)}\Z"):
+        profile(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "holds no numbers"),
+        ("r,f\n", "holds no numbers"),
+        ("1,2\n3,4\n", "line 1: unknown column '1'; known are r, f"),
+        ("r\n1\n", "line 1: must name 2 columns, r and f"),
+        (
+            "r,f [s]\n1,2\n",
+            "line 1: column 'f [s]': is a time, not a length; write e.g. \"10 mm\", or a plain number in m",
+        ),
+        ("r,f\n0,0\n\n1,2,3\n", "line 4: 3 values, 2 wanted"),
+        ("r,f\n0,0\n1,half\n", "line 3: f = half: must be a number"),
+        ("r,f\n0,0\n1,nan\n", "line 3: f = nan: must be finite"),
+    ],
+)
+def test_malformed_tables_are_refused_with_the_line(text: str, message: str) -> None:
+    Path("t.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(CaseError, match=rf"^a\.toml: profile\.file = \"t\.csv\": {re.escape(message)}\Z"):
+        profile('type = "tabulated"\nfile = "t.csv"')
