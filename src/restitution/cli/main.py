@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import presentation
+from restitution.cli import presentation, sweep
 from restitution.cli.outcome import Commands, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
@@ -116,6 +116,11 @@ def solve(
         presentation.write_history(result, history)
     if plot is not None:
         presentation.write_plot(result, plot)
+
+
+app.command("sweep")(sweep.sweep)
+app.command("plot")(sweep.plot)
+app.command("map")(sweep.map_)
 
 
 @app.command("reproduce")

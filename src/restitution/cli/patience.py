@@ -36,17 +36,28 @@ def _explain() -> None:
 
 
 @contextmanager
-def progress_bar(words: str) -> Generator[Callable[[int, int], None]]:
-    """Yield what takes (done, total) and draws a bar with the time left, on a terminal only."""
+def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], None]]:
+    """Yield what takes (done, total) and draws a bar with the time left, on a terminal only.
+
+    With a unit such as "impacts/s" for `rate`, that is shown too.
+    """
     from rich.console import Console
     from rich.progress import (
         BarColumn,
         Progress,
+        ProgressColumn,
+        Task,
         TaskProgressColumn,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
+
+    class RateColumn(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            speed = task.finished_speed or task.speed
+            return Text(f"{speed:.3g} {rate}" if speed and rate else "")
 
     console = Console(stderr=True)
     columns = (
@@ -56,6 +67,7 @@ def progress_bar(words: str) -> Generator[Callable[[int, int], None]]:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
+        RateColumn(),
     )
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
         # Before the first report the kernel is loaded, or compiled.

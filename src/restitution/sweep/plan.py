@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib.metadata import version
 from typing import Any
@@ -96,6 +96,10 @@ class Plan:
     def assembly(self) -> Assembly:
         """What makes impacts of values along the axes."""
         return Assembly(self.template, self.grid.names)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is derived from these is made anew where the plan arrives.
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def check(self) -> None:
         """Refuse axes whose ends make no impact.

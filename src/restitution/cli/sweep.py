@@ -1,0 +1,211 @@
+"""Commands for many impacts: `sweep`, `plot` and `map`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from restitution.cli.outcome import BadInput, tell, user_input
+from restitution.cli.patience import progress_bar
+from restitution.cli.presentation import PICTURES, check_target
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Picture = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FILE", help="Picture: .png, .pdf or .svg.", show_default=False),
+]
+Outputs = Annotated[
+    list[str] | None,
+    typer.Option("--output", metavar="NAME", help="What to show; may be repeated.", show_default=False),
+]
+Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]
+
+_POINTS = 80
+# Ends of an axis that are further apart than this mean a logarithmic one.
+_LOG_RATIO = 10.0
+
+
+def sweep(
+    file: Annotated[
+        Path, typer.Argument(metavar="SWEEP.toml", help="Case file with axes.", show_default=False)
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="RESULT.zarr", help="Zarr store for the results.", show_default=False)
+    ],
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Dask: 'local', or a scheduler such as tcp://host:8786.",
+            show_default=False,
+        ),
+    ] = None,
+    workers: Workers = None,
+) -> None:
+    """Compute the impacts of a case file with axes, into a store that can be resumed.
+
+    Ctrl-C, and worse, lose at most the chunks in work: the same command goes on where it was.
+    """
+    with user_input():
+        from restitution.case.sweep import read_sweep
+        from restitution.sweep.run import run
+
+        plan = read_sweep(file)
+        there: int | None = None
+        start = time.monotonic()
+        with progress_bar("sweeping", rate="impacts/s") as bar:
+
+            def progress(done: int, total: int) -> None:
+                nonlocal there
+                there = done if there is None else there
+                bar(done, total)
+
+            try:
+                run(
+                    plan,
+                    out=out,
+                    engine="threads" if dask is None else "dask",
+                    cluster=dask,
+                    workers=workers,
+                    progress=progress,
+                )
+            except KeyboardInterrupt:
+                tell("note", f"{out}: the same command resumes", "cyan")
+                raise
+    seconds = time.monotonic() - start
+    fresh = plan.grid.n_points - (there or 0)
+    print(
+        f"{plan.grid.n_points} impacts in {out}"
+        + (f", {there} of them from before" if there else "")
+        + (f"; {fresh / seconds:.3g} impacts/s in {seconds:.1f} s" if fresh else "")
+    )
+
+
+def plot(
+    result: Annotated[
+        Path, typer.Argument(metavar="RESULT.zarr", help="Result of a sweep.", show_default=False)
+    ],
+    out: Picture = None,
+    output: Outputs = None,
+    x: Annotated[
+        str | None, typer.Option(metavar="AXIS", help="Axis along the abscissa.", show_default=False)
+    ] = None,
+    y: Annotated[
+        str | None, typer.Option(metavar="AXIS", help="Axis along the ordinate of a map.", show_default=False)
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=VALUE", help="Show one value of an axis; may be repeated.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
+    target = result.with_suffix(".png") if out is None else out
+    check_target("--out", target, PICTURES)
+    with user_input():
+        from restitution.sweep.store import open_sweep
+
+        dataset = open_sweep(result)
+        chosen = dict(_assignment("--at", text) for text in at or ())
+        _draw(dataset, target, output or [], x=x, y=y, at=chosen)
+
+
+def map_(
+    x: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME=LOW:HIGH", help="Abscissa, e.g. velocity=1cm/s:10m/s.", show_default=False
+        ),
+    ],
+    y: Annotated[str, typer.Option(metavar="NAME=LOW:HIGH", help="Ordinate.", show_default=False)],
+    case: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[CASE.toml]", help="Case file; the paper's problem if not given.", show_default=False
+        ),
+    ] = None,
+    output: Outputs = None,
+    fixed: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Set another quantity; may be repeated.", show_default=False
+        ),
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Points along each axis.")] = _POINTS,
+    out: Picture = None,
+    workers: Workers = None,
+) -> None:
+    """Draw contours of an output over two quantities of a case.
+
+    NAME is a key of the case file, such as velocity or material.density; without a file nu, p2 and p3.
+    """
+    target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
+    check_target("--out", target, PICTURES)
+    with user_input():
+        from restitution.case.axes import read_axes
+        from restitution.case.file import read_toml
+        from restitution.case.sweep import plan_case
+        from restitution.sweep.run import run
+
+        path = Path("standard solid") if case is None else case
+        data = {} if case is None else read_toml(case)
+        axes: dict[str, Any] = {}
+        for option, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
+            name, value = _assignment(option, text)
+            *tables, key = name.split(".")
+            table = axes
+            for part in tables:
+                table = table.setdefault(part, {})
+            table[key] = _plain(value) if option == "--set" else _range(option, value, points)
+        read = {place: _spaced(axis) for place, axis in read_axes(path, axes, None).items()}
+        outputs = output or ["restitution_coefficient"]
+        plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read)
+        with progress_bar("computing", rate="impacts/s") as progress:
+            dataset = run(plan, workers=workers, progress=progress)
+        names = list(plan.grid.axes)
+        _draw(dataset, target, outputs, x=names[0], y=names[1])
+
+
+def _draw(dataset: xr.Dataset, target: Path, outputs: list[str], **choice: Any) -> None:
+    from restitution.plot.dataset import plot_sweep
+    from restitution.plot.style import save_figure
+
+    save_figure(plot_sweep(dataset, outputs, **choice), target)
+    print(target)
+
+
+def _assignment(option: str, text: str) -> tuple[str, str]:
+    name, sign, value = text.partition("=")
+    if not sign or not name.strip() or not value.strip():
+        raise BadInput(f"{option} {text}: must be a name, = and what it is")
+    return name.strip(), value.strip()
+
+
+def _range(option: str, text: str, points: int) -> dict[str, Any]:
+    ends = [end.strip() for end in text.split(":")]
+    if len(ends) != 2 or not all(ends):
+        raise BadInput(f"{option} {text}: must be LOW:HIGH")
+    return {"linear": [_plain(end) for end in ends], "n": points}
+
+
+def _spaced(axis: Any) -> Any:
+    """Space an axis by ratios where its ends are far apart."""
+    from restitution.sweep.axis import Linear, Logarithmic
+
+    if not isinstance(axis, Linear) or min(axis.low, axis.high) <= 0.0:
+        return axis
+    apart = max(axis.low, axis.high) >= _LOG_RATIO * min(axis.low, axis.high)
+    return Logarithmic(axis.low, axis.high, axis.n) if apart else axis
+
+
+def _plain(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,0 +1,258 @@
+"""Figures of a sweep: curves, contour maps, slices or distributions, as its axes ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from restitution.plot import style
+from restitution.plot.panels import (
+    draw_bands,
+    draw_curves,
+    draw_histogram,
+    draw_map,
+    draw_scatter,
+    is_numeric,
+    quantity,
+    value_name,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+# Fewer values than this make a family of curves, more a map.
+_MOST_CURVES = 10
+_MOST_PANELS = 6
+# More points than a figure can show need not be read.
+_MOST_POINTS = {"curves": 2000, "map": 300, "draws": 20000}
+
+
+class Layout(NamedTuple):
+    """Which dimension of a sweep goes where.
+
+    Attributes
+    ----------
+    kind : str
+        "curves", "map", "bands" or "draws".
+    x : str or None
+        Abscissa.
+    y : str or None
+        Ordinate of a map, or the parameter of a family of curves.
+    slices : str or None
+        Dimension of which each panel shows one value.
+    draws : str or None
+        Dimension of random draws.
+    rest : tuple of str
+        Dimensions of which one value in the middle is shown.
+    """
+
+    kind: str
+    x: str | None
+    y: str | None
+    slices: str | None
+    draws: str | None
+    rest: tuple[str, ...]
+
+
+def plot_sweep(
+    dataset: xr.Dataset,
+    outputs: Sequence[str] = (),
+    *,
+    x: str | None = None,
+    y: str | None = None,
+    at: Mapping[str, Any] | None = None,
+) -> Figure:
+    """Figure of the result of a sweep.
+
+    One axis makes a curve. Two make a map, or a family of curves where one of them has few values. Of further
+    axes panels show slices, or one value in the middle. Random draws become bands, or histograms.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `restitution.sweep` or `restitution.open_sweep` returned.
+    outputs : sequence of str
+        Which outputs; all, or the first one where there are slices, if none is named.
+    x : str, optional
+        Dimension along the abscissa.
+    y : str, optional
+        Dimension along the ordinate of a map.
+    at : dict, optional
+        By name of a dimension, the value at which to look; the nearest one is taken.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, or there is nothing to show.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> result = rs.sweep(None, {"nu": [0.3, 0.5], "p2": 0.1, "p3": rs.Logarithmic(0.01, 100.0, 9)})
+    >>> figure = plot_sweep(result, ["restitution_coefficient"])
+    >>> len(figure.axes), len(figure.axes[0].lines)
+    (1, 2)
+    """
+    dataset = _selected(dataset, at or {})
+    known = [str(name) for name in dataset.data_vars if name != "status"]
+    for name in outputs:
+        if name not in known:
+            raise ValueError(f"output {name!r}: is not in the sweep; there are {', '.join(known)}")
+    layout = choose_layout(dataset, x, y)
+    if layout.kind != "draws" and layout.x is None:
+        raise ValueError("there is no axis with more than one value to draw over")
+    for dimension in layout.rest:
+        dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})
+    names = list(outputs) or (known[:1] if layout.slices else known)
+    dataset = _thinned(dataset[names], layout)
+    with style.context():
+        figure = (
+            _draws_figure(dataset, names, layout)
+            if layout.kind == "draws"
+            else _figure(dataset, names, layout)
+        )
+        notes = [_held(dataset, dimension) for dimension in layout.rest]
+        title = str(dataset.attrs.get("title", ""))
+        text = ", ".join(part for part in (title, *notes) if part)
+        if text:
+            figure.suptitle(text, fontsize=10)
+        figure.draw_without_rendering()
+    return figure
+
+
+def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = None) -> Layout:
+    """Choose what goes where.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The result of a sweep.
+    x, y : str, optional
+        What the reader wants.
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    ValueError
+        If there is no such dimension.
+    """
+    probe = dataset[next(iter(dataset.data_vars))]
+    sizes = {str(name): size for name, size in probe.sizes.items() if size > 1}
+    for name in (x, y):
+        if name is not None and name not in sizes:
+            raise ValueError(f"axis {name!r}: is not in the sweep; there are {', '.join(sizes)}")
+    draws = next((name for name in sizes if name not in dataset.coords), None)
+    free = [name for name in sizes if name != draws]
+    numeric = [name for name in free if is_numeric(probe, name)]
+    if not free:
+        return Layout("draws", None, None, None, draws, ())
+    if x is None:
+        ranked = sorted((name for name in numeric if name != y), key=lambda name: -sizes[name])
+        x = ranked[0] if ranked else next(name for name in free if name != y)
+        # Of two long axes the first one goes along the abscissa.
+        if y is None and len(ranked) > 1 and sizes[ranked[1]] > _MOST_CURVES:
+            x = next(name for name in numeric if name in ranked[:2])
+    others = sorted(
+        (name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name])
+    )
+    if draws is not None:
+        slices = others[0] if others else None
+        return Layout("bands", x, None, slices, draws, tuple(others[1:]))
+    if y is not None:
+        others.remove(y)
+        return Layout("map", x, y, others[0] if others else None, None, tuple(others[1:]))
+    if others and others[0] in numeric and x in numeric and sizes[others[0]] > _MOST_CURVES:
+        return Layout("map", x, others[0], others[1] if others[1:] else None, None, tuple(others[2:]))
+    family = others[-1] if others and sizes[others[-1]] <= _MOST_CURVES else None
+    rest = [name for name in others if name != family]
+    return Layout("curves", x, family, rest[0] if rest else None, None, tuple(rest[1:]))
+
+
+def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
+    for name, value in at.items():
+        if name not in dataset.dims or name not in dataset.coords:
+            there = ", ".join(str(one) for one in dataset.dims if one in dataset.coords)
+            raise ValueError(f"at {name} = {value}: is no axis of the sweep; there are {there}")
+        if np.issubdtype(dataset[name].dtype, np.number):
+            place = int(np.argmin(np.abs(dataset[name].values - float(value))))
+        else:
+            words = [str(word) for word in dataset[name].values]
+            if str(value) not in words:
+                raise ValueError(f"at {name} = {value}: must be one of {', '.join(words)}")
+            place = words.index(str(value))
+        dataset = dataset.isel({name: place})
+    return dataset
+
+
+def _thinned(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
+    """Leave out points that no figure could show."""
+    most = {layout.x: _MOST_POINTS["curves"], layout.draws: _MOST_POINTS["draws"]}
+    if layout.kind == "map":
+        most |= {layout.x: _MOST_POINTS["map"], layout.y: _MOST_POINTS["map"]}
+    if layout.slices:
+        most[layout.slices] = _MOST_PANELS
+    for name, count in most.items():
+        if name is not None and dataset.sizes[name] > count:
+            places = np.unique(np.linspace(0, dataset.sizes[name] - 1, count).round().astype(int))
+            dataset = dataset.isel({name: places})
+    return dataset
+
+
+def _figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figure:
+    panels: list[tuple[xr.DataArray, str]] = []
+    for name in names:
+        output = dataset[name]
+        if layout.slices is None:
+            panels.append((output, ""))
+            continue
+        panels.extend(
+            (output.isel({layout.slices: place}), value_name(output, layout.slices, place))
+            for place in range(output.sizes[layout.slices])
+        )
+    columns = 1 if len(panels) == 1 else 2 if len(panels) in (2, 4) else min(3, len(panels))
+    rows = -(-len(panels) // columns)
+    width = 5.2 if columns == 1 else style.PAGE_WIDTH * (1.0 if columns == 2 else 1.35)
+    figure = style.new_figure(width, max(3.4, (4.2 if columns == 1 else 3.0) * rows))
+    assert layout.x is not None
+    for number, (output, words) in enumerate(panels):
+        ax = figure.add_subplot(rows, columns, number + 1)
+        if layout.kind == "map":
+            assert layout.y is not None
+            draw_map(ax, output, layout.x, layout.y)
+        elif layout.kind == "bands":
+            assert layout.draws is not None
+            draw_bands(ax, output, layout.x, layout.draws)
+        else:
+            draw_curves(ax, output, layout.x, layout.y)
+        if words:
+            above = ax.get_title()
+            ax.set_title(f"{above}, {words}" if above else words, fontsize=9)
+    return figure
+
+
+def _draws_figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figure:
+    drawn = [str(name) for name, coordinate in dataset.coords.items() if coordinate.dims == (layout.draws,)]
+    columns = max(len(names), len(drawn), 1)
+    figure = style.new_figure(max(style.COLUMN_WIDTH, 2.6 * columns), 5.4)
+    for number, name in enumerate(names):
+        draw_histogram(figure.add_subplot(2, len(names), number + 1), dataset[name])
+    for number, name in enumerate(drawn):
+        draw_scatter(figure.add_subplot(2, len(drawn), len(drawn) + number + 1), dataset[names[0]], name)
+    return figure
+
+
+def _held(dataset: xr.Dataset, dimension: str) -> str:
+    coordinate = dataset[dimension]
+    if not np.issubdtype(coordinate.dtype, np.number):
+        return str(coordinate.values)
+    return quantity(coordinate.expand_dims("one")).value_label(0)
