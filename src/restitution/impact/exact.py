@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.impact.status import Status
+
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
     from restitution.kernel.impact import Problem
@@ -74,26 +76,20 @@ def solve_scaled(
     array, shape (n, 9) or (n, 11)
         Columns `restitution.kernel.impact.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
-    from restitution.kernel.energy import allocate_ledger, budget_block
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, solve_block
-    from restitution.kernel.radau import radau
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME
     from restitution.kernel.workspace import allocate
 
-    scheme, path = radau(STAGES), kernel_path(block)
-    outcomes = np.empty((block.size, len(OUTCOME) + (2 if budget else 0)))
-    tolerance, accept = element_tolerance(rtol), newton_tolerance(rtol)
+    path = kernel_path(block)
+    outcomes = np.empty((block.size, len(OUTCOME)))
+    energies = np.empty((block.size, 2 if budget else 0))
 
     def run(start: int, stop: int) -> int:
         part = block.part(start, stop)
-        problem = (
-            scheme, tolerance, accept, part.firsts, part.equilibria, part.viscosities, part.loads, part.offsets,
-            part.moduli, part.times, path, allocate(STAGES, part.most_modes, MAX_ELEMENTS),
-        )  # fmt: skip
+        work = allocate(STAGES, part.most_modes, MAX_ELEMENTS)
         if budget:
-            ledger = allocate_ledger(STAGES, part.most_modes, MAX_ELEMENTS)
-            budget_block(*problem, ledger, outcomes[start:stop])
+            energies[start:stop] = _solve_with_budget(part, path, rtol, work, outcomes[start:stop])
         else:
-            solve_block(*problem, outcomes[start:stop])
+            _solve_part(part, path, rtol, work, outcomes[start:stop])
         return stop - start
 
     workers = workers or os.cpu_count() or 1
@@ -103,7 +99,7 @@ def solve_scaled(
             done += run(start, stop)
             if progress is not None:
                 progress(done, block.size)
-        return outcomes
+        return np.hstack([outcomes, energies])
     # The first chunk alone compiles; threads that start together would each do so.
     done = run(0, _CHUNK)
     with ThreadPoolExecutor(workers) as pool:
@@ -117,25 +113,55 @@ def solve_scaled(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return outcomes
+    return np.hstack([outcomes, energies])
+
+
+def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> None:
+    """Solve a block in one call of the kernel."""
+    from restitution.kernel.impact import solve_block
+    from restitution.kernel.radau import radau
+
+    solve_block(
+        radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
+        block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
+    )  # fmt: skip
+
+
+def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> Array:
+    """Solve a block one by one, and return the energy dissipated and stored of each, in units of m v0^2."""
+    from restitution.kernel.energy import allocate_ledger, approach_budget, rebound_budget
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.radau import radau
+
+    energies = np.full((block.size, 2), np.nan)
+    ledger = allocate_ledger(STAGES, block.most_modes, MAX_ELEMENTS)
+    for n in range(block.size):
+        _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
+        if outcomes[n, 7] == Status.SEPARATED:
+            problem = _problem(block, n, path), radau(STAGES), work, ledger
+            first = approach_budget(*problem)
+            second, stored = rebound_budget(*problem)
+            energies[n] = first + second, stored
+    return energies
+
+
+def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
+    from restitution.kernel.impact import Problem
+
+    row = block.row(n)
+    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)
 
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]:
     """Solve a block of one impact and return its outcome with the stored approach and rebound."""
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME, Problem, solve_block
-    from restitution.kernel.radau import radau
+    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME
     from restitution.kernel.workspace import allocate
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)
     work = allocate(STAGES, block.most_modes, MAX_ELEMENTS)
-    solve_block(
-        radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
-    )  # fmt: skip
-    row = block.row(0)
-    problem = Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)
-    return outcomes[0], problem, work
+    _solve_part(block, path, rtol, work, outcomes)
+    return outcomes[0], _problem(block, 0, path), work
 
 
 def _chunks(size: int, start: int = 0) -> Iterator[tuple[int, int]]:

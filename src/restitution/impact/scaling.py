@@ -216,10 +216,11 @@ def power_block(
         factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
         scaled = moduli * factor[:, None]
         loads = forces * length / (masses * velocities**2)
+        scaled_times = times / time[:, None]
     count = np.full(length.size, moduli.shape[1], dtype=np.int64)
     return ScaledBlock(
         np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, loads,
-        np.concatenate([[0], np.cumsum(count)]), scaled.ravel(), (times / time[:, None]).ravel(), p, None,
+        np.concatenate([[0], np.cumsum(count)]), scaled.ravel(), scaled_times.ravel(), p, None,
         length, time, coefficients * length ** (0.5 * p),
     )  # fmt: skip
 

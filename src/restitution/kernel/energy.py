@@ -22,8 +22,8 @@ import numpy as np
 
 from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.dense import invert, lagrange
-from restitution.kernel.impact import FIRST, SEPARATED, Problem, interpolate, seek, solve_one
-from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.impact import Problem, interpolate, seek
+from restitution.kernel.path import radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     BACK_LENGTH,
@@ -31,7 +31,6 @@ from restitution.kernel.workspace import (
     BASIS,
     COUPLING,
     LENGTH,
-    MODES_,
     N_APPROACH,
     N_REBOUND,
     S_,
@@ -115,9 +114,13 @@ def _integral(scheme: Any, work: Any, values: Any, h: float, end: float) -> floa
     return h * total
 
 
-@stage
-def _approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
-    """Energy dissipated during the approach; leaves the memory in the ledger."""
+@kernel
+def approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
+    """Energy dissipated during the approach, in units of m v0^2; leaves the memory in the ledger.
+
+    `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
+    `solve_block`: whoever does not ask for the energy does not wait for its compilation.
+    """
     S = len(scheme.size)
     N = problem.moduli.shape[0]
     nodes, memory = ledger.nodes, ledger.memory
@@ -149,7 +152,11 @@ def _approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledge
                     elif n == 1:
                         nodes[SOURCE, i] *= 2.0 * memory[element, i, 3 * k]
             for i in range(1, S + 1):
-                H, Y, Z = memory[element, i, 3 * k], memory[element, i, 3 * k + 1], memory[element, i, 3 * k + 2]
+                H, Y, Z = (
+                    memory[element, i, 3 * k],
+                    memory[element, i, 3 * k + 1],
+                    memory[element, i, 3 * k + 2],
+                )
                 square = 2.0 * H * Y - Z
                 nodes[POWER, i] += problem.moduli[k] * rate * square * nodes[RATE, i]
         end = min((work.turning_place[0] - work.places[START, element]) / h, 1.0)
@@ -201,12 +208,18 @@ def _stored(
     return stored
 
 
-@stage
-def _rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during the rebound, and stored by the elements as they are left."""
+@kernel
+def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
+    """Energy dissipated during the rebound, and stored by the elements as they are left; after `approach_budget`."""
     S = len(scheme.size)
     N = problem.moduli.shape[0]
-    nodes, memory, past, decay, present = ledger.nodes, ledger.memory, ledger.past, ledger.decay, ledger.present
+    nodes, memory, past, decay, present = (
+        ledger.nodes,
+        ledger.memory,
+        ledger.past,
+        ledger.decay,
+        ledger.present,
+    )
     sigma_m = work.turning_place[0]
     last = work.counts[N_REBOUND]
     place = work.counts[N_APPROACH]
@@ -254,38 +267,7 @@ def _rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger
                 nodes[POWER, i + 1] += problem.moduli[k] * rate * square * nodes[RATE, i + 1]
                 nodes[DENSITY, i + 1] += 0.5 * problem.moduli[k] * (H - X * H1) ** 2
         dissipated += _integral(scheme, work, nodes[POWER], h, 1.0)
-        stored += _stored(problem, scheme, work, nodes, element == last, sigma_m - work.places[BACK_START, element], h)
+        stored += _stored(
+            problem, scheme, work, nodes, element == last, sigma_m - work.places[BACK_START, element], h
+        )
     return dissipated, stored
-
-
-@kernel
-def budget_block(
-    scheme: Scheme,
-    tolerance: float,
-    accept: float,
-    firsts: Any,
-    equilibria: Any,
-    viscosities: Any,
-    loads: Any,
-    offsets: Any,
-    moduli: Any,
-    times: Any,
-    path: Path,
-    work: Work,
-    ledger: Ledger,
-    outcomes: Any,
-) -> None:
-    """Solve a block as `solve_block` does, with the energy budget of each impact.
-
-    Two more columns of `outcomes` take the energy dissipated and stored, in units of m v0^2.
-    """
-    columns = outcomes.shape[1]
-    for n in range(offsets.shape[0] - 1):
-        low, high = offsets[n], offsets[n + 1]
-        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
-        solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
-        if outcomes[n, columns - 4] == SEPARATED:
-            first = _approach_budget(problem, scheme, work, ledger)
-            second, stored = _rebound_budget(problem, scheme, work, ledger)
-            outcomes[n, columns - 2] = first + second
-            outcomes[n, columns - 1] = stored

@@ -383,40 +383,6 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     return best
 
 
-@part
-def solve_one(
-    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float, outcome: Any
-) -> None:
-    """Solve one impact; write its outcome and leave both halves in `work`."""
-    S = len(scheme.size)
-    for n in range(outcome.shape[0]):
-        outcome[n] = math.nan
-    work.counts[N_FACTOR] = 0
-    status = approach(problem, scheme, work, tolerance, accept, first)
-    if status == SEPARATED:
-        outcome[2] = work.turning[S_] ** 2
-        outcome[3] = _peak_force(scheme, work)
-        outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
-        outcome[6] = work.turning[T_]
-        status = rebound(problem, scheme, work, tolerance, accept, outcome[3])
-    if status == SEPARATED:
-        last = work.counts[N_REBOUND]
-        table = work.rebound[last]
-        outcome[0] = -table[S, V_]
-        outcome[1] = table[S, T_]
-        depth = outcome[2]
-        for element in range(last + 1):
-            h = work.places[BACK_LENGTH, element]
-            for j in range(S):
-                weight = scheme.A[S - 1, j] * h * work.slopes[element, j]
-                depth += weight * work.rebound[element, j + 1, V_]
-        outcome[5] = depth
-    elif status in (SINKS_IN, CAPTURED):
-        outcome[0] = 0.0
-    outcome[7] = status
-    outcome[8] = work.counts[N_FACTOR]
-
-
 @kernel
 def solve_block(
     scheme: Scheme,
@@ -456,7 +422,34 @@ def solve_block(
     outcomes : ndarray, shape (n, 9)
         Written: columns `OUTCOME`; NaN where there is no result.
     """
+    S = len(scheme.size)
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
-        solve_one(problem, scheme, work, tolerance, accept, FIRST * firsts[n], outcomes[n])
+        outcome = outcomes[n]
+        for column in range(outcome.shape[0]):
+            outcome[column] = math.nan
+        work.counts[N_FACTOR] = 0
+        status = approach(problem, scheme, work, tolerance, accept, FIRST * firsts[n])
+        if status == SEPARATED:
+            outcome[2] = work.turning[S_] ** 2
+            outcome[3] = _peak_force(scheme, work)
+            outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
+            outcome[6] = work.turning[T_]
+            status = rebound(problem, scheme, work, tolerance, accept, outcome[3])
+        if status == SEPARATED:
+            last = work.counts[N_REBOUND]
+            outcome[0] = -work.rebound[last, S, V_]
+            outcome[1] = work.rebound[last, S, T_]
+            depth = outcome[2]
+            for element in range(last + 1):
+                for j in range(S):
+                    duration = (
+                        scheme.A[S - 1, j] * work.places[BACK_LENGTH, element] * work.slopes[element, j]
+                    )
+                    depth += duration * work.rebound[element, j + 1, V_]
+            outcome[5] = depth
+        elif status in (SINKS_IN, CAPTURED):
+            outcome[0] = 0.0
+        outcome[7] = status
+        outcome[8] = work.counts[N_FACTOR]
