@@ -103,9 +103,9 @@ class DenseOutput:
         share = np.linspace(0.0, 1.0, n_points)
         knots = np.concatenate([self._approach[:, 0, 2], self._rebound[:, 0, 2], [self._end]])
         knots = np.unique(np.clip(knots, 0.0, self._end))
-        steps = np.interp(share, np.linspace(0.0, 1.0, knots.size), knots)
-        # Half evenly in time, half by steps: neither a thin turning layer nor a long creep goes unseen.
-        times = 0.5 * (steps + share * self._end) * self._units[0]
+        # Half of the points evenly over time, half over steps: thin layers and long creep are both seen.
+        passed = 0.5 * (np.linspace(0.0, 1.0, knots.size) + knots / self._end)
+        times = np.interp(share, passed, knots) * self._units[0]
         times[-1] = self.contact_time
         return times
 
@@ -142,10 +142,10 @@ class DenseOutput:
         position = self._back_starts[element] + x * self._back_lengths[element]
         s1 = self._path_s(np.where(t[~coming] < self._end, np.maximum(self._sigma_m - position, 0.0), 0.0))
         columns[~coming] = np.column_stack([values[:, 4], values[:, 1], values[:, 3], s1])
-        time, length, velocity, force_unit, radius = self._units
+        _, length, velocity, force_unit, radius = self._units
         a = contact_radius(self._scaled, columns[:, 3])
         return Trajectory(
-            t * time, columns[:, 0] * length, columns[:, 1] * velocity,
+            np.minimum(moments, self.contact_time), columns[:, 0] * length, columns[:, 1] * velocity,
             np.maximum(columns[:, 2], 0.0) * force_unit, a * radius,
         )  # fmt: skip
 
@@ -169,7 +169,7 @@ class DenseOutput:
             late = np.einsum("nj,nj->n", self._basis(middle), column) > t
             high = np.where(late, middle, high)
             low = np.where(late, low, middle)
-        x = np.where(t <= column[:, 0], 0.0, 0.5 * (low + high))
+        x = np.where(t <= column[:, 0], 0.0, np.where(t >= column[:, -1], 1.0, 0.5 * (low + high)))
         return element, x, np.einsum("nj,njc->nc", self._basis(x), tables[element])
 
     def _path_s(self, sigma: Array) -> Array:

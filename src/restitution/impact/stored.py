@@ -35,12 +35,15 @@ class Half(NamedTuple):
         rebound s is that of the approach with the same contact radius.
     pace : array, shape (E, S)
         dt/dsigma or dt/dlambda at the nodes.
+    share : float
+        What of the last element belongs to the half: that of the approach reaches past the turning point.
     """
 
     starts: Array
     lengths: Array
     columns: Array
     pace: Array
+    share: float
 
 
 # Columns of a half.
@@ -95,13 +98,14 @@ class StoredImpact:
         memory = self.propagate(
             lengths, pace, self.rates, pace * stored[:, 1:, V_], np.zeros(self.rates.size)
         )
-        self.approach = Half(starts, lengths, np.dstack([stored, stored[..., :1] ** 2, memory]), pace)
+        share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
+        self.approach = Half(starts, lengths, np.dstack([stored, stored[..., :1] ** 2, memory]), pace, share)
         turning = self.approach_at(np.array([self.sigma_m]))[0]
         stored = work.rebound[:n_rebound, :, :3].copy()
         pace = work.slopes[:n_rebound].copy()
         starts, lengths = work.places[2, :n_rebound].copy(), work.places[3, :n_rebound].copy()
         memory = self.propagate(lengths, pace, self.rates, pace * stored[:, 1:, V_], turning[H_:])
-        self.rebound = Half(starts, lengths, np.dstack([stored, memory[..., :1], memory]), pace)
+        self.rebound = Half(starts, lengths, np.dstack([stored, memory[..., :1], memory]), pace, 1.0)
         self.end = float(stored[-1, -1, T_])
 
     def propagate(self, lengths: Array, pace: Array, rates: Array, source: Array, start: Array) -> Array:
@@ -157,13 +161,15 @@ class StoredImpact:
         table = half.columns[..., column]
         element = np.clip(np.searchsorted(table[:, 0], values, side="right") - 1, 0, len(table) - 1)
         rows = table[element]
-        low, high = np.zeros(values.size), np.ones(values.size)
+        end = np.where(element == len(table) - 1, half.share, 1.0)
+        low, high = np.zeros(values.size), end
         for _ in range(54):
             middle = 0.5 * (low + high)
             late = np.einsum("pj,pj->p", self.basis(middle), rows) > values
             high = np.where(late, middle, high)
             low = np.where(late, low, middle)
-        return element, np.where(values <= rows[:, 0], 0.0, 0.5 * (low + high))
+        place = np.where(low == 0.0, low, np.where(high == end, end, 0.5 * (low + high)))
+        return element, place
 
     def approach_at(self, sigma: Array) -> Array:
         """All columns of the approach at sigma, shape (n, 4 + N)."""

@@ -1,0 +1,178 @@
+"""What a result offers: numbers by name, history with energies, budget, picture."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.impact.problem import Impact
+from restitution.impact.result import VARIABLES
+from restitution.impact.solve import solve
+from restitution.impact.status import SolverError, Status
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
+MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], viscosity=30.0), 2e7)
+
+
+def test_numbers_belong_together():
+    result = solve(BALL)
+    assert result.rebound_velocity == result.restitution_coefficient * 1.0
+    assert result.velocity == 1.0
+    assert result.max_contact_radius == pytest.approx(
+        math.sqrt(0.01 * result.max_indentation_depth), rel=1e-12
+    )
+    assert 0.0 < result.residual_indentation_depth < result.max_indentation_depth
+    assert result.impact is BALL
+    assert (result.method, result.rtol) == ("exact", 1e-9)
+    assert result.status is Status.SEPARATED
+
+
+def test_dictionary_holds_plain_numbers():
+    result = solve(BALL)
+    found = result.to_dict()
+    assert found["restitution_coefficient"] == result.restitution_coefficient
+    assert found["energy"]["dissipated"] == result.energy.dissipated
+    assert set(found["energy"]) == {"kinetic_in", "kinetic_out", "dissipated", "stored", "residual"}
+    assert found["status"] is Status.SEPARATED
+    assert found["warnings"] == result.warnings
+    numbers = [value for value in found.values() if isinstance(value, float)]
+    assert len(numbers) == 8
+
+
+@pytest.mark.parametrize("method", ["exact", "elements"])
+def test_energy_adds_up(method):
+    heavy = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, force=0.05)
+    energy = solve(heavy, method).energy
+    assert energy.kinetic_in == 0.0025
+    total = energy.kinetic_out + energy.dissipated + energy.stored
+    work = (
+        0.05
+        * solve(BALL.__class__(RUBBER, Parabola(0.01), 0.005, 1.0, force=0.05)).residual_indentation_depth
+    )
+    # Elements: first order.
+    tolerance = {"exact": 1e-8, "elements": 5e-3}[method]
+    assert total == pytest.approx(energy.kinetic_in + work, rel=tolerance)
+    assert energy.residual == pytest.approx(0.0, abs=tolerance)
+
+
+# History
+
+
+def test_history_has_units_and_the_ends():
+    history = solve(BALL).history
+    assert set(history.data_vars) == set(VARIABLES)
+    assert all(history[name].attrs["units"] == unit for name, (unit, _) in VARIABLES.items())
+    assert all(history[name].attrs["long_name"] for name in VARIABLES)
+    assert history.time.attrs["units"] == "s"
+    assert history.sizes["time"] == 401
+    assert history.attrs == {"method": "exact", "rtol": 1e-9}
+    result = solve(BALL)
+    assert float(history.time[-1]) == result.contact_time
+    assert float(history.velocity[-1]) == -result.rebound_velocity
+    assert float(history.force.max()) == pytest.approx(result.max_force, rel=1e-4)
+
+
+def test_as_many_points_as_wanted_or_given_times():
+    result = solve(BALL)
+    assert result.sample(n_points=7).sizes["time"] == 7
+    times = result.contact_time * np.array([0.3, 0.1])
+    assert result.sample(times).time.values.tolist() == times.tolist()
+    assert result.sample(times[0]).sizes["time"] == 1
+    with pytest.raises(ValueError, match=r"^n_points = 1: must be at least 2$"):
+        result.sample(n_points=1)
+    with pytest.raises(ValueError, match=r"^times = -1 s: must be in \[0, "):
+        result.sample([-1.0])
+
+
+@pytest.mark.parametrize(
+    "impact",
+    [
+        BALL,
+        Impact(MIXED, Cone(1.3), 0.005, 1.0),
+        Impact(MIXED, FlatPunch(0.002), 0.005, 1.0, force=0.05),
+        Impact(MIXED, Sphere(0.01), 0.005, 1.0, counter_material=RUBBER),
+        Impact(MIXED, TruncatedCone(0.002, 1.3), 0.005, 1.0),
+        Impact(Material(PronySeries(0.0, [1e7], [1e-3]), math.inf), Parabola(0.01), 0.005, 1.0),
+    ],
+    ids=["parabola", "cone", "flat punch with weight", "two bodies", "truncated cone", "liquid"],
+)
+def test_energies_add_up_at_all_times(impact):
+    result = solve(impact)
+    history = result.sample(n_points=301)
+    assert np.all(np.diff(history.dissipated_energy.values) >= 0.0)
+    # A liquid has next to nothing stored at the end.
+    assert np.all(history.stored_energy.values >= -1e-12 * result.energy.kinetic_in)
+    total = history.kinetic_energy + history.stored_energy + history.dissipated_energy
+    given = result.energy.kinetic_in + impact.force * history.indentation_depth
+    # Between its nodes the reported solution is some orders less accurate than in its result.
+    assert total.values == pytest.approx(given.values, abs=1e-7 * result.energy.kinetic_in)
+    fine = solve(impact, rtol=1e-12)
+    total, energy = fine.sample([0.0, fine.contact_time]), fine.energy
+    assert total.kinetic_energy.values == pytest.approx([energy.kinetic_in, energy.kinetic_out], rel=1e-11)
+    scale = 1e-9 * energy.kinetic_in
+    assert total.stored_energy.values == pytest.approx([0.0, energy.stored], abs=scale)
+    assert total.dissipated_energy.values == pytest.approx([0.0, energy.dissipated], abs=scale)
+
+
+def test_energies_of_a_damped_oscillator():
+    """Flat punch on a spring and a dashpot, F = k d + c v: stores k d^2/2, dissipates the rest."""
+    result = solve(
+        Impact(Material(PronySeries(1.0, viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0), rtol=1e-12
+    )
+    history = result.sample(n_points=401)
+    # k = 8, c = 0.8; at the end the elements leave with what they store.
+    assert history.stored_energy.values[:-1] == pytest.approx(
+        4.0 * history.indentation_depth.values[:-1] ** 2, abs=1e-11
+    )
+    omega, damping = math.sqrt(8.0), 0.4 / math.sqrt(8.0)
+    pace = omega * math.sqrt(1.0 - damping**2)
+    t = history.time.values
+    depth = np.exp(-damping * omega * t) * np.sin(pace * t) / pace
+    assert history.indentation_depth.values == pytest.approx(depth, abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["reference", "elements"])
+def test_histories_of_other_methods(method):
+    exact, other = solve(BALL), solve(BALL, method)
+    history = other.history
+    assert "kinetic_energy" in history
+    assert "stored_energy" not in history
+    tolerance = {"reference": 1e-4, "elements": 1e-2}[method]
+    times = np.linspace(0.05, 0.95, 19) * exact.contact_time
+    for name in ("indentation_depth", "velocity", "force"):
+        wanted = exact.sample(times)[name].values
+        assert other.sample(times)[name].values == pytest.approx(wanted, abs=tolerance * np.abs(wanted).max())
+    with pytest.raises(ValueError, match=r"the duration of contact$"):
+        other.sample([2.0 * exact.contact_time])
+
+
+def test_no_history_of_several_impacts_or_of_a_body_that_stays():
+    several = solve(Impact(RUBBER, Parabola(0.01), 0.005, [1.0, 2.0]))
+    with pytest.raises(ValueError, match=r"^history: of one impact only, .* of shape \(2,\)$"):
+        _ = several.history
+    with pytest.raises(ValueError, match=r"^history: of one impact only, and this result is of a list$"):
+        _ = solve([BALL]).history
+    stays = solve(Impact(Material(PronySeries(0.0, viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
+    with pytest.raises(ValueError, match=r"^history: the contact has no end \(.* sinks in"):
+        _ = stays.history
+
+
+def test_picture():
+    figure = solve(BALL).plot()
+    assert len(figure.axes) == 5
+
+
+def test_statuses_have_words_and_failures_carry_them():
+    assert [status.failed for status in Status][:4] == [False, False, False, True]
+    assert all(status.message for status in Status)
+    error = SolverError(Status.NOT_FINITE, "impact 3 of 7")
+    assert error.status is Status.NOT_FINITE
+    assert str(error) == f"NOT_FINITE: {Status.NOT_FINITE.message} (impact 3 of 7)"
