@@ -10,7 +10,7 @@ from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import dimensionless_groups, join, scale
+from restitution.impact.scaling import dimensionless_groups, scale, scale_alike
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -126,24 +126,17 @@ def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
     assert found.times == pytest.approx(wanted.times, rel=1e-12)
 
 
-def test_rows_parts_and_joined_blocks_are_the_single_impacts():
+def test_rows_parts_and_lists_are_the_single_impacts():
     several = scale(Impact(PRONY, Parabola([0.01, 0.02, 0.03]), 0.1, 2.0, force=1.0))
-    singles = [scale(Impact(PRONY, Parabola(radius), 0.1, 2.0, force=1.0)) for radius in (0.01, 0.02, 0.03)]
+    impacts = [Impact(PRONY, Parabola(radius), 0.1, 2.0, force=1.0) for radius in (0.01, 0.02, 0.03)]
     assert several.size == 3
     assert several.most_modes == 2
-    for block in (several, join(singles), join([several.part(0, 1), several.part(1, 3)])):
-        for n, single in enumerate(singles):
-            row, alone = block.row(n), single.row(0)
+    blocks = [(several, 0), (scale_alike(impacts), 0), (several.part(1, 3), 1)]
+    for block, first in blocks:
+        for n in range(block.size):
+            row, alone = block.row(n), scale(impacts[first + n]).row(0)
             for name in alone._fields:
                 assert np.array_equal(getattr(row, name), getattr(alone, name)), name
-
-
-def test_blocks_of_unlike_series_join():
-    elastic = scale(Impact(Material(1e6, math.inf), Parabola(0.01), 0.1, 2.0))
-    joined = join([elastic, scale(Impact(PRONY, Parabola(0.01), 0.1, 2.0))])
-    assert joined.offsets.tolist() == [0, 0, 2]
-    assert joined.most_modes == 2
-    assert joined.row(0).moduli.size == 0
 
 
 def test_several_exponents_in_one_impact_are_refused():
