@@ -36,13 +36,18 @@ from restitution.sweep.template import (
 _OF_BODIES = {
     **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "force")},
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
-    **{f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")},
 }
+_OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
 _OF_STANDARD_SOLIDS = {
     **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity")},
     "p2": "p2",
     "p3": "p3",
 }
+
+# What a standard solid is given by; a material with other keys has another form.
+_STANDARD_SOLID = {
+    "equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "bulk_modulus", "density", "name",
+}  # fmt: skip
 
 # Of these a case file has one: an axis over the one takes the place of the others.
 _RIVALS = (
@@ -111,7 +116,7 @@ class CaseTemplate:
             check_columns(impact, tuple(derived({name: np.ones(1) for name in self.columns})))
         except ValueError as error:
             raise CaseError(f"{self.path}: {error}") from None
-        held = "bulk_modulus" if case.material.poisson_ratio is None else "poisson_ratio"
+        held = "bulk_modulus" if getattr(case.material, "poisson_ratio", None) is None else "poisson_ratio"
         return Prepared(impact, derived, held)
 
     def describe(self) -> Any:
@@ -270,9 +275,15 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
 
 def _columns(case: dict[str, Any], dimensionless: bool) -> dict[str, str]:
     """Places of keys that columns set in this case, and the quantities that they are."""
-    material = case.get("material")
-    general = not dimensionless and isinstance(material, dict) and "shear" in material
-    return _OF_BODIES if general else _OF_BODIES | _OF_STANDARD_SOLIDS
+    material = case.get("material", {})
+    for part in (material, case.get("counter_material")):
+        if isinstance(part, dict) and part.get("model") in FractionalSection.keys:
+            # The Prony series that stands for it holds in a window that goes with the contact time.
+            return {}
+    keys = set(material) if isinstance(material, dict) else {""}
+    if dimensionless or keys <= _STANDARD_SOLID:
+        return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
+    return _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
 
 
 def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:

@@ -179,6 +179,9 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str) -> Axes:
     z = values.values[np.ix_(order[1], order[0])]
     norm = Normalize(0.0, 1.0) if output.name == _RESTITUTION else None
     fmt: Any = "%g"
+    if output.name == _RESTITUTION:
+        # Where the body stays, there is no rebound to be graded.
+        z = np.where(z == 0.0, np.nan, z)
     levels = _levels(output.name, z, values.logarithmic)
     if values.logarithmic and output.name != _RESTITUTION:
         z, levels, fmt = np.log10(z), np.log10(levels), _power
