@@ -329,35 +329,33 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         (
             'equilibrium_modulus = "1 MPa"',
             "instantaneous_modulus = 8e6",
-            "material.shear.instantaneous_modulus = "
-            "8000000.0: must be at least the sum of the branch moduli, 9e+06 Pa",
+            "material.shear: instantaneous_modulus = 8e+06 Pa: must be >= 9e+06 Pa, the sum of the terms",
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "relative_moduli = [0.2, 0.3, 0.6]",
-            "material.shear: the relative moduli add up to 1.1; must be below 1",
+            "material.shear: the relative moduli add up to 1.1: must be at most 1",
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e6",
-            "material.shear: the relative moduli add up to 0.9; with both end moduli given must add up to 1 "
-            "(shares of the difference) or 0.75 (shares of instantaneous_modulus)",
+            "material.shear: the relative moduli add up to 0.9: must be 1 "
+            "(shares of the difference) or 0.75 (shares of the instantaneous modulus)",
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e5",
-            'material.shear.equilibrium_modulus = "1 MPa": '
-            "must be at most the instantaneous_modulus, 400000 Pa",
+            "material.shear: equilibrium_modulus = 1e+06 Pa: must be <= 400000 Pa, the instantaneous",
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             'terms = "none.csv"',
-            'material.shear.terms = "none.csv": no such file: none.csv',
+            'material.shear.terms = "none.csv": no such file',
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "terms = 1",
-            'material.shear.terms = 1: must be the name of a CSV file, e.g. "prony.csv"',
+            'material.shear.terms = 1: must be the name of a file, e.g. "prony.csv"',
         ),
         (
             'bulk = "3 GPa"',
@@ -379,8 +377,7 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         (
             'bulk = "3 GPa"',
             'bulk = "3 GPa"\nviscosity = 1',
-            "material.viscosity = 1: unknown key; known are name, density, "
-            "shear, bulk, bulk_modulus, poisson_ratio",
+            "material.viscosity = 1: unknown key; did you mean bulk_viscosity?",
         ),
     ],
 )

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from restitution.case.schema import CaseFile
+from restitution.case.schema import CaseFile, window_around
 from restitution.case.section import CaseError, explain
 from restitution.impact.problem import Impact
 
 if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
+
+
+# The first window is that of a solution to a per cent; a second one is all that was ever needed.
+_ROUNDS = 5
 
 
 @dataclass(frozen=True)
@@ -32,12 +37,15 @@ class Case:
         The problem, in SI.
     options : dict
         Keyword arguments of `solve`.
+    sections : CaseFile
+        What the file says, checked.
     """
 
     path: Path
     title: str | None
     impact: Impact
     options: dict[str, Any]
+    sections: CaseFile = field(repr=False)
 
     def solve(self) -> ImpactResult:
         """Solve the impact as the file asks.
@@ -52,12 +60,55 @@ class Case:
         # The solver takes 0.3 s to import, which a faulty file need not wait for.
         from restitution.impact.solve import solve
 
+        impact = self.impact
         try:
-            return solve(self.impact, **self.options)
+            result = solve(impact, **self.options)
+            for _ in range(_ROUNDS):
+                if not self.sections.needs_window or not _outside(impact, float(result.contact_time), 1e4):
+                    break
+                impact = self.sections.build(window_around(float(result.contact_time)))
+                result = solve(impact, **self.options)
+            return result
         except ValueError as error:
             option = str(error).split(" = ")[0]
             section = "solver." if option in self.options else ""
             raise CaseError(f"{self.path}: {section}{error}") from None
+
+    def notes(self, result: ImpactResult) -> list[str]:
+        """What should be known of the materials: what was assumed, and whether their data cover the contact.
+
+        Parameters
+        ----------
+        result
+            What `solve` returned.
+        """
+        lines: list[str] = []
+        impact = result.impact
+        assert isinstance(impact, Impact)
+        duration = float(result.contact_time)
+        for material in (impact.material, impact.counter_material):
+            if material is None:
+                continue
+            name = material.name or "material"
+            if material.assumptions:
+                lines.append(f"{name}: {material.assumptions}")
+            if material.window and not _covers(material.window, duration, 1.0):
+                low, high = material.window
+                lines.append(
+                    f"{name}: meant for {low:.3g} s to {high:.3g} s, and the contact lasts {duration:.3g} s"
+                )
+        return lines
+
+
+def _outside(impact: Impact, contact_time: float, share: float) -> bool:
+    """Whether a material does not cover the contact time, and down to that share of it."""
+    parts = (impact.material, impact.counter_material)
+    windows = [part.window for part in parts if part is not None and part.window is not None]
+    return not all(_covers(window, contact_time, share) for window in windows)
+
+
+def _covers(window: tuple[float, float], contact_time: float, share: float) -> bool:
+    return not math.isfinite(contact_time) or window[0] * share <= contact_time <= window[1]
 
 
 def read_case(path: str | Path) -> Case:
@@ -109,7 +160,7 @@ def read_case(path: str | Path) -> Case:
         impact = case.build()
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return Case(path, case.title, impact, case.solver.options)
+    return Case(path, case.title, impact, case.solver.options, case)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import StrictBool, StrictInt, model_validator
 
 from restitution.case.material import AnyMaterial
+from restitution.case.material_form import Window
 from restitution.case.profile import AnyProfile, ParabolaSection
 from restitution.case.quantity import (
     ACCELERATION,
@@ -26,6 +27,24 @@ from restitution.case.section import Section
 from restitution.impact.problem import Impact
 
 STANDARD_GRAVITY = 9.80665
+
+
+# Any contact lasts less than a year and more than a picosecond; only its duration is wanted.
+_WIDE = Window(1e-12, 1e7, 1e-2)
+
+
+def window_around(contact_time: float) -> Window:
+    """Times that matter to an impact: from a millionth of its contact time [s] to twice that."""
+    if not math.isfinite(contact_time):
+        # A body that never leaves has no contact time.
+        return _WIDE._replace(rtol=0.0)
+    return Window(1e-6 * contact_time, 2.0 * contact_time, 0.0)
+
+
+def _contact_time(impact: Impact) -> float:
+    from restitution.impact.solve import solve
+
+    return float(solve(impact, rtol=1e-6).contact_time)
 
 
 class BodySection(Section):
@@ -115,14 +134,27 @@ class CaseFile(Section):
             refuse("is missing; the profile takes its radius", "body", "radius")
         return self
 
-    def build(self) -> Impact:
-        """Impact in SI."""
+    @property
+    def needs_window(self) -> bool:
+        """Whether a material is fractional, and so can only be had for a window of time."""
+        return any(part is not None and part.needs_window for part in (self.material, self.counter_material))
+
+    def build(self, window: Window | None = None) -> Impact:
+        """Impact in SI.
+
+        Parameters
+        ----------
+        window
+            Where fractional models have to hold; found from a first solution if left out.
+        """
+        if window is None and self.needs_window:
+            window = window_around(_contact_time(self.build(_WIDE)))
         mass = self.body.kilograms
         return Impact(
-            material=self.material.build(),
+            material=self.material.build(window),
             profile=self.profile.build(self.body.radius),
             mass=mass,
             velocity=self.impact.impact_velocity,
-            counter_material=None if self.counter_material is None else self.counter_material.build(),
+            counter_material=None if self.counter_material is None else self.counter_material.build(window),
             force=self.impact.pressing_force(mass),
         )
