@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from restitution.contact.profile import Parabola as Parabola
     from restitution.contact.sphere import Sphere as Sphere
     from restitution.contact.tabulated import Tabulated as Tabulated
+    from restitution.impact.bounces import Bounces as Bounces
+    from restitution.impact.bounces import bounces as bounces
+    from restitution.impact.bounces import drop as drop
+    from restitution.impact.collision import Body as Body
+    from restitution.impact.collision import collision as collision
     from restitution.impact.problem import Impact as Impact
     from restitution.impact.result import ImpactResult as ImpactResult
     from restitution.impact.scaling import dimensionless_groups as dimensionless_groups
@@ -62,6 +67,8 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Arrhenius": "material.shift",
+    "Body": "impact.collision",
+    "Bounces": "impact.bounces",
     "Case": "case.file",
     "Cone": "contact.power_law",
     "FlatEndedParabola": "contact.flat_ended",
@@ -87,9 +94,12 @@ _HOME = {
     "TruncatedCone": "contact.flat_ended",
     "Uniform": "sweep.distribution",
     "WLF": "material.shift",
+    "bounces": "impact.bounces",
     "burgers": "material.classical",
     "closed_forms": "impact.closed_forms",
+    "collision": "impact.collision",
     "dimensionless_groups": "impact.scaling",
+    "drop": "impact.bounces",
     "elastic": "material.classical",
     "fit_prony": "material.fit",
     "fractional_kelvin_voigt": "material.fractional",

@@ -197,8 +197,6 @@ class ImpactResult:
         >>> float(result.sample([0.0]).velocity[0])
         1.0
         """
-        import xarray as xr
-
         if n_points < 2:
             raise ValueError(f"n_points = {n_points}: must be at least 2")
         dense = self._dense_output
@@ -206,16 +204,15 @@ class ImpactResult:
             trajectory = _interpolated(dense, times)
         else:
             trajectory = dense.at(dense.times(n_points) if times is None else times)
-        columns = [*trajectory[1:], *self._energy_columns(trajectory)]
+        values = [*trajectory[1:], *self._energy_columns(trajectory)]
         # The energies come last, and not every method tells them all.
-        data = {
-            name: ("time", values, {"units": unit, "long_name": long_name})
-            for (name, (unit, long_name)), values in zip(VARIABLES.items(), columns, strict=False)
+        columns = {
+            name: (column, *words) for (name, words), column in zip(VARIABLES.items(), values, strict=False)
         }
-        time = ("time", trajectory.time, {"units": "s", "long_name": "time since first touch t"})
-        return xr.Dataset(
-            data, coords={"time": time}, attrs={"method": self.method, "rtol": self.rtol or np.nan}
-        )
+        return dataset(
+            "time", (trajectory.time, "s", "time since first touch t"), columns,
+            {"method": self.method, "rtol": self.rtol or np.nan},
+        )  # fmt: skip
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Any:
         """Contact pressure p(r, t) [Pa].
@@ -341,6 +338,35 @@ class ImpactResult:
             "rtol": self.rtol,
             "warnings": self.warnings,
         }
+
+
+def dataset(
+    dimension: str,
+    index: tuple[Any, str, str],
+    columns: dict[str, tuple[Any, str, str]],
+    attributes: dict[str, Any],
+) -> xarray.Dataset:
+    """Columns of one length as a Dataset.
+
+    Parameters
+    ----------
+    dimension : str
+        Name of the index.
+    index : tuple
+        Its values, unit and words.
+    columns : dict of str to tuple
+        Values, unit and words of each column.
+    attributes : dict
+        Attributes of the whole.
+    """
+    import xarray as xr
+
+    def described(column: tuple[Any, str, str]) -> tuple[str, Any, dict[str, str]]:
+        values, unit, words = column
+        return dimension, values, {"units": unit, "long_name": words}
+
+    data = {name: described(column) for name, column in columns.items()}
+    return xr.Dataset(data, coords={dimension: described(index)}, attrs=attributes)
 
 
 def _interpolated(trajectory: Trajectory, times: ArrayLike | None) -> Trajectory:

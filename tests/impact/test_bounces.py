@@ -1,0 +1,210 @@
+"""Falls and bounces against free fall, constant e, energy, and the ways in which they end."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restitution.contact.power_law import FlatPunch
+from restitution.contact.profile import Parabola
+from restitution.impact import closed_forms as cf
+from restitution.impact.bounces import Bounces, bounces, drop
+from restitution.impact.collision import Body
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+RUBBER = standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
+BALL, FLOOR = Body(RUBBER, radius=0.01), Body(None)
+
+
+def test_drop():
+    impact = drop(BALL, FLOOR, height=0.5, gravity=8.0)
+    assert impact.velocity == pytest.approx(math.sqrt(8.0), rel=1e-15)
+    assert impact.force == pytest.approx(8.0 * BALL.mass, rel=1e-15)
+    assert drop(BALL, FLOOR, height=0.5, with_weight=False).force == 0.0
+    several = drop(BALL, FLOOR, height=[0.1, 0.2], gravity=[[1.6], [9.8]])
+    assert several.shape == (2, 2)
+    assert several.force.shape == (2, 1)
+
+
+@pytest.mark.parametrize("with_weight", [True, False])
+def test_elastic_ball_never_rests(with_weight):
+    ball = Body(Material(1e8, 1e8, density=1200.0), radius=0.01)
+    found = bounces(drop(ball, FLOOR, height=0.3), with_weight=with_weight, max_bounces=20)
+    assert found.ended == "max bounces"
+    assert found.n_bounces == 20
+    assert found.height == pytest.approx(0.3, rel=1e-7)
+    # Fall, then contact and flight in turn.
+    flight = 2.0 * math.sqrt(2.0 * 0.3 / 9.81)
+    touches = 0.5 * flight + np.arange(20) * (flight + found.contact_time[0])
+    assert found.touch_time == pytest.approx(touches, rel=1e-7)
+
+
+def test_constant_restitution():
+    """A flat punch on a Kelvin-Voigt solid has one e; so stiff that contact and imprint are as nothing."""
+    damping, stiffness = 0.1, 8e12
+    tau = 2.0 * damping / math.sqrt(stiffness)
+    e = cf.flat_punch_kelvin_voigt_restitution(damping)
+    hard = Impact(Material(PronySeries(1e12, viscosity=1e12 * tau), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    found = bounces(hard, height=2.0, gravity=10.0, with_weight=False, max_bounces=12, min_height=0.0)
+    power = e ** np.arange(12)
+    velocity = math.sqrt(40.0)
+    # What the imprint takes is g d/v^2, some g/(v omega) = 1e-6/power.
+    assert found.velocity == pytest.approx(velocity * power, rel=2e-5)
+    assert found.height == pytest.approx(2.0 * (e * power) ** 2, rel=1e-4)
+    assert found.restitution_coefficient == pytest.approx(e, rel=1e-8)
+    falls = math.sqrt(0.4) * np.concatenate([[1.0], 1.0 + 2.0 * np.cumsum(power[1:])])
+    assert found.touch_time == pytest.approx(falls, rel=1e-5)
+    assert found.ended == "max bounces"
+
+
+def test_each_bounce_is_an_impact_and_each_flight_a_throw():
+    found = bounces(drop(BALL, FLOOR, height=0.5), max_bounces=6)
+    weight = 9.81 * BALL.mass
+    for n in range(6):
+        alone = solve(Impact(RUBBER, Parabola(0.01), BALL.mass, found.velocity[n], force=weight))
+        assert found.restitution_coefficient[n] == alone.restitution_coefficient
+        assert found.residual_indentation_depth[n] == alone.residual_indentation_depth
+    assert found.rebound_velocity == pytest.approx(found.velocity * found.restitution_coefficient, rel=1e-15)
+    # From the depth at separation up to the height and down to the undeformed surface.
+    rise = found.rebound_velocity**2 / (2.0 * 9.81) - found.residual_indentation_depth
+    assert found.height == pytest.approx(rise, rel=1e-13)
+    assert found.velocity[1:] == pytest.approx(np.sqrt(2.0 * 9.81 * found.height[:-1]), rel=1e-13)
+    up = found.rebound_velocity[:-1] / 9.81
+    down = found.velocity[1:] / 9.81
+    gaps = np.diff(found.touch_time)
+    assert gaps == pytest.approx(found.contact_time[:-1] + up + down, rel=1e-12)
+    assert found.touch_time[0] == pytest.approx(math.sqrt(2.0 * 0.5 / 9.81), rel=1e-14)
+
+
+def test_height_and_velocity_say_the_same():
+    impact = drop(BALL, FLOOR, height=0.5, gravity=3.7)
+    given = bounces(replace(impact, velocity=17.0), height=0.5, gravity=3.7)
+    taken = bounces(impact, gravity=3.7)
+    assert given.drop_height == pytest.approx(taken.drop_height, rel=1e-15)
+    assert given.height == pytest.approx(taken.height, rel=1e-7)
+    assert taken.gravity == 3.7
+
+
+# Ends
+
+
+def test_weight_holds_the_body_at_last():
+    found = bounces(drop(BALL, FLOOR, height=0.5))
+    assert found.ended == "captured"
+    assert found.restitution_coefficient[-1] == 0.0
+    assert found.contact_time[-1] == math.inf
+    assert found.height[-1] == 0.0
+    assert math.isnan(found.residual_indentation_depth[-1])
+    assert np.all(found.restitution_coefficient[:-1] > 0.0)
+    assert np.all(np.diff(found.height) < 0.0)
+    # The weight matters where the static depth is that of the impact.
+    assert found.height[-2] < 1e-4
+
+
+def test_without_weight_the_floor_ends_it():
+    found = bounces(drop(BALL, FLOOR, height=0.5), with_weight=False, min_height=1e-3)
+    assert found.ended == "low"
+    assert found.height[-1] < 1e-3 < found.height[-2]
+    relative = bounces(drop(BALL, FLOOR, height=0.5), with_weight=False)
+    assert relative.ended == "low"
+    assert relative.height[-1] < 5e-7 < relative.height[-2]
+
+
+def test_body_that_does_not_come_out_of_its_imprint():
+    # Slow recovery and a heavy loss: e v0 is not enough to climb the residual depth.
+    lossy = Material(PronySeries(1e3, [1e3], [1.0], viscosity=300.0), math.inf)
+    found = bounces(Impact(lossy, Parabola(0.1), 0.5, 1.0), height=0.01, with_weight=False)
+    assert found.ended == "below surface"
+    assert found.height[-1] < 0.0
+
+
+def test_liquid_swallows():
+    liquid = Material(PronySeries(0.0, viscosity=1.0), math.inf)
+    found = bounces(Impact(liquid, FlatPunch(0.1), 1.0, 1.0), height=0.1, with_weight=False)
+    assert found.ended == "sunk"
+    assert found.n_bounces == 1
+
+
+# Warnings and tables
+
+
+def test_surface_that_has_not_recovered_is_warned_of():
+    # theta = 2 s against flights of 0.1 to 0.6 s
+    slow = Material(PronySeries(1e6, [1e6], [1.0]), math.inf)
+    found = bounces(Impact(slow, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=5)
+    flights = np.diff(found.touch_time) - found.contact_time[:-1]
+    (warning,) = [words for words in found.warnings if words.startswith("recovery")]
+    assert f"lasts {flights.min() / 2.0:.2g} of the longest retardation time" in warning
+    # J(t) = (1 - exp(-t/theta)/2)/Einf: half of a creep is delayed.
+    assert f"up to {50.0 * math.exp(-flights.min() / 2.0):.2g} %" in warning
+    fast = Material(PronySeries(1e6, [1e6], [1e-4]), math.inf)
+    quick = bounces(Impact(fast, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=5)
+    assert not [words for words in quick.warnings if words.startswith("recovery")]
+
+
+def test_liquid_that_bounces_keeps_imprints():
+    liquid = Material(PronySeries(0.0, [1e7], [1.0]), math.inf)
+    found = bounces(Impact(liquid, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=3)
+    assert found.n_bounces == 3
+    assert any(words.startswith("recovery: the surface of a liquid") for words in found.warnings)
+
+
+def test_assumptions_are_those_of_the_first_bounce():
+    impact = drop(BALL, FLOOR, height=0.5)
+    assert bounces(impact, max_bounces=2).warnings == solve(impact).warnings
+
+
+def test_table():
+    found = bounces(drop(BALL, FLOOR, height=0.5), max_bounces=4)
+    table = found.to_dataset()
+    assert table.bounce.values.tolist() == [1, 2, 3, 4]
+    assert set(table.data_vars) == {
+        "touch_time", "velocity", "restitution_coefficient", "rebound_velocity", "contact_time",
+        "residual_indentation_depth", "height",
+    }  # fmt: skip
+    assert table.height.attrs["units"] == "m"
+    assert table.height.values.tolist() == found.height.tolist()
+    assert table.attrs == {"drop_height": found.drop_height, "gravity": 9.81, "ended": "max bounces"}
+    assert isinstance(found, Bounces)
+
+
+# Input
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"height": 0.0}, "height = 0 m: must be finite and > 0"),
+        ({"height": [1.0, 2.0]}, "height has shape (2,): must be a single number"),
+        ({"gravity": -9.81}, "gravity = -9.81 m/s2: must be finite and > 0"),
+        ({"max_bounces": 0}, "max_bounces = 0: must be >= 1"),
+        ({"min_height": -1.0}, "min_height = -1 m: must be finite and >= 0"),
+        ({"rtol": 1.0}, "rtol = 1: must be in [1e-12, 0.01]"),
+    ],
+)
+def test_bad_options(options, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (compared whole)
+        bounces(drop(BALL, FLOOR, height=0.5), **options)
+    assert str(caught.value) == message
+
+
+def test_bad_bodies():
+    with pytest.raises(
+        ValueError, match=r"^body: has an infinite mass; a body that falls needs a finite one$"
+    ):
+        drop(FLOOR, BALL, height=1.0)
+    with pytest.raises(ValueError, match=r"^ground: has a mass of 1\.0 kg; ground that does not move"):
+        drop(BALL, Body(RUBBER, mass=1.0), height=1.0)
+    with pytest.raises(TypeError, match=r"^body_1 = 3: must be a Body$"):
+        drop(3, FLOOR, height=1.0)
+    with pytest.raises(ValueError, match=r"^impact has shape \(2,\): must be a single one$"):
+        bounces(drop(BALL, FLOOR, height=[0.1, 0.2]))
+    with pytest.raises(TypeError, match=r"must be an Impact$"):
+        bounces(BALL)
+    with pytest.raises(TypeError, match=r"^max_bounces = 2\.5: must be an integer$"):
+        bounces(drop(BALL, FLOOR, height=0.5), max_bounces=2.5)

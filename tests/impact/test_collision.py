@@ -1,0 +1,156 @@
+"""Two bodies as one impact: reduced radius and mass, and what symmetry says of pairs."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.profile import Parabola
+from restitution.impact.collision import Body, collision
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
+STEEL = Material(8e10, 1.6e11, density=7800.0)
+SOFT = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2]), 1e9)
+
+
+def test_full_sphere_of_known_density():
+    assert Body(RUBBER, radius=0.01).mass == pytest.approx(1200.0 * 4.0 / 3.0 * math.pi * 1e-6, rel=1e-14)
+    assert Body(RUBBER, radius=0.01, mass=0.3).mass == 0.3
+    assert Body(RUBBER).mass == math.inf
+    assert Body(None).radius == math.inf
+    assert Body(RUBBER, radius=[0.01, 0.02]).mass[1] == Body(RUBBER, radius=0.02).mass
+
+
+def test_reduced_radius_and_mass():
+    # 1/(1/2 + 1/3) = 1.2, 1/(1/4 + 1/6) = 2.4
+    impact = collision(Body(SOFT, radius=2.0, mass=4.0), Body(STEEL, radius=3.0, mass=6.0), velocity=0.7)
+    assert impact.profile.radius == pytest.approx(1.2, rel=1e-15)
+    assert impact.mass == pytest.approx(2.4, rel=1e-15)
+    assert impact.velocity == 0.7
+    assert (impact.material, impact.counter_material) == (SOFT, STEEL)
+
+
+def test_ball_on_rigid_wall_is_the_plain_impact():
+    impact = collision(Body(RUBBER, radius=0.01), Body(None), velocity=1.3, force=0.1)
+    plain = Impact(RUBBER, Parabola(0.01), Body(RUBBER, radius=0.01).mass, 1.3, force=0.1)
+    assert solve(impact).restitution_coefficient == solve(plain).restitution_coefficient
+    assert impact.counter_material is None
+
+
+def test_two_equal_spheres_are_one_on_a_rigid_wall():
+    """In the plane of symmetry each ball meets a rigid wall, at half of the relative velocity."""
+    ball = Body(RUBBER, radius=0.01)
+    pair = solve(collision(ball, ball, velocity=2.0))
+    wall = solve(collision(ball, Body(None), velocity=1.0))
+    assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
+    assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-8)
+    assert pair.max_indentation_depth == pytest.approx(2.0 * wall.max_indentation_depth, rel=1e-9)
+    assert pair.max_force == pytest.approx(wall.max_force, rel=1e-8)
+    assert pair.max_contact_radius == pytest.approx(wall.max_contact_radius, rel=1e-9)
+    # Each of the two balls dissipates what the one does.
+    assert pair.energy.dissipated == pytest.approx(2.0 * wall.energy.dissipated, rel=1e-7)
+
+
+def test_order_of_the_bodies_does_not_matter():
+    one, other = Body(RUBBER, radius=0.01), Body(SOFT, radius=0.03, mass=0.02)
+    forth, back = (solve(collision(*pair, velocity=1.0)) for pair in ((one, other), (other, one)))
+    assert forth.restitution_coefficient == pytest.approx(back.restitution_coefficient, rel=2e-9)
+    assert forth.max_force == pytest.approx(back.max_force, rel=1e-9)
+
+
+def test_unlike_spheres_lose_by_the_softer_one():
+    """Rubber on steel loses as rubber on a rigid body; on rubber as much at the same approach of each."""
+    rubber, steel, rigid = Body(RUBBER, radius=0.01), Body(STEEL), Body(None)
+    on_steel, on_rigid = (solve(collision(rubber, wall, velocity=1.0)) for wall in (steel, rigid))
+    # The compliances are as 1e-5.
+    assert on_steel.restitution_coefficient == pytest.approx(on_rigid.restitution_coefficient, rel=1e-4)
+    assert on_steel.restitution_coefficient != on_rigid.restitution_coefficient
+    both_elastic = solve(collision(Body(STEEL, radius=0.01), steel, velocity=1.0))
+    assert both_elastic.restitution_coefficient == pytest.approx(1.0, abs=1e-9)
+
+
+def test_hertz_of_two_elastic_spheres():
+    # E* = 4 G (3 K + G)/(3 K + 4 G) of each, compliances added.
+    glass = Material(3e10, 4e10)
+
+    def plane(body):
+        shear, bulk = body.shear.equilibrium_modulus, body.bulk.equilibrium_modulus
+        return 4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
+
+    modulus = 1.0 / (1.0 / plane(STEEL) + 1.0 / plane(glass))
+    found = solve(collision(Body(STEEL, 0.01, 0.03), Body(glass, 0.02, 0.06), velocity=0.1))
+    depth = (15.0 * 0.02 * 0.01 / (16.0 * modulus * math.sqrt(0.02 / 3.0))) ** 0.4
+    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+
+
+def test_sizes_and_velocities_broadcast():
+    impact = collision(Body(RUBBER, radius=[[0.01], [0.02]]), Body(None), velocity=[0.5, 1.0, 2.0])
+    assert impact.shape == (2, 3)
+    found = solve(impact).restitution_coefficient
+    alone = solve(collision(Body(RUBBER, radius=0.02), Body(None), velocity=1.0))
+    assert found[1, 1] == alone.restitution_coefficient
+    held = Body(None, radius=0.02, mass=math.inf)
+    walls = collision(Body(RUBBER, radius=[0.01, math.inf], mass=1.0), held, velocity=1.0)
+    assert walls.profile.radius == pytest.approx([0.02 / 3.0, 0.02], rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Body(RUBBER, radius=0.0), "radius = 0 m: must be finite and > 0"),
+        (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), "radius = -inf m: must be finite and > 0"),
+        (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), "radius[1] = -1 m: must be finite and > 0"),
+        (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be finite and > 0"),
+        (
+            lambda: Body(SOFT, radius=0.1),
+            "mass: must be given for a ball whose material states no density",
+        ),
+        (lambda: Body(None, radius=0.1), "mass: must be given for a ball whose material states no density"),
+        (
+            lambda: Body(RUBBER, radius=[0.1, math.inf]),
+            "mass: must be given for bodies of which some are walls",
+        ),
+        (
+            lambda: collision(Body(RUBBER, mass=1.0), Body(None), 1.0),
+            "radius = inf m: both bodies are flat: a curved one is needed",
+        ),
+        (
+            lambda: collision(Body(RUBBER, 0.1, math.inf), Body(None), 1.0),
+            "mass = inf kg: both bodies are immovable",
+        ),
+        (
+            lambda: collision(Body(None, 0.1, 1.0), Body(None), 1.0),
+            "material: both bodies are rigid; at least one must deform",
+        ),
+        (lambda: collision(Body(RUBBER, 0.1), Body(None), 0.0), "velocity = 0 m/s: must be finite and > 0"),
+    ],
+)
+def test_impossible_bodies_are_refused(make, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (compared whole)
+        make()
+    assert str(caught.value) == message
+
+
+def test_wrong_types_are_named():
+    with pytest.raises(
+        TypeError, match=r"^material = 'rubber': must be a Material, or None for a rigid body$"
+    ):
+        Body("rubber")
+    with pytest.raises(TypeError, match=r"^radius = 'big': must be a real number"):
+        Body(RUBBER, radius="big")
+    with pytest.raises(TypeError, match=r"^body_2 = None: must be a Body$"):
+        collision(Body(RUBBER, radius=0.01), None, velocity=1.0)
+
+
+def test_bodies_do_not_change_with_what_they_were_made_of():
+    radius = np.array([0.01, math.inf])
+    body = Body(RUBBER, radius=radius, mass=1.0)
+    radius[0] = 7.0
+    assert body.radius[0] == 0.01
+    with pytest.raises(ValueError, match="read-only"):
+        body.radius[0] = 7.0
