@@ -29,12 +29,15 @@ from restitution.kernel.workspace import (
 )
 
 MAX_ELEMENTS = 2000
-# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least.
-KAPPA = 0.03
+# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a
+# body that loses much, and of one that loses little.
+KAPPA, KAPPA_ELASTIC = 0.03, 0.3
+# Weight of an error of the time in the rebound, as F_max dt, beside that of the velocity.
+TIME_WEIGHT = 0.4
 # Factor by which the tail counts more where fast modes carry all of the force.
-STIFF = 30
+STIFF = 15.0
 # First step over the scale of s.
-FIRST = 0.6
+FIRST = 0.35
 
 # Status codes; `restitution.impact.status` gives them names and words.
 SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE = 0, 1, 2, 3, 4, 5
@@ -249,7 +252,10 @@ def rebound(
     for k in range(N):
         table[0, MODES_ + 2 * k] = 1.0
         glass += problem.moduli[k]
-    amplitude = KAPPA * math.sqrt(table[0, F_] * s_m * s_m)
+    # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
+    recoverable = 0.8 * table[0, F_] * s_m * s_m
+    share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
+    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * share) * math.sqrt(recoverable)
     for k in range(N):
         if F_max * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
             h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
@@ -288,7 +294,9 @@ def rebound(
             h *= 0.3
             continue
         scale = max(abs(table[S, V_]), amplitude)
-        error = max(_tail(scheme, table, V_), F_max * _tail(scheme, table, T_)) / (tolerance * scale)
+        error = max(_tail(scheme, table, V_), TIME_WEIGHT * F_max * _tail(scheme, table, T_)) / (
+            tolerance * scale
+        )
         if not error <= 1.0:
             if not error < math.inf:
                 return NOT_FINITE
