@@ -40,7 +40,7 @@ def element_tolerance(rtol: float) -> float:
 
 def newton_tolerance(rtol: float) -> float:
     """Largest accepted last step of the Newton iteration, relative."""
-    return rtol
+    return min(rtol, 1e-6)
 
 
 def kernel_path(block: ScaledBlock) -> Path:

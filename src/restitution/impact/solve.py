@@ -47,7 +47,7 @@ def solve(
         "exact": collocation of the reduced equations, any accuracy. "elements": the paper's own elements and
         explicit Euler, of first order. "reference": the reduced equations through SciPy, slow and independent.
     rtol : float
-        The error of e stays below `rtol max(e, 1e-3)`; from 1e-12 to 1e-2.
+        The error of e stays below `rtol max(e, 1e-3)`, and rounding leaves some 1e-12; from 1e-12 to 1e-2.
     errors : {"raise", "warn"}, optional
         Whether a solve that fails raises, or leaves NaN and its status and is counted in a warning. Default: raise for
         a single impact, warn for several.
