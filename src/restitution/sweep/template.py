@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
-import numpy as np
-
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.material.classical import standard_solid
@@ -166,4 +164,4 @@ def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
 def profile_names(impact: Impact) -> tuple[str, ...]:
     """Names of the numbers of a profile."""
     profile: Any = impact.profile
-    return tuple(field.name for field in fields(profile) if np.ndim(getattr(profile, field.name)) == 0)
+    return tuple(field.name for field in fields(profile) if isinstance(getattr(profile, field.name), float))
