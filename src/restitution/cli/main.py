@@ -11,8 +11,8 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import presentation, sweep
-from restitution.cli.outcome import Commands, user_input, warn
+from restitution.cli import material, presentation, sweep
+from restitution.cli.outcome import Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
 app = typer.Typer(
@@ -49,9 +49,6 @@ def _options(
     pass
 
 
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
-
-
 @app.command("standard-solid")
 def standard_solid(
     nu: Annotated[
@@ -63,7 +60,7 @@ def standard_solid(
     ],
     method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
     rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
-    json: Json = False,
+    json: presentation.Json = False,
 ) -> None:
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
 
@@ -90,7 +87,7 @@ def standard_solid(
 @app.command("solve")
 def solve(
     case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
-    json: Json = False,
+    json: presentation.Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the impact: .png, .pdf or .svg.", show_default=False),
@@ -112,12 +109,16 @@ def solve(
         with compilation():
             result = problem.solve()
     presentation.show(result, problem.title or str(case), in_json=json)
+    if not json:
+        for line in problem.notes(result):
+            tell("note", line, "cyan")
     if history is not None:
         presentation.write_history(result, history)
     if plot is not None:
         presentation.write_plot(result, plot)
 
 
+app.command("material")(material.material)
 app.command("sweep")(sweep.sweep)
 app.command("plot")(sweep.plot)
 app.command("map")(sweep.map_)

@@ -6,9 +6,12 @@ import csv
 import json
 import math
 import sys
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
 
 from restitution.cli.outcome import BadInput, warn
 from restitution.impact.status import Status
@@ -31,6 +34,8 @@ _ENERGY_ROWS = (
     ("energy dissipated", "dissipated", "", "J"),
     ("energy still stored", "stored", "", "J"),
 )
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
 
 PICTURES = (".png", ".pdf", ".svg")
 TABLES = (".nc", ".csv")
@@ -93,6 +98,24 @@ def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False
     console.print(table)
     tolerance = "" if result.rtol is None else f", rtol {result.rtol:g}"
     print(f"method {result.method}{tolerance}, energy residual {float(result.energy.residual):.1e}")
+
+
+def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
+    """Print rows of text under their columns; the first is words, what follows numbers or more words."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD)
+    for column in columns:
+        table.add_column(Text(column), overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console = Console(highlight=False)
+    console.width = max(console.width, 100)
+    print(title)
+    console.print(table)
 
 
 def _for_people(value: float, unit: str) -> tuple[str, str]:

@@ -1,0 +1,123 @@
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from restitution.cli.main import app
+from restitution.material import library
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["material", *arguments], catch_exceptions=False)
+
+
+def words(answer: Result) -> list[list[str]]:
+    assert answer.exit_code == 0, answer.stderr
+    return [line.split() for line in answer.stdout.splitlines()]
+
+
+def test_the_library_is_listed() -> None:
+    listed = {line[0] for line in words(run("--list")) if line}
+    assert set(library.names()) <= listed
+    assert json.loads(run("--list", "--json").stdout)["ice"] == library.get("ice").source
+
+
+def test_a_material_of_the_library_at_a_temperature() -> None:
+    content = json.loads(run("polyisobutylene", "--at", "0 degC", "--json").stdout)
+    # Ferry's shift factors: log10 aT = -8.61 (T - 298)/(200.4 + T - 298).
+    factor = 10 ** (8.61 * 24.85 / (200.4 - 24.85))
+    times = library.get("polyisobutylene").shear.relaxation_times * factor
+    np.testing.assert_allclose(content["prony_shear"]["relaxation_times_s"], times, rtol=1e-12)
+    assert content["temperature_K"] == 273.15
+    assert content == json.loads(run("polyisobutylene", "--at", "273.15", "--json").stdout)
+    assert ["temperature", "[K]", "273.15"] in words(run("polyisobutylene", "--at", "273.15"))
+
+
+def test_relaxation_data_are_fitted() -> None:
+    t = np.geomspace(1e-3, 1e3, 61)
+    rows = "\n".join(f"{a:.9g},{3 + 4 * np.exp(-a):.9g}" for a in t)
+    Path("data.txt").write_text(f"t,E\ns,MPa\n{rows}\n")
+    content = json.loads(run("data.txt", "--json", "--plot", "p.png").stdout)
+    assert content["kind"] == "relaxation modulus over time"
+    assert (content["points"], content["deformation"]) == (61, "tension")
+    assert content["window_s"] == pytest.approx([1e-3, 1e3])
+    assert content["relative_misfit"] < 2e-3
+    fit = content["prony_tension"]
+    assert fit["equilibrium_modulus_Pa"] == pytest.approx(3e6, rel=5e-3)
+    assert fit["equilibrium_modulus_Pa"] + sum(fit["branch_moduli_Pa"]) == pytest.approx(7e6, rel=1e-2)
+    assert Path("p.png").read_bytes().startswith(b"\x89PNG")
+    rows = words(run("data.txt"))
+    first = next(row for row in rows if row[:1] == ["0.001"])
+    assert float(first[1]) == pytest.approx(7e6, rel=1e-2)
+
+
+def test_dynamic_data_are_fitted(shared_reference: Path) -> None:
+    file = shared_reference / "materials" / "polymer_dma_master_curve.csv"
+    content = json.loads(run(str(file), "--json", "--plot", "p.svg").stdout)
+    assert content["kind"] == "storage and loss modulus over frequency"
+    assert content["points"] == 206
+    # 1e-12 to 1e14 Hz or thereabouts: the window is 1/omega.
+    assert content["window_s"][1] == pytest.approx(1 / (2 * np.pi * 1e-12), rel=1e-12)
+    assert Path("p.svg").read_text().startswith("<?xml")
+
+
+def test_terms_decks_and_shift_factors() -> None:
+    Path("terms.csv").write_text("relaxation_time_s,relative_modulus\n1,0.5\n")
+    content = json.loads(run("terms.csv", "--json").stdout)
+    assert (content["kind"], content["relative"], content["sum"]) == ("Prony terms", True, 0.5)
+    shown = run("terms.csv").stdout
+    assert "relaxation [-]" in shown
+    assert "[Pa]" not in shown
+
+    Path("deck.inp").write_text(
+        "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"
+    )
+    content = json.loads(run("deck.inp", "--json").stdout)
+    assert (content["kind"], content["terms_in_shear"], content["terms_in_bulk"]) == (
+        "deck of a solver",
+        1,
+        0,
+    )
+    # G0 = E/3 = 3, of which the half relaxes.
+    assert content["prony_shear"]["equilibrium_modulus_Pa"] == 1.5
+
+    Path("shift.csv").write_text("T_C,log_aT\n0,1\n20,0\n40,-2\n")
+    content = json.loads(run("shift.csv", "--json", "--plot", "p.pdf").stdout)
+    assert content["reference_temperature_K"] == pytest.approx(293.15)
+    assert content["log10_factors"] == [1.0, 0.0, -2.0]
+    assert Path("p.pdf").read_bytes().startswith(b"%PDF")
+    assert ["40", "-2"] in words(run("shift.csv"))
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_every_material_of_the_library_is_shown(name: str) -> None:
+    assert words(run(name))[0] == [name]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], r"material: give a file or a name, or --list"),
+        (["steal"], r"steal: no such file, and no material of the library: aluminium, .*"),
+        (["none.csv"], r"none\.csv: no such file"),
+        (["bad.csv"], r"bad\.csv: line 3: 'half': must be a number"),
+        (["."], r"\.: cannot be read: Is a directory"),
+        (["steel", "--at", "300"], r"temperature = 300 K: the material has no law of the shift"),
+        (["polyisobutylene", "--at", "90"], r"temperature = 90 K: must be > 97\.6 K.*"),
+        (["polyisobutylene", "--at", "20 m"], r'--at "20 m": is a length, not a temperature; .*'),
+        (["bad.csv", "--plot", "p.gif"], r"--plot p\.gif: must end in \.png or \.pdf or \.svg"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], message: str) -> None:
+    Path("bad.csv").write_text("t,E\n1,2\n2,half\n")
+    answer = run(*arguments)
+    assert (answer.exit_code, answer.stdout) == (2, "")
+    assert re.fullmatch(f"error: {message}\n", answer.stderr), answer.stderr
