@@ -157,7 +157,10 @@ def run(
             # Zarr takes half a second to import, which a sweep in memory need not wait for.
             from restitution.sweep import store
 
-            path = store.prepare(Path(out), plan)
+            try:
+                path = store.prepare(Path(out), plan)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(out)) from error
             stack.enter_context(store.sole_writer(path))
             keeper = store.Store(path, plan)
             keeper.sweep_up()
