@@ -263,19 +263,15 @@ def _outcomes(
         outcomes = solve_scaled(block, rtol, workers=workers, progress=progress)
         if block.table is None:
             return block, outcomes
-        depth = np.nanmax(np.append(outcomes[:, 2], 0.0))
-        if depth <= 1.0 and not np.any(outcomes[:, 7] >= Status.TOO_MANY_STEPS):
+        deep = (outcomes[:, 7] == Status.TOO_DEEP) | (outcomes[:, 2] > 1.0)
+        if not np.any(deep):
             return block, outcomes
+        outcomes[deep, :7] = np.nan
+        outcomes[deep, 7] = Status.TOO_DEEP
         most = float(impact.profile.max_depth)
         if block.length[0] >= most:
-            if depth > 1.0 and alone:
-                raise ValueError(
-                    f"profile: the body goes in by {depth * block.length[0]:.3g} m or more, "
-                    f"beyond the {most:.3g} m that the profile describes"
-                )
-            deep = outcomes[:, 2] > 1.0
-            outcomes[deep] = np.nan
-            outcomes[deep, 7] = Status.TOO_DEEP
+            if alone:
+                raise ValueError(f"profile: the body goes in deeper than the {most:.3g} m that it describes")
             return block, outcomes
         if depth_factor > 1e4:
             return block, outcomes
@@ -393,7 +389,9 @@ def _solve_by_sampling(
         return _solve_reference(impact, rtol)
     from restitution.impact.elements import solve_elements
 
-    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
+    solution = solve_elements(
+        impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step
+    )
     return _from_trajectory(impact, method, None, solution, (1.0, 1.0, 1.0, 1.0, 1.0))
 
 

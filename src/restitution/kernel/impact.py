@@ -40,7 +40,7 @@ STIFF = 15.0
 FIRST = 0.35
 
 # Status codes; `restitution.impact.status` gives them names and words.
-SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE = 0, 1, 2, 3, 4, 5
+SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, TOO_DEEP = 0, 1, 2, 3, 4, 5, 7
 
 # Columns of an outcome.
 OUTCOME = (
@@ -189,6 +189,12 @@ def approach(
             slope = -2.0 * table[0, S_] * (table[0, F_] - problem.load)
             if slope < 0.0:
                 h = min(h, 1.35 * table[0, V_] / -slope)
+        if problem.path.exponent < 0.0:
+            # Never far beyond the end of the table, where its polynomials mean nothing.
+            end = problem.path.radius.shape[0] / problem.path.inverse_cell
+            if table[0, S_] > end:
+                return TOO_DEEP
+            h = min(h, 0.01 * end + (end - table[0, S_]) / table[0, V_])
         _predict_approach(problem, scheme, work, element, h)
         iterations = approach_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
@@ -221,6 +227,13 @@ def approach(
             work.approach[element, 0, n] = table[S, n]
         if problem.equilibrium == 0.0 and table[S, V_] < 1e-14:
             return SINKS_IN
+        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
+        rest = 1e-7 * problem.load
+        if abs(table[0, F_] - problem.load) < rest and abs(table[S, F_] - problem.load) < rest:
+            if problem.equilibrium == 0.0:
+                return SINKS_IN
+            if table[S, V_] < 1e-6:
+                return CAPTURED
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
     x = _zero_of_velocity(scheme, work, table)
     sigma += x * h
