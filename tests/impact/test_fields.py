@@ -1,5 +1,6 @@
 """Pressure, displacement of the surface and its recovery against closed forms and hereditary integrals."""
 
+import functools
 import math
 import re
 from itertools import pairwise
@@ -42,6 +43,7 @@ def name(profile) -> str:
     return type(profile).__name__
 
 
+@functools.cache
 def impact(material, profile=None, **options) -> ImpactResult:
     return solve(Impact(material, profile or Parabola(1.0), 1.0, 1.0, **options), rtol=1e-12)
 
@@ -178,7 +180,7 @@ def test_line_load_is_the_hereditary_integral(material):
             low, high = 0.0, turn
             for _ in range(60):
                 touch = 0.5 * (low + high)
-                early = motion(result, touch)["indentation_depth"][0] < x**2
+                early = result._dense_output.at(touch).indentation_depth[0] < x**2
                 low, high = (touch, high) if early else (low, touch)
         rules = [gauss(touch, min(t, turn), 80)]
         if t > turn:
@@ -207,6 +209,33 @@ def test_far_surface_creeps_under_the_force_history(profile, material, share):
     wanted += np.sum(weight * creep * motion(result, then)["force"])
     far = 1e4 * result.max_contact_radius
     assert math.pi * far * result.surface_displacement(far, t) == pytest.approx(wanted, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [FlatEndedParabola(0.02, 20.0), TruncatedCone(200.0, 0.1)],
+    ids=name,
+)
+def test_face_of_which_the_flank_hardly_touches_is_a_flat_punch(profile):
+    # a exceeds the radius of the face by less than 1e-9.
+    result = impact(SOLID, profile)
+    a = profile.contact_radius(0.0)
+    assert result.max_contact_radius == pytest.approx(a, rel=1e-9)
+    for share in (0.3, 0.8):
+        t = share * result.contact_time
+        force = float(motion(result, t)["force"][0])
+        r = a * np.array([0.0, 0.3, 0.8, 0.99])
+        punch = force / (2.0 * math.pi * a * np.sqrt(a**2 - r**2))
+        assert result.pressure(r, t) == pytest.approx(punch, rel=1e-7)
+
+
+def test_sphere_that_is_in_up_to_its_equator():
+    result = solve(Impact(SOLID, Sphere(0.01), 1.0, 1.0))
+    assert result.max_contact_radius == pytest.approx(0.01, rel=1e-12)
+    t = np.array([0.3, 0.8]) * result.contact_time
+    assert np.all(result.pressure(np.array([[0.0], [0.005], [0.0099]]), t) > 0.0)
+    for moment, force in zip(t, motion(result, t)["force"], strict=True):
+        assert result._fields.line_load(moment).integral == pytest.approx(force, rel=1e-8)
 
 
 # After separation

@@ -32,6 +32,9 @@ Fit = Callable[[float], LineFunction | None]
 Field = Callable[[LineFunction, Array], Array]
 Kept = dict[float, LineFunction | None]
 
+# Share of the contact radius before which the line load ends. Where a profile is so steep that q falls to
+# zero within it (around a flat face, at the equator of a sphere), the contact is that of a flat punch.
+_EDGE = 1e-10
 # Times whose line functions are kept, so that a second call does not fit them again.
 _KEPT = 64
 
@@ -85,13 +88,14 @@ class ImpactFields:
         def load(x: Array) -> Array:
             touched, memory_then = self._touch(x)
             decay = np.exp(-np.maximum(time * self._stored.units.time - touched, 0.0)[:, None] / self._times)
-            u = state[D_] * length - self._profile.transform(np.minimum(x, edge))
+            u = state[D_] * length - self._depth(np.minimum(x, edge), s)
             branches = (memory - decay * memory_then) @ self._moduli
             velocity = state[V_] * length / self._stored.units.time
             return self._spring * u + self._dashpot * velocity + branches
 
         ends = self._stored.approach.columns[:, 0, S_]
-        return line_function(load, edge, breakpoints=self._radii(ends[ends < s]))
+        extent = edge if self._profile.path_exponent == 0.0 else edge * (1.0 - _EDGE)
+        return line_function(load, extent, breakpoints=self._radii(ends[ends < s]))
 
     def line_displacement(self, t: float) -> LineFunction | None:
         """Displacement u(x) [m] of the foundation at the time t [s]; None where nothing was touched yet."""
@@ -99,12 +103,12 @@ class ImpactFields:
         time = t / stored.units.time
         if time <= 0.0:
             return None
-        state, edge, _ = self._state(time)
+        state, edge, s = self._state(time)
         depth = state[D_] * stored.units.length
         extent = float(self._radii(np.array([self._deepest]))[-1])
 
         def displacement(x: Array) -> Array:
-            u = depth - self._profile.transform(np.minimum(x, edge))
+            u = depth - self._depth(np.minimum(x, edge), s)
             left = (x > edge) | (time >= stored.end)
             u[left] = self._recovering(x[left], t)
             return u
@@ -156,6 +160,11 @@ class ImpactFields:
         """Contact radii [m] at s."""
         return np.asarray(self._profile.contact_radius(s**2 * self._stored.units.length))
 
+    def _depth(self, x: Array, s: float) -> Array:
+        """Depths g [m] at which the elements at x [m] are touched, for those touched up to s."""
+        # An exact sphere far in has rounded to its equator, where g is infinite.
+        return np.minimum(self._profile.transform(x), s**2 * self._stored.units.length)
+
     def _touch(self, x: Array) -> tuple[Array, Array]:
         """Instants t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
         stored = self._stored
@@ -163,8 +172,8 @@ class ImpactFields:
         return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
 
     def _touch_places(self, x: Array) -> tuple[NDArray[np.intp], Array]:
-        s = np.sqrt(self._profile.transform(x) / self._stored.units.length)
-        return self._stored.find(self._stored.approach, S_, np.minimum(s, self._deepest))
+        s = np.sqrt(self._depth(x, self._deepest) / self._stored.units.length)
+        return self._stored.find(self._stored.approach, S_, s)
 
     def _recovering(self, x: Array, t: float) -> Array:
         """Displacement [m] at the time t [s] of elements at x [m] that have left."""
@@ -179,7 +188,7 @@ class ImpactFields:
         left = later[:, T_] * time
         decay = np.exp(-np.maximum(left - then[:, T_] * time, 0.0)[:, None] / self._times)
         w = (later[:, H_ + 1 :] - decay * then[:, H_ + 1 :]) * length
-        u = later[:, D_] * length - self._profile.transform(x)
+        u = later[:, D_] * length - self._depth(x, self._deepest)
         since = np.maximum(t - left, 0.0)[:, None]
         parts = (self._spring * u[:, None] + w @ self._coupling.T) * self._compliances
         stays = (self._dashpot * u + (u[:, None] - w) @ (self._moduli * self._times)) / self._flow
