@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import StrictInt, ValidationError, field_validator
 
 from restitution.case.axes import DRAWS, read_axes
+from restitution.case.classical import FractionalSection
 from restitution.case.file import read_toml
 from restitution.case.quantity import LIST, refuse
 from restitution.case.schema import CaseFile, SolverSection

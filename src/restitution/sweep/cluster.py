@@ -65,9 +65,11 @@ def run_on_dask(
         # As a task, the plan is made again where the worker that had it dies.
         shared = client.submit(_same, plan, pure=False)
 
+        made_by = plan.description["version"]
+
         def submit(indices: Iterable[Index]) -> list[Any]:
             return [
-                client.submit(_compute, shared, index, path, pure=False, retries=_RETRIES)
+                client.submit(_compute, shared, made_by, index, path, pure=False, retries=_RETRIES)
                 for index in indices
             ]
 
@@ -94,11 +96,12 @@ def _same(plan: Plan) -> Plan:
     return plan
 
 
-def _compute(plan: Plan, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None]:
+def _compute(
+    plan: Plan, made_by: str, index: Index, path: Path | None
+) -> tuple[Index, dict[str, Any] | None]:
     """Compute a chunk on a worker, and write it where there is a store."""
-    wanted, mine = plan.description["version"], version("restitution")
-    if wanted != mine:
-        raise RuntimeError(f"a worker has restitution {mine}, the sweep is of {wanted}")
+    if made_by != version("restitution"):
+        raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {made_by}")
     results = plan.compute(index)
     if path is None:
         return index, results
@@ -119,7 +122,7 @@ def _client(cluster: Any, workers: int | None) -> Generator[Any]:
         return
     if cluster == "local":
         processes = workers or os.cpu_count() or 1
-        options: dict[str, Any] = {"threads_per_worker": 1, "dashboard_address": None}
+        options: dict[str, Any] = {"threads_per_worker": 1, "dashboard_address": ":0"}
         with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
             yield client
         return
