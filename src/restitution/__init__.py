@@ -123,7 +123,7 @@ _HOME = {
 }
 _MODULES = frozenset({"closed_forms", "library", "sweep"})
 
-__all__ = ["__version__", *sorted(_HOME)]
+__all__ = ["__version__", *sorted(_HOME)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

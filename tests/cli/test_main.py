@@ -218,7 +218,8 @@ def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch
     assert run("solve", "ball.toml", "--history", "h.csv").exit_code == 0
     assert run("solve", "ball.toml", "--history", "h.nc").exit_code == 0
     lines = Path("h.csv").read_text().splitlines()
-    assert lines[0] == "time [s],indentation_depth [m],velocity [m/s],force [N],contact_radius [m]"
+    columns = "time [s],indentation_depth [m],velocity [m/s],force [N],contact_radius [m]"
+    assert lines[0] == columns + ",kinetic_energy [J],stored_energy [J],dissipated_energy [J]"
     # Written so that the number read is the number computed.
     np.testing.assert_array_equal(
         np.array(lines[2].split(","), dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3]

@@ -85,10 +85,8 @@ def key_path(parts: list[str | int]) -> str:
 
 def toml_value(value: Any) -> str:
     """Write a value as TOML does, on one line and not too long."""
-    if isinstance(value, bool | str | list):
-        text = json.dumps(value, ensure_ascii=False, default=str)
-    else:
-        text = str(value)
+    quoted = isinstance(value, bool | str | list)
+    text = json.dumps(value, ensure_ascii=False, default=str) if quoted else str(value)
     return text if len(text) <= 60 else text[:59] + "…"
 
 

@@ -30,7 +30,7 @@ _CHUNK = 512
 # Tolerances of an element that keep the error of e below rtol max(e, 1e-3), by measurement: the error at the end of
 # an element falls faster than what is seen inside it.
 _RTOL = (-12.0, -10.0, -9.0, -8.0, -6.0, -4.0, -2.0)
-_ELEMENT_TOLERANCE = (-9.5, -7.65, -6.72, -5.96, -5.3, -4.55, -3.5)
+_ELEMENT_TOLERANCE = (-9.5, -7.65, -6.72, -5.96, -5.45, -4.7, -3.5)
 
 
 def element_tolerance(rtol: float) -> float:

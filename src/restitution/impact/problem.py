@@ -95,9 +95,10 @@ class Impact:
 
 
 def _profile_shape(profile: Profile) -> tuple[int, ...]:
-    if profile.path_exponent is None:
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if exponent is None or coefficient is None:
         return ()
-    return np.broadcast_shapes(np.shape(profile.path_exponent), np.shape(profile.path_coefficient))
+    return np.broadcast_shapes(np.shape(exponent), np.shape(coefficient))
 
 
 def _of_type(name: str, value: Any, kind: type) -> None:

@@ -158,7 +158,8 @@ def standard_solid_restitution(
         np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)
     ]
     if method != "exact":
-        values = [_standard_solid_impact(*numbers, method, rtol) for numbers in zip(*columns, strict=True)]
+        triples = zip(columns[0], columns[1], columns[2], strict=True)
+        values = [_standard_solid_impact(*triple, method, rtol) for triple in triples]
         return values[0] if not shape else np.array(values).reshape(shape)
     one = np.ones(columns[0].size)
     with np.errstate(over="ignore", under="ignore"):
@@ -333,10 +334,8 @@ def _energy_budget(
     impact: Impact, block: ScaledBlock, rtol: float, restitution: Array, workers: int | None
 ) -> EnergyBudget:
     """Energy budget of solved impacts, from a finer solve; `restitution` is what was reported."""
-    columns = energy_columns(
-        block, rtol, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force)),
-        restitution, workers,
-    )  # fmt: skip
+    mass, velocity, force = (_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force))
+    columns = energy_columns(block, rtol, mass, velocity, force, restitution, workers)
     return EnergyBudget(*(_shaped(column, impact.shape) for column in columns.values()))
 
 
@@ -362,10 +361,7 @@ def _result(
 ) -> ImpactResult:
     shaped: dict[str, Any] = {name: _shaped(values, shape) for name, values in fields.items()}
     status = shaped.pop("status")
-    if isinstance(status, np.ndarray):
-        status = status.astype(np.int64)
-    else:
-        status = Status(int(status))
+    status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     return ImpactResult(
         **shaped, status=status, impact=impact, method=method, rtol=rtol, warnings=_validity(impact, fields),
         _budget=budget, _dense=dense,
@@ -400,13 +396,11 @@ def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
 
     row = scale(impact).row(0)
     profile = impact.profile
-    radius = None
-    if row.table is not None:
 
-        def radius(s: Any) -> Any:
-            return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
+    def radius(s: Any) -> Any:
+        return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
 
-    solution = solve_reference(row, rtol=rtol, contact_radius=radius)
+    solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
     force = float(impact.mass) * float(impact.velocity) / row.time
     units = (row.time, row.length, float(impact.velocity), force, row.radius)
     return _from_trajectory(impact, "reference", rtol, solution, units)
@@ -425,7 +419,7 @@ def _from_trajectory(
         solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
         solution.force * force, solution.contact_radius * radius,
     )  # fmt: skip
-    fields = {
+    fields: dict[str, Any] = {
         "restitution_coefficient": solution.restitution_coefficient,
         "contact_time": solution.contact_time * time,
         "max_indentation_depth": solution.max_indentation_depth * length,

@@ -300,7 +300,7 @@ def rebound(
             x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
             interpolate(scheme, work, work.approach[place], x, work.past[i])
             work.vectors[INTEGRAL, i] = radius_and_integral(problem.path, work.past[i, S_])[1]
-        _predict_rebound(scheme, work, element, h, previous, table[0, S_])
+        _predict_rebound(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
@@ -335,13 +335,25 @@ def rebound(
 
 
 @part
-def _predict_rebound(scheme: Scheme, work: Work, element: int, h: float, previous: float, s0: float) -> None:
-    """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued; at the turning point u -> 2 s1."""
+def _predict_rebound(
+    problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float
+) -> None:
+    """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued.
+
+    At the turning point, where X_k = 1: -q = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
+    """
     S = len(scheme.size)
+    s0 = work.rebound[element, 0, S_]
+    glass = problem.equilibrium
+    for k in range(problem.moduli.shape[0]):
+        glass += problem.moduli[k]
+    braking = problem.viscosity * (work.turning[F_] - problem.load)
     for i in range(S):
         s1 = max(work.past[i, S_], 1e-12)
         if element == 0:
-            work.vectors[UNKNOWN, i] = 2.0 * s1
+            driving = glass * max(work.past[i, V_], 0.0)
+            share = driving / (driving + braking) if braking > 0.0 else 1.0
+            work.vectors[UNKNOWN, i] = 2.0 * s1 * share
             continue
         before = work.slopes[element - 1]
         last = work.rebound[element - 1]

@@ -90,7 +90,9 @@ def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, 
                 y = (last_t[i] - t[i]) * inverse
                 if iterations > 1 and abs(y) < 1e-2:
                     # A chord step moves t little: six terms from the last value are exact to rounding.
-                    x = X[k, i] * (1.0 + y * (1.0 + y / 2.0 * (1.0 + y / 3.0 * (1.0 + y / 4.0 * (1.0 + y / 5.0)))))
+                    x = X[k, i] * (
+                        1.0 + y * (1.0 + y / 2.0 * (1.0 + y / 3.0 * (1.0 + y / 4.0 * (1.0 + y / 5.0))))
+                    )
                 else:
                     x = math.exp(min((past[i, T_] - t[i]) * inverse, 0.0))
                 X[k, i] = x

@@ -1,0 +1,306 @@
+"""What a material file or the library says, printed, as JSON, or drawn."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import BadInput, user_input
+from restitution.material.deck import ViscoelasticDeck
+from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.prony import PronySeries
+from restitution.material.shift import ShiftTable
+from restitution.material.viscoelastic import Material
+
+# Rows of the table of moduli: enough to see each transition, few enough for a screen.
+_ROWS = 9
+
+
+@dataclass
+class Report:
+    """What is shown of a material: facts, relaxation functions, the window in which they are shown, data."""
+
+    title: str
+    facts: dict[str, Any]
+    series: dict[str, PronySeries] = field(default_factory=dict[str, PronySeries])
+    window: tuple[float, float] | None = None
+    data: RelaxationTable | DynamicTable | ShiftTable | None = None
+
+
+def material(
+    source: Annotated[
+        str | None,
+        typer.Argument(metavar="FILE|NAME", help="File, or material of the library.", show_default=False),
+    ] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TEMPERATURE",
+            help='Temperature of the moduli, e.g. "20 degC" or 293.',
+            show_default=False,
+        ),
+    ] = None,
+    json: presentation.Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the moduli: .png, .pdf or .svg.", show_default=False),
+    ] = None,
+) -> None:
+    """Read a material, whatever the kind of its file, and say what it is.
+
+    Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors and the
+    decks of ANSYS and Abaqus are read too.
+    """
+    presentation.check_target("--plot", plot, presentation.PICTURES)
+    with user_input():
+        if list_:
+            _list(json)
+            return
+        if source is None:
+            raise BadInput("material: give a file or a name, or --list")
+        report = _report(source, at)
+    if json:
+        _print_json(report)
+    else:
+        _print(report)
+    if plot is not None:
+        _draw(report, plot)
+
+
+def _list(in_json: bool) -> None:
+    from restitution.material import library
+
+    materials = {name: library.get(name) for name in library.names()}
+    if in_json:
+        _write({name: one.source for name, one in materials.items()})
+    else:
+        presentation.print_rows(
+            "Materials of the library",
+            ("name", "source"),
+            [(name, one.source or "") for name, one in materials.items()],
+        )
+
+
+def _report(source: str, at: str | None) -> Report:
+    from restitution.material import library
+    from restitution.material.readers import read
+
+    if source in library.names() and not Path(source).exists():
+        return _of_material(library.get(source), source, at)
+    if not Path(source).exists() and not Path(source).suffix:
+        raise BadInput(
+            f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
+        )
+    content = read(source)
+    if at is not None:
+        raise BadInput("--at: a file has no law of the shift; give it in a case file as shift")
+    match content:
+        case RelaxationTable() | DynamicTable():
+            return _of_data(content, source)
+        case PronyTerms():
+            return _of_terms(content, source)
+        case ViscoelasticDeck():
+            return _of_deck(content, source)
+        case ShiftTable():
+            return _of_shift(content, source)
+
+
+def _of_material(material: Material, name: str, at: str | None) -> Report:
+    if at is not None:
+        from restitution.case.quantity import TEMPERATURE, to_si
+
+        try:
+            kelvin = float(at)
+        except ValueError:
+            try:
+                kelvin = to_si(at, TEMPERATURE)
+            except ValueError as error:
+                raise BadInput(f'--at "{at}": {error}') from None
+        material = material.at(kelvin)
+    facts: dict[str, Any] = {
+        "kind": "material of the library",
+        "source": material.source,
+        "assumptions": material.assumptions,
+        "temperature_K": material.temperature,
+        "density_kg_m3": material.density,
+        "window_s": material.window,
+        "poisson_ratio_at_rest": material.poisson_ratio,
+        "poisson_ratio_at_once": material.instantaneous_poisson_ratio,
+        "incompressible": material.is_incompressible,
+    }
+    series = {"shear": material.shear}
+    if isinstance(material.bulk, PronySeries):
+        series["bulk"] = material.bulk
+    return Report(name, facts, series, material.window or _window(series))
+
+
+def _of_data(data: RelaxationTable | DynamicTable, source: str) -> Report:
+    from restitution.material.fit import fit_prony
+
+    fit = fit_prony(data)
+    dynamic = isinstance(data, DynamicTable)
+    facts = {
+        "kind": "storage and loss modulus over frequency" if dynamic else "relaxation modulus over time",
+        "deformation": data.deformation or "not said",
+        "points": int(fit.residuals.size),
+        "window_s": fit.window,
+        "fitted_terms": fit.n_terms,
+        "relative_misfit": fit.misfit,
+        "largest_relative_residual": float(np.abs(fit.residuals).max()),
+    }
+    return Report(source, facts, {data.deformation or "fit": fit.series}, fit.window, data)
+
+
+def _of_terms(terms: PronyTerms, source: str) -> Report:
+    facts: dict[str, Any] = {
+        "kind": "Prony terms",
+        "deformation": terms.deformation or "not said",
+        "terms": int(terms.moduli.size),
+        "relative": terms.relative,
+        "sum": terms.total,
+        "instantaneous_modulus_Pa": terms.instantaneous_modulus,
+        "equilibrium_modulus_Pa": terms.equilibrium_modulus,
+    }
+    ends = terms.instantaneous_modulus, terms.equilibrium_modulus
+    if terms.relative and ends == (None, None):
+        # Shares of a modulus that the file does not know: of 1 Pa.
+        series, name = terms.series(instantaneous_modulus=1.0), "relative to the instantaneous modulus"
+    else:
+        series, name = terms.series(), terms.deformation or "modulus"
+    return Report(source, facts, {name: series}, _window({name: series}))
+
+
+def _of_deck(deck: ViscoelasticDeck, source: str) -> Report:
+    facts: dict[str, Any] = {
+        "kind": "deck of a solver",
+        "name": deck.name,
+        "terms_in_shear": 0 if deck.shear is None else int(deck.shear.moduli.size),
+        "terms_in_bulk": 0 if deck.bulk is None else int(deck.bulk.moduli.size),
+        "youngs_modulus_Pa": deck.youngs_modulus,
+        "poisson_ratio": deck.poisson_ratio,
+        "constants_of": "long times" if deck.long_term else "short times",
+        "density_kg_m3": deck.density,
+    }
+    series: dict[str, PronySeries] = {}
+    if deck.youngs_modulus is not None and deck.poisson_ratio is not None:
+        found = deck.material()
+        series["shear"] = found.shear
+        if isinstance(found.bulk, PronySeries):
+            series["bulk"] = found.bulk
+    else:
+        for name, terms in (("shear", deck.shear), ("bulk", deck.bulk)):
+            if terms is not None:
+                series[f"{name}, relative"] = terms.series(instantaneous_modulus=1.0)
+    return Report(source, facts, series, _window(series))
+
+
+def _of_shift(table: ShiftTable, source: str) -> Report:
+    facts = {
+        "kind": "shift factors over temperature",
+        "points": int(table.temperatures.size),
+        "lowest_temperature_K": float(table.temperatures[0]),
+        "highest_temperature_K": float(table.temperatures[-1]),
+        "reference_temperature_K": table.reference_temperature,
+    }
+    return Report(source, facts, data=table)
+
+
+def _window(series: Mapping[str, PronySeries]) -> tuple[float, float] | None:
+    times = np.concatenate([one.relaxation_times for one in series.values()]) if series else np.empty(0)
+    return (float(times.min()) / 10.0, float(times.max()) * 10.0) if times.size else None
+
+
+def _print_json(report: Report) -> None:
+    content = {key: value for key, value in report.facts.items() if value is not None}
+    for name, one in report.series.items():
+        content[f"prony_{name}"] = {
+            "equilibrium_modulus_Pa": one.equilibrium_modulus,
+            "branch_moduli_Pa": one.branch_moduli.tolist(),
+            "relaxation_times_s": one.relaxation_times.tolist(),
+            "viscosity_Pa_s": one.viscosity,
+        }
+    if isinstance(report.data, ShiftTable):
+        content["temperatures_K"] = report.data.temperatures.tolist()
+        content["log10_factors"] = report.data.log10_factors.tolist()
+    _write(content)
+
+
+def _write(content: Any) -> None:
+    sys.stdout.write(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def _print(report: Report) -> None:
+    rows = [(_words(key), _text(value)) for key, value in report.facts.items() if value is not None]
+    presentation.print_rows(report.title, ("what", "value"), rows)
+    if isinstance(report.data, ShiftTable):
+        table = report.data
+        presentation.print_rows(
+            "Shift factors",
+            ("temperature [°C]", "log10 aT"),
+            [
+                (f"{kelvin - 273.15:.6g}", f"{factor:.6g}")
+                for kelvin, factor in zip(table.temperatures, table.log10_factors, strict=True)
+            ],
+        )
+    for name, one in report.series.items():
+        unit = "-" if "relative" in name else "Pa"
+        if report.window is None or not one.n_branches:
+            presentation.print_rows(
+                f"Modulus, {name}", ("modulus [Pa]",), [(f"{one.equilibrium_modulus:.6g}",)]
+            )
+            continue
+        times = np.geomspace(*report.window, _ROWS)
+        presentation.print_rows(
+            f"Moduli, {name}",
+            ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss"))),
+            [
+                tuple(
+                    f"{float(value):.4g}"
+                    for value in (
+                        t,
+                        one.relaxation_modulus(t),
+                        one.storage_modulus(1.0 / t),
+                        one.loss_modulus(1.0 / t),
+                    )
+                )
+                for t in times
+            ],
+        )
+
+
+def _words(key: str) -> str:
+    name, _, unit = key.rpartition("_")
+    if unit in ("K", "s", "Pa"):
+        return f"{name.replace('_', ' ')} [{unit}]"
+    return key.replace("_kg_m3", " [kg/m3]").replace("_", " ")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}" if math.isfinite(value) else "infinite"
+    if isinstance(value, tuple):
+        return " to ".join(f"{float(part):.3g}" for part in value)
+    return str(value)
+
+
+def _draw(report: Report, path: Path) -> None:
+    from restitution.plot import material as pictures
+    from restitution.plot.style import save_figure
+
+    if isinstance(report.data, ShiftTable):
+        save_figure(pictures.shift_factors(report.data), path)
+        return
+    window = report.window or (1e-6, 1.0)
+    save_figure(pictures.overview(report.series, window, report.data), path)
