@@ -222,7 +222,7 @@ def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch
     assert lines[0] == columns + ",kinetic_energy [J],stored_energy [J],dissipated_energy [J]"
     # Written so that the number read is the number computed.
     np.testing.assert_array_equal(
-        np.array(lines[2].split(","), dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3]
+        np.array(lines[2].split(",")[:5], dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3]
     )
     with xr.open_dataset("h.nc", engine="h5netcdf") as stored:
         assert stored.identical(result().history)
