@@ -384,6 +384,8 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
     ],
 )  # fmt: skip
 def test_what_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
+    if options.get("engine") == "dask":
+        pytest.importorskip("distributed", reason="Dask is an extra")
     with pytest.raises(ValueError, match=f"^{message}"):
         rs.sweep(base, axes, **options)
 

@@ -24,8 +24,8 @@ def read(path: str | Path) -> MaterialFile:
 
     Kinds, told apart by content: a relaxation table (time, modulus), a DMA table (frequency, storage
     modulus, loss modulus or loss tangent), a table of shift factors (temperature, log aT or aT), a table of
-    Prony terms (relaxation time, modulus or relative modulus), an ANSYS deck with TB,PRON, an Abaqus deck
-    with *VISCOELASTIC, TIME=PRONY.
+    Prony terms (relaxation time, modulus or relative modulus), an ANSYS deck with ``TB,PRON``, an Abaqus
+    deck with ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
