@@ -296,12 +296,3 @@ AXES = "[axes]\nvelocity = [1]\n"
 )  # fmt: skip
 def test_what_is_refused(text: str, message: str) -> None:
     refuses(text, message)
-
-
-def test_sweep_files_of_the_documentation_are_computed() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    texts = re.findall(r"^```toml\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
-    assert len(texts) >= 2
-    for text in texts:
-        small = re.sub(r"n = \d+", "n = 4", text)
-        assert int(sweep(small).status.max()) == 0

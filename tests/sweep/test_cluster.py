@@ -141,7 +141,7 @@ def test_no_scheduler_is_told() -> None:
 
 
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
+    monkeypatch.setattr(cluster.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(
         ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"
     ):

@@ -39,6 +39,7 @@ _OF_BODIES = {
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
 }
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
+_OF_SHIFTS = {"material.temperature": "temperature"}
 _OF_STANDARD_SOLIDS = {
     **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity")},
     "p2": "p2",
@@ -242,7 +243,7 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
         raise CaseError(f'{path}: solver.method = "{options.solver.method}": must be "exact" in a sweep')
     case = {name: value for name, value in data.items() if name != "sweep"}
     dimensionless = not set(case) - {"title", "solver"}
-    columns = _columns(case, dimensionless)
+    columns = _columns(case, axes, dimensionless)
     quantities = dict(_quantities(axes))
     template: Template
     if dimensionless:
@@ -253,6 +254,10 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
             )
         template = dimensionless_template()
     else:
+        for rivals in _RIVALS:
+            both = [place for place in quantities if place in rivals]
+            if len(both) > 1:
+                raise CaseError(f"{path}: axes: {' and '.join(both)} set the same; leave one out")
         case = copy.deepcopy(case)
         for place, value in quantities.items():
             try:
@@ -274,17 +279,26 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
         raise CaseError(f"{path}: {error}") from None
 
 
-def _columns(case: dict[str, Any], dimensionless: bool) -> dict[str, str]:
+def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool) -> dict[str, str]:
     """Places of keys that columns set in this case, and the quantities that they are."""
-    material = case.get("material", {})
-    for part in (material, case.get("counter_material")):
-        if isinstance(part, dict) and part.get("model") in FractionalSection.keys:
-            # The Prony series that stands for it holds in a window that goes with the contact time.
-            return {}
-    keys = set(material) if isinstance(material, dict) else {""}
+    materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
+    if any(
+        _is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])
+    ):
+        # The Prony series that stands for it holds in a window that goes with the contact time.
+        return {}
+    keys = set(case["material"]) if isinstance(case.get("material"), dict) else set[str]()
     if dimensionless or keys <= _STANDARD_SOLID:
         return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
-    return _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
+    columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
+    # A column of temperatures would be that of both bodies.
+    return (
+        columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
+    )
+
+
+def _is_fractional(material: Any) -> bool:
+    return isinstance(material, dict) and material.get("model") in FractionalSection.keys
 
 
 def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:

@@ -314,7 +314,8 @@ def _elastic_depth(
     moduli, times = series.branch_moduli, series.relaxation_times
     for _ in range(60):
         middle = 0.5 * (low + high)
-        depth = np.exp(middle)
+        # The logarithm of the last depth of a profile may come back as a little more.
+        depth = np.minimum(np.exp(middle), most)
         duration = 1.5 * depth / velocity
         modulus = (
             series.equilibrium_modulus
@@ -325,7 +326,7 @@ def _elastic_depth(
         deep = 0.4 * 2.0 * modulus * force_integral(depth) * depth > 0.5 * mass * velocity**2 + force * depth
         high = np.where(deep, middle, high)
         low = np.where(deep, low, middle)
-    return np.exp(high)
+    return np.minimum(np.exp(high), most)
 
 
 def _flat(value: Any, shape: tuple[int, ...]) -> Array:

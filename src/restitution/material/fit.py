@@ -92,7 +92,7 @@ def fit_prony(
     Notes
     -----
     Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23, for the algorithm; the misfit of
-    dynamic data is that of the complex modulus, |fit - data|/|data|.
+    dynamic data is that of the complex modulus, ``|fit - data|/|data|``.
 
     Examples
     --------

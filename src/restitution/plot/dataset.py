@@ -101,12 +101,13 @@ def plot_sweep(
     (1, 2)
     """
     dataset = _selected(dataset, at or {})
+    dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     known = [str(name) for name in dataset.data_vars if name != "status"]
     for name in outputs:
         if name not in known:
             raise ValueError(f"output {name!r}: is not in the sweep; there are {', '.join(known)}")
     layout = choose_layout(dataset, x, y)
-    if layout.kind != "draws" and layout.x is None:
+    if layout.x is None and layout.draws is None:
         raise ValueError("there is no axis with more than one value to draw over")
     for dimension in layout.rest:
         dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
@@ -20,6 +21,20 @@ _LEAST_KNOWN = 256
 _KNOWN_PER_CORE = 4
 # Of a task that raises, as for a file system that is away for a moment; that a worker dies does not count.
 _RETRIES = 2
+
+
+def check_cluster(cluster: Any) -> None:
+    """Refuse what cannot work, before there is a store.
+
+    Raises
+    ------
+    ValueError
+        If Dask is not installed, or the address is none.
+    """
+    if importlib.util.find_spec("distributed") is None:
+        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'")
+    if isinstance(cluster, str) and cluster != "local" and "://" not in cluster:
+        raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
 
 
 def run_on_dask(
@@ -53,12 +68,10 @@ def run_on_dask(
     Raises
     ------
     ValueError
-        If Dask is not installed, or no scheduler answers.
+        If no scheduler answers.
     """
-    try:
-        from distributed import as_completed
-    except ImportError:
-        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'") from None
+    from distributed import as_completed
+
     todo = iter(chunks)
     done = 0
     with _client(cluster, workers) as client:
@@ -126,8 +139,6 @@ def _client(cluster: Any, workers: int | None) -> Generator[Any]:
         with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
             yield client
         return
-    if isinstance(cluster, str) and "://" not in cluster:
-        raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
     try:
         client = Client(cluster)
     except (OSError, ValueError) as error:

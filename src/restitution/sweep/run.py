@@ -147,6 +147,10 @@ def run(
         raise ValueError(f"engine = {engine!r}: must be 'threads' or 'dask'")
     if workers is not None and workers < 1:
         raise ValueError(f"workers = {workers}: must be >= 1")
+    if engine == "dask":
+        from restitution.sweep.cluster import check_cluster
+
+        check_cluster(cluster)
     plan.check()
     grid = plan.grid
     with ExitStack() as stack:

@@ -1,0 +1,225 @@
+"""Figures of sweeps: what goes where, in which units, and that the right numbers are drawn."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import restitution as rs
+from restitution.plot.dataset import Layout, choose_layout, plot_sweep
+from restitution.plot.panels import quantity
+from restitution.plot.style import save_figure
+from restitution.sweep.schema import OUTPUTS, input_variable
+
+
+def result(
+    shape: dict[str, Any], outputs: tuple[str, ...] = ("restitution_coefficient",), draws: int = 0
+) -> xr.Dataset:
+    """A sweep's result of easily recognised numbers: the product of one plus each index."""
+    sizes = {name: len(values) for name, values in shape.items()} | ({"draw": draws} if draws else {})
+    numbers = np.ones([*sizes.values()])
+    for place, n in enumerate(sizes.values()):
+        numbers = numbers * (1.0 + np.arange(n)).reshape([-1 if k == place else 1 for k in range(len(sizes))])
+    coordinates: dict[str, Any] = {
+        name: (name, values, input_variable(name).attributes | {"scale": "linear"})
+        for name, values in shape.items()
+    }
+    if draws:
+        coordinates["mass"] = ("draw", np.linspace(0.001, 0.002, draws), input_variable("mass").attributes)
+    data = {
+        name: (
+            tuple(sizes),
+            numbers / (numbers.max() * 1.1) if name == outputs[0] else numbers,
+            OUTPUTS[name].attributes,
+        )
+        for name in outputs
+    }
+    return xr.Dataset({**data, "status": (tuple(sizes), np.zeros(numbers.shape, dtype=np.int8))}, coordinates)
+
+
+def line(n: int) -> Any:
+    return np.linspace(0.001, 0.002, n)
+
+
+WORDS = np.array(["rubber", "steel"])
+
+
+@pytest.mark.parametrize(
+    ("shape", "draws", "options", "layout"),
+    [
+        ({"velocity": line(50)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
+        ({"velocity": line(50), "radius": line(3)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
+        ({"radius": line(3), "velocity": line(50)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
+        ({"velocity": line(50), "material": WORDS}, 0, {}, Layout("curves", "velocity", "material", None, None, ())),
+        ({"material": WORDS}, 0, {}, Layout("curves", "material", None, None, None, ())),
+        ({"velocity": line(20), "radius": line(30)}, 0, {}, Layout("map", "velocity", "radius", None, None, ())),
+        (
+            {"velocity": line(20), "radius": line(30)}, 0, {"x": "radius", "y": "velocity"},
+            Layout("map", "radius", "velocity", None, None, ()),
+        ),
+        (
+            {"velocity": line(20), "radius": line(3)}, 0, {"x": "radius", "y": "velocity"},
+            Layout("map", "radius", "velocity", None, None, ()),
+        ),
+        (
+            {"poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
+            Layout("map", "p2", "p3", "poisson_ratio", None, ()),
+        ),
+        (
+            {"poisson_ratio": line(4), "p2": line(5), "p3": line(30)}, 0, {},
+            Layout("curves", "p3", "poisson_ratio", "p2", None, ()),
+        ),
+        (
+            {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
+            Layout("map", "p2", "p3", "poisson_ratio", None, ("material",)),
+        ),
+        ({}, 40, {}, Layout("draws", None, None, None, "draw", ())),
+        ({"velocity": line(20)}, 40, {}, Layout("bands", "velocity", None, None, "draw", ())),
+        ({"velocity": line(20), "radius": line(3)}, 40, {}, Layout("bands", "velocity", None, "radius", "draw", ())),
+        ({"velocity": line(50), "radius": line(1)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
+    ],
+)  # fmt: skip
+def test_what_goes_where(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
+    dataset = result(shape, draws=draws)
+    assert choose_layout(dataset, **options) == layout
+    figure = plot_sweep(dataset, **options)
+    slices = {"poisson_ratio": 4, "p2": 5, "radius": 3}
+    assert len(figure.axes) == (2 if layout.kind == "draws" else slices.get(layout.slices or "", 1))
+
+
+def test_curves_have_the_numbers_in_units_that_suit_them() -> None:
+    dataset = result({"velocity": line(50), "radius": line(3)}, ("restitution_coefficient", "contact_time"))
+    dataset["contact_time"] = dataset.contact_time * 1e-6
+    dataset["contact_time"].attrs = OUTPUTS["contact_time"].attributes
+    figure = plot_sweep(dataset)
+    first, second = figure.axes
+    np.testing.assert_allclose(first.lines[1].get_xdata(), 1e3 * line(50))
+    np.testing.assert_allclose(first.lines[1].get_ydata(), dataset.restitution_coefficient[:, 1])
+    np.testing.assert_allclose(second.lines[2].get_ydata(), 1e6 * dataset.contact_time[:, 2])
+    assert (first.get_xlabel(), first.get_ylabel()) == (
+        "impact velocity $v_0$ [mm/s]",
+        "restitution coefficient $e$",
+    )
+    assert second.get_ylabel() == "contact time $T$ [µs]"
+    legend = first.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["$R$ = 1 mm", "$R$ = 1.5 mm", "$R$ = 2 mm"]
+    assert second.get_yscale() == "log"
+    assert first.get_yscale() == "linear"
+
+
+def test_one_value_of_an_axis_is_shown_at_will() -> None:
+    dataset = result({"velocity": line(50), "radius": line(11), "material": WORDS})
+    figure = plot_sweep(dataset, at={"radius": 0.00152, "material": "steel"})
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), dataset.restitution_coefficient[:, 5, 1])
+
+
+def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
+    shape = {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}
+    figure = plot_sweep(result(shape))
+    title = figure.get_suptitle()
+    assert title == "steel"
+    assert figure.axes[2].get_title() == r"restitution coefficient $e$, $\nu$ = 0.001667"
+
+
+def test_a_map_is_of_the_right_way_round() -> None:
+    dataset = result({"velocity": line(20), "radius": line(30)})
+    ax = plot_sweep(dataset).axes[0]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("impact velocity $v_0$ [mm/s]", "radius $R$ [mm]")
+    # An isoline of e = (1 + i)(1 + j)/660 passes where the product is its level.
+    (lines,) = [one for one in ax.collections if type(one).__name__ == "QuadContourSet"]
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        if len(path.vertices) == 0:
+            continue
+        x, y = path.vertices[len(path.vertices) // 2]
+        product = (1.0 + (x - 1.0) * 19.0) * (1.0 + (y - 1.0) * 29.0)
+        # Between the points, a straight line stands for a hyperbola.
+        assert product / 660.0 == pytest.approx(level, rel=0.05)
+
+
+def test_bands_are_quantiles_of_the_draws() -> None:
+    dataset = result({"velocity": line(20)}, draws=101)
+    ax = plot_sweep(dataset).axes[0]
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), dataset.restitution_coefficient.quantile(0.5, "draw"))
+    low, high = (
+        ax.collections[0].get_paths()[0].vertices[:, 1].min(),
+        ax.collections[0].get_paths()[0].vertices[:, 1].max(),
+    )
+    assert low == pytest.approx(float(dataset.restitution_coefficient.quantile(0.05, "draw").min()))
+    assert high == pytest.approx(float(dataset.restitution_coefficient.quantile(0.95, "draw").max()))
+
+
+def test_draws_are_counted_and_scattered() -> None:
+    dataset = result({}, draws=64)
+    histogram, scatter = plot_sweep(dataset).axes
+    assert sum(patch.get_height() for patch in histogram.patches) == 64
+    np.testing.assert_allclose(scatter.lines[0].get_xdata(), np.linspace(1.0, 2.0, 64))
+    np.testing.assert_allclose(scatter.lines[0].get_ydata(), dataset.restitution_coefficient)
+    assert scatter.get_xlabel() == "mass $m$ [g]"
+
+
+def test_what_is_missing_or_infinite_is_left_out(tmp_path: Path) -> None:
+    dataset = result({"velocity": line(20), "radius": line(30)}, ("restitution_coefficient", "contact_time"))
+    dataset.restitution_coefficient[:4] = np.nan
+    dataset.contact_time[:4] = np.inf
+    save_figure(plot_sweep(dataset), tmp_path / "part.png")
+    dataset.restitution_coefficient[:] = np.nan
+    dataset.contact_time[:] = np.nan
+    for choice in ({}, {"at": {"radius": 0.001}}):
+        save_figure(plot_sweep(dataset, **choice), tmp_path / "nothing.png")  # type: ignore[arg-type]
+
+
+def test_large_sweeps_are_thinned() -> None:
+    ax = plot_sweep(result({"velocity": np.linspace(1.0, 2.0, 50_000)})).axes[0]
+    points = np.asarray(ax.lines[0].get_xdata())
+    assert points.size <= 2000
+    assert (points[0], points[-1]) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "attributes", "label", "first"),
+    [
+        ([0.02], {"units": "kg", "long_name": "mass"}, "mass [g]", 20.0),
+        ([3.0], {"units": "kg", "long_name": "mass"}, "mass [kg]", 3.0),
+        ([2e6], {"units": "Pa", "long_name": "modulus"}, "modulus [MPa]", 2.0),
+        ([1100.0], {"units": "kg/m^3", "long_name": "density"}, "density [kg/m^3]", 1100.0),
+        ([300.0], {"units": "K", "long_name": "temperature", "symbol": "$T$"}, "temperature $T$ [K]", 300.0),
+        ([0.3], {"units": "1", "long_name": "ratio"}, "ratio", 0.3),
+        ([0.3], {}, "thing", 0.3),
+    ],
+)
+def test_units(values: list[float], attributes: dict[str, str], label: str, first: float) -> None:
+    one = quantity(xr.DataArray(values, attrs=attributes, name="thing"))
+    assert (one.label, one.values[0]) == (label, pytest.approx(first))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"outputs": ["max_force"]},
+            "output 'max_force': is not in the sweep; there are restitution_coefficient",
+        ),
+        ({"x": "mass"}, "axis 'mass': is not in the sweep; there are velocity, radius"),
+        ({"at": {"mass": 1}}, "at mass = 1: is no axis of the sweep; there are velocity, radius"),
+        (
+            {"at": {"velocity": 0.001, "radius": 0.001}},
+            "there is no axis with more than one value to draw over",
+        ),
+    ],
+)
+def test_what_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}"):
+        plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)
+
+
+def test_a_real_sweep(tmp_path: Path) -> None:
+    ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
+    out = tmp_path / "result.zarr"
+    rs.sweep(ball, {"velocity": rs.Logarithmic(0.1, 10.0, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
+    figure = plot_sweep(rs.open_sweep(out))
+    assert len(figure.axes) == 4
+    assert {ax.get_xscale() for ax in figure.axes} == {"log"}
+    save_figure(figure, tmp_path / "picture.png")
