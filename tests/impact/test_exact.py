@@ -161,6 +161,13 @@ def test_a_body_that_leaves_the_described_profile_fails_alone() -> None:
         solve(Impact(RUBBER, tip, 0.005, 5.0))
 
 
+def test_a_blow_far_too_hard_for_the_described_profile_fails_alone() -> None:
+    tip = Tabulated(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 50e-6, 200e-6]))
+    with pytest.warns(RuntimeWarning, match="1 TOO_DEEP"):
+        result = solve(Impact(RUBBER, tip, 0.005, [0.01, 20.0]))
+    assert np.array_equal(result.status, [Status.SEPARATED, Status.TOO_DEEP])
+
+
 def test_columns_are_the_impacts() -> None:
     impact = balls(6, LAYERED, force=0.1)
     series, one = impact.reduced_modulus, np.ones(6)

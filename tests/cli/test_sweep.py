@@ -1,0 +1,156 @@
+"""The commands sweep, plot and map: what they print, write and refuse."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import restitution as rs
+from restitution.cli.main import app
+
+CASE = """
+title = "Rubber"
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "1 kPa s"
+poisson_ratio = 0.45
+[impact]
+velocity = "1 m/s"
+"""
+AXES = """
+[axes]
+velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 12 }
+radius = ["5 mm", "10 mm"]
+"""
+
+
+@pytest.fixture(autouse=True)
+def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("ball.toml").write_text(CASE)
+    Path("sweep.toml").write_text(CASE + AXES)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
+
+
+def refused(*arguments: str) -> str:
+    answer = run(*arguments)
+    assert answer.exit_code == 2
+    assert answer.stdout == ""
+    assert answer.stderr.count("\n") == 1
+    return answer.stderr.removeprefix("error: ").rstrip("\n")
+
+
+def test_sweep_stores_says_how_fast_and_goes_on(tmp_path: Path) -> None:
+    answer = run("sweep", "sweep.toml", "--out", "out.zarr")
+    assert (answer.exit_code, answer.stderr) == (0, "")
+    assert answer.stdout.startswith("24 impacts in out.zarr; ")
+    assert "impacts/s" in answer.stdout
+    result = rs.open_sweep("out.zarr")
+    one = rs.solve(
+        rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.005), 0.005, 0.01)
+    )
+    assert float(result.restitution_coefficient[0, 0]) == pytest.approx(
+        float(one.restitution_coefficient), rel=1e-10
+    )
+    assert result.attrs["case"] == CASE + AXES
+    assert (
+        run("sweep", "sweep.toml", "--out", "out.zarr").stdout
+        == "24 impacts in out.zarr, 24 of them from before\n"
+    )
+
+
+def test_failed_impacts_are_counted() -> None:
+    Path("tip.csv").write_text("r_mm,f_um\n0,0\n1,50\n2,200\n")
+    text = CASE.replace("[material]", '[profile]\ntype = "tabulated"\nfile = "tip.csv"\n[material]')
+    Path("deep.toml").write_text(text + "[axes]\nvelocity = [0.01, 20]\n")
+    # On the command line `main` turns it into a line on standard error.
+    with pytest.warns(RuntimeWarning, match=r"^1 of 2 impacts failed and are NaN: 1 TOO_DEEP$"):
+        answer = run("sweep", "deep.toml", "--out", "out.zarr")
+    assert answer.exit_code == 0
+
+
+def test_another_sweep_is_refused() -> None:
+    run("sweep", "sweep.toml", "--out", "out.zarr")
+    Path("sweep.toml").write_text(CASE.replace("5 g", "6 g") + AXES)
+    assert "out.zarr: holds a sweep already, another one in base; choose" in refused(
+        "sweep", "sweep.toml", "--out", "out.zarr"
+    )
+
+
+def test_plot_and_map_draw(tmp_path: Path) -> None:
+    run("sweep", "sweep.toml", "--out", "out.zarr")
+    for arguments, picture in (
+        (("plot", "out.zarr"), "out.png"),
+        (("plot", "out.zarr", "--out", "curve.pdf", "--output", "max_force", "--at", "radius=0.005"), "curve.pdf"),
+        (("plot", "out.zarr", "--out", "map.svg", "--x", "velocity", "--y", "radius"), "map.svg"),
+        (("map", "ball.toml", "--x", "velocity=1cm/s:10 m/s", "--y", "nu=0:0.5", "--points", "12"), "ball-map.png"),
+        (("map", "--x", "p2=0.001:10", "--y", "p3=0.01:100", "--set", "nu=0.45", "--points", "12"), "map.png"),
+        (
+            ("map", "ball.toml", "--x", "body.radius=5mm:20mm", "--y", "material.viscosity=100:1e4", "--points", "12",
+             "--output", "contact_time", "--set", "impact.velocity=2 m/s", "--out", "c.png"),
+            "c.png",
+        ),
+    ):  # fmt: skip
+        answer = run(*arguments)
+        assert (answer.exit_code, answer.stderr, answer.stdout) == (0, "", f"{picture}\n")
+        assert Path(picture).stat().st_size > 1000
+
+
+def test_map_spaces_its_axes_by_how_far_they_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.plot import dataset
+
+    seen = []
+    draw = dataset.plot_sweep
+    monkeypatch.setattr(
+        dataset, "plot_sweep", lambda data, *rest, **named: (seen.append(data), draw(data, *rest, **named))[1]
+    )
+    run("map", "ball.toml", "--x", "radius=5 mm:2 cm", "--y", "velocity=1 cm/s:10 m/s", "--points", "4")
+    (data,) = seen
+    assert data.restitution_coefficient.dims == ("radius", "velocity")
+    np.testing.assert_allclose(data.radius, np.linspace(0.005, 0.02, 4))
+    np.testing.assert_allclose(data.velocity, np.geomspace(0.01, 10.0, 4))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("sweep", "ball.toml", "--out", "o.zarr"),
+            "ball.toml: axes: the section is missing; it says what varies",
+        ),
+        (("sweep", "none.toml", "--out", "o.zarr"), "none.toml: no such file"),
+        (("sweep", "sweep.toml", "--out", "no/o.zarr"), "o.zarr: no such folder: "),
+        (
+            ("sweep", "sweep.toml", "--out", "o.zarr", "--dask", "here"),
+            "cluster = 'here': must be 'local' or an address",
+        ),
+        (("plot", "none.zarr"), "none.zarr: no such folder"),
+        (("plot", ".", "--out", "p.png"), ".: holds no sweep"),
+        (("plot", "out.zarr", "--out", "p.txt"), "--out p.txt: must end in .png or .pdf or .svg"),
+        (
+            ("map", "ball.toml", "--x", "velocity", "--y", "nu=0:0.5"),
+            "--x velocity: must be a name, = and what it is",
+        ),
+        (("map", "ball.toml", "--x", "velocity=1", "--y", "nu=0:0.5"), "--x 1: must be LOW:HIGH"),
+        (
+            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "speed=1:2"),
+            "ball.toml: speed = 1.0: unknown key",
+        ),
+        (("map", "--x", "p2=1:2", "--y", "p3=1:2"), "axes: poisson_ratio: is missing"),
+        (
+            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "nu=0:0.5", "--output", "e"),
+            "unknown output 'e'",
+        ),
+    ],
+)
+def test_what_is_refused(arguments: tuple[str, ...], message: str) -> None:
+    assert message in refused(*arguments)
+    assert not list(Path().glob("*.zarr"))
