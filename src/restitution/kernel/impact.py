@@ -473,6 +473,9 @@ def solve_block(
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
             outcome[0] = -work.rebound[last, S, V_]
+            if loads[n] == 0.0:
+                # Nothing drives the body: its e is at most 1, and what an elastic one exceeds it by is error.
+                outcome[0] = min(outcome[0], 1.0)
             outcome[1] = work.rebound[last, S, T_]
             depth = outcome[2]
             for element in range(last + 1):
