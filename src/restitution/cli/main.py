@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import signal
 import sys
 import warnings
 from enum import StrEnum
@@ -12,14 +14,14 @@ from typing import Annotated
 import typer
 
 from restitution.cli import material, presentation, sweep
-from restitution.cli.outcome import Commands, tell, user_input, warn
+from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
 app = typer.Typer(
     cls=Commands,
     name="restitution",
     help="Impact of bodies on viscoelastic ones: coefficient of restitution, contact time, force and energy.",
-    epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed, 130 interrupted by Ctrl-C.",
+    epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed. Ctrl-C ends the run by its signal (shells show 130).",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -157,4 +159,12 @@ def main() -> None:
         # A terminal or file that has no µ is no reason to fail; standard error does the same by default.
         sys.stdout.reconfigure(errors="backslashreplace")
     warnings.showwarning = lambda message, *_, **__: warn(str(message))
-    app()
+    try:
+        app()
+    except SystemExit as end:
+        if end.code == INTERRUPTED and sys.platform != "win32":
+            # What started the command learns that the user stopped it, not that it failed with a code of its own.
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            sys.stderr.flush()
+            os.kill(os.getpid(), signal.SIGINT)
+        raise

@@ -1,6 +1,7 @@
 """How a command ends: its exit code, and the one line that says why.
 
-0: done. 2: bad input, the command line's included. 3: a solver that failed. 130: interrupted by Ctrl-C.
+0: done. 2: bad input, the command line's included. 3: a solver that failed. Ctrl-C ends the run by its signal,
+which shells show as 130.
 """
 
 from __future__ import annotations
