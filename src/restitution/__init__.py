@@ -53,12 +53,12 @@ if TYPE_CHECKING:
     from restitution.material.viscoelastic import Material as Material
     from restitution.sweep.axis import Linear as Linear
     from restitution.sweep.axis import Logarithmic as Logarithmic
-    from restitution.sweep.axis import Samples as Samples
     from restitution.sweep.distribution import LogNormal as LogNormal
     from restitution.sweep.distribution import LogUniform as LogUniform
     from restitution.sweep.distribution import Normal as Normal
     from restitution.sweep.distribution import Uniform as Uniform
     from restitution.sweep.run import sweep as sweep
+    from restitution.sweep.samples import Samples as Samples
     from restitution.sweep.store import open_sweep as open_sweep
 
     read_material = _readers.read
@@ -85,7 +85,7 @@ _HOME = {
     "Parabola": "contact.profile",
     "PowerLaw": "contact.power_law",
     "PronySeries": "material.prony",
-    "Samples": "sweep.axis",
+    "Samples": "sweep.samples",
     "ShiftTable": "material.shift",
     "SolverError": "impact.status",
     "Sphere": "contact.sphere",

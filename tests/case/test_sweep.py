@@ -14,8 +14,8 @@ import restitution as rs
 from restitution.case.file import read_case
 from restitution.case.section import CaseError
 from restitution.case.sweep import read_sweep
-from restitution.sweep.axis import Samples
 from restitution.sweep.run import run
+from restitution.sweep.samples import Samples
 
 BODY = '[body]\nmass = "5 g"\nradius = "10 mm"\n'
 DENSE = '[body]\ndensity = "1100 kg/m^3"\nradius = "10 mm"\n'
@@ -296,3 +296,11 @@ AXES = "[axes]\nvelocity = [1]\n"
 )  # fmt: skip
 def test_what_is_refused(text: str, message: str) -> None:
     refuses(text, message)
+
+
+def test_sweep_files_of_the_documentation_are_computed() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    texts = re.findall(r"^```toml\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    assert len(texts) == 2
+    for text in texts:
+        assert int(sweep(re.sub(r"n = \d+", "n = 4", text)).status.max()) == 0

@@ -9,7 +9,7 @@ import xarray as xr
 
 import restitution as rs
 from restitution.plot.dataset import Layout, choose_layout, plot_sweep
-from restitution.plot.panels import quantity
+from restitution.plot.quantity import quantity
 from restitution.plot.style import save_figure
 from restitution.sweep.schema import OUTPUTS, input_variable
 

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from restitution.sweep.axis import Linear, Listed, Logarithmic, Samples, as_axis
+from restitution.sweep.axis import Linear, Listed, Logarithmic, as_axis
 from restitution.sweep.distribution import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweep.samples import Samples
 
 
 def whole(axis: Samples) -> dict[str, np.ndarray]:

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from restitution.sweep.axis import Linear, Samples
+from restitution.sweep.axis import Linear
 from restitution.sweep.distribution import Uniform
 from restitution.sweep.grid import Grid, make_grid
+from restitution.sweep.samples import Samples
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:

@@ -2,8 +2,10 @@
 
 import math
 import os
+import re
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -444,3 +446,17 @@ def test_the_package_is_the_function() -> None:
 
     assert callable(rs.sweep)
     assert rs.sweep.grid is restitution.sweep.grid  # type: ignore[attr-defined]
+
+
+def test_python_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE):
+        exec(compile(block, "sweeps.md", "exec"), names)
+    assert names["plane"].restitution_coefficient.shape == (60, 60)
+    assert len(capsys.readouterr().out.splitlines()) >= 2
+
+
+def test_the_documentation_names_every_output() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    assert [name for name in OUTPUTS if f"`{name}`" not in page] == []

@@ -22,8 +22,9 @@ from restitution.case.quantity import (
 )
 from restitution.case.schema import CaseFile
 from restitution.case.section import CaseError, key_path, toml_value
-from restitution.sweep.axis import Linear, Logarithmic, Samples
+from restitution.sweep.axis import Linear, Logarithmic
 from restitution.sweep.distribution import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweep.samples import Samples
 from restitution.sweep.schema import ALIASES
 
 DRAWS = "sample"

@@ -15,9 +15,9 @@ from restitution.plot.panels import (
     draw_map,
     draw_scatter,
     is_numeric,
-    quantity,
     value_name,
 )
+from restitution.plot.quantity import quantity
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from restitution.plot import style
 from restitution.plot.contours import contour_map
 from restitution.plot.curves import curve_family, family_colors
-from restitution.plot.labels import scaled_unit
+from restitution.plot.quantity import RESTITUTION, Quantity, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,79 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Of values that span more than this the logarithm is shown; a restitution coefficient ends at 1 and stays.
-_LOG_SPAN = 30.0
-_RESTITUTION = "restitution_coefficient"
 _RESTITUTION_LEVELS = (0.01, 0.02, 0.05, *(round(0.1 * n, 1) for n in range(1, 10)), 0.95, 0.98, 0.99)
-
-
-class Quantity(NamedTuple):
-    """A variable in the unit that suits its numbers.
-
-    Attributes
-    ----------
-    values : array
-        Its values.
-    label : str
-        Words, symbol, unit.
-    short : str
-        Symbol, or words where it has none.
-    unit : str
-        The unit; empty for a plain number.
-    logarithmic : bool
-        Whether it is best shown by its logarithm.
-    """
-
-    values: Array
-    label: str
-    short: str
-    unit: str
-    logarithmic: bool
-
-    def value_label(self, place: int) -> str:
-        """Return one of its values in words, for a legend or a title."""
-        number = f"{self.short} = {self.values[place]:.4g}"
-        return f"{number} {self.unit}" if self.unit else number
-
-
-def quantity(variable: xr.DataArray) -> Quantity:
-    """Return a variable of a sweep's result in the unit that suits its numbers.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> radius = xr.DataArray([0.01, 0.02], attrs={"units": "m", "long_name": "radius", "symbol": "$R$"})
-    >>> quantity(radius).label
-    'radius $R$ [mm]'
-    """
-    values = np.asarray(variable.values, dtype=np.float64)
-    values = np.where(np.isfinite(values), values, np.nan)
-    given = variable.attrs.get("units", "")
-    unit, factor = "", 1.0
-    # A prefix before a unit with an exponent or of the temperature is not what people write.
-    if given not in ("", "1") and "^" not in given and given not in ("K", "rad"):
-        factor, unit = scaled_unit(values, "g" if given == "kg" else given)
-        if given == "kg":
-            factor, unit = scaled_unit(values * 1e3, "g")
-            factor *= 1e3
-            if unit in ("kg", "Mg", "Gg"):
-                factor, unit = 1.0, "kg"
-    elif given != "1":
-        unit = given
-    words = str(variable.attrs.get("long_name", variable.name))
-    symbol = str(variable.attrs.get("symbol", ""))
-    label = " ".join(part for part in (words, symbol, f"[{unit}]" if unit else "") if part)
-    return Quantity(values * factor, label, symbol or words, unit, _is_logarithmic(variable, values))
-
-
-def _is_logarithmic(variable: xr.DataArray, values: Array) -> bool:
-    scale = variable.attrs.get("scale")
-    if scale in ("linear", "logarithmic"):
-        return scale == "logarithmic"
-    finite = values[np.isfinite(values)]
-    if variable.name == _RESTITUTION or finite.size == 0 or finite.min() <= 0.0:
-        return False
-    return bool(finite.max() > _LOG_SPAN * finite.min())
 
 
 def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = None) -> Axes:
@@ -177,13 +105,13 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str) -> Axes:
     order = np.argsort(across.values), np.argsort(up.values)
     values = quantity(output.transpose(y, x))
     z = values.values[np.ix_(order[1], order[0])]
-    norm = Normalize(0.0, 1.0) if output.name == _RESTITUTION else None
+    norm = Normalize(0.0, 1.0) if output.name == RESTITUTION else None
     fmt: Any = "%g"
-    if output.name == _RESTITUTION:
+    if output.name == RESTITUTION:
         # Where the body stays, there is no rebound to be graded.
         z = np.where(z == 0.0, np.nan, z)
     levels = _levels(output.name, z, values.logarithmic)
-    if values.logarithmic and output.name != _RESTITUTION:
+    if values.logarithmic and output.name != RESTITUTION:
         z, levels, fmt = np.log10(z), np.log10(levels), _power
     ax.set_title(values.label)
     if not np.isfinite(z).any():
@@ -299,7 +227,7 @@ def _frame(ax: Axes, across: Quantity, values: Quantity, name: Any) -> None:
     ax.grid(True)
     if across.values.size > 1:
         ax.set_xlim(float(np.min(across.values)), float(np.max(across.values)))
-    if name == _RESTITUTION:
+    if name == RESTITUTION:
         ax.set_ylim(0.0, 1.02)
 
 
@@ -312,7 +240,7 @@ def _levels(name: Any, z: Array, logarithmic: bool) -> Array:
         return np.empty(0)
     low, high = float(finite.min()), float(finite.max())
     candidates: list[Array] = []
-    if name == _RESTITUTION:
+    if name == RESTITUTION:
         candidates.append(np.array(_RESTITUTION_LEVELS))
     elif logarithmic:
         decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)

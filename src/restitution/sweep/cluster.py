@@ -29,12 +29,12 @@ def check_cluster(cluster: Any) -> None:
     Raises
     ------
     ValueError
-        If Dask is not installed, or the address is none.
+        If the address is none, or Dask is not installed.
     """
-    if importlib.util.find_spec("distributed") is None:
-        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'")
     if isinstance(cluster, str) and cluster != "local" and "://" not in cluster:
         raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
+    if importlib.util.find_spec("distributed") is None:
+        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'")
 
 
 def run_on_dask(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.sweep.axis import Axis, as_axis
+from restitution.sweep.samples import Samples
 from restitution.sweep.schema import ALIASES, OUTPUTS, STATUS
 
 Array = NDArray[Any]
@@ -174,7 +175,7 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     taken: set[str] = {*OUTPUTS, STATUS}
     for given_name, given in axes.items():
         name = ALIASES.get(given_name, given_name)
-        axis = as_axis(name, given)
+        axis: Axis | None = given if isinstance(given, Samples) else as_axis(name, given)
         names = (name,) if axis is None else {name, *axis.names(name)}
         for one in names:
             if one in taken:
@@ -182,8 +183,9 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
                 raise ValueError(f"axes: {one} {why}")
             taken.add(one)
         if axis is None:
-            number = isinstance(given, (int, float, np.number)) and not isinstance(given, bool)
-            fixed[name] = float(given) if number else given
+            value: Any = given
+            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+            fixed[name] = float(value) if number else value
         else:
             made[name] = axis
     shape = tuple(axis.size for axis in made.values())
