@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from restitution.case.schema import CaseFile, window_around
@@ -16,6 +17,7 @@ from restitution.case.section import CaseError, explain
 from restitution.impact.problem import Impact
 
 if TYPE_CHECKING:
+    from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
 
 
@@ -74,28 +76,46 @@ class Case:
             section = "solver." if option in self.options else ""
             raise CaseError(f"{self.path}: {section}{error}") from None
 
-    def notes(self, result: ImpactResult) -> list[str]:
-        """What should be known of the materials: what was assumed, and whether their data cover the contact.
+    def bounces(self) -> Bounces:
+        """Bounces of the body until it rests, its weight included unless the file says `weight = false`.
+
+        Raises
+        ------
+        CaseError
+            If the file asks for what a body that bounces cannot have.
+        SolverError
+            If the solve of a bounce fails.
+        """
+        from restitution.case.bounces import bounces_of
+
+        return bounces_of(self)
+
+    def notes(self, result: ImpactResult | Bounces) -> list[str]:
+        """What should be known of the materials: what was assumed, and whether their data cover the contacts.
 
         Parameters
         ----------
         result
-            What `solve` returned.
+            What `solve` or `bounces` returned.
         """
         lines: list[str] = []
         impact = result.impact
         assert isinstance(impact, Impact)
-        duration = float(result.contact_time)
+        durations = np.atleast_1d(result.contact_time)
         for material in (impact.material, impact.counter_material):
             if material is None:
                 continue
             name = material.name or "material"
             if material.assumptions:
                 lines.append(f"{name}: {material.assumptions}")
-            if material.window and not _covers(material.window, duration, 1.0):
+            uncovered = [
+                float(t) for t in durations if material.window and not _covers(material.window, t, 1.0)
+            ]
+            if material.window and uncovered:
                 low, high = material.window
+                # The first bounce is the shortest; one line is enough.
                 lines.append(
-                    f"{name}: meant for {low:.3g} s to {high:.3g} s, and the contact lasts {duration:.3g} s"
+                    f"{name}: meant for {low:.3g} s to {high:.3g} s, and the contact lasts {uncovered[0]:.3g} s"
                 )
         return lines
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import StrictBool, StrictInt, model_validator
 
+from restitution.case.bounces import BouncesSection
 from restitution.case.material import AnyMaterial
 from restitution.case.material_form import Window
 from restitution.case.profile import AnyProfile, ParabolaSection
@@ -75,7 +76,7 @@ class ImpactSection(Section):
     drop_height: Annotated[float, positive(LENGTH)] | None = None
     gravity: Annotated[float, positive(ACCELERATION)] = STANDARD_GRAVITY
     force: Annotated[float, nonnegative(FORCE)] | None = None
-    weight: StrictBool = False
+    weight: StrictBool | None = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
@@ -126,6 +127,7 @@ class CaseFile(Section):
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
     impact: ImpactSection
+    bounces: BouncesSection = BouncesSection()
     solver: SolverSection = SolverSection()
 
     @model_validator(mode="after")

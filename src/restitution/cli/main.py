@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import material, presentation, sweep
+from restitution.cli import bounce, material, presentation, sweep
 from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
@@ -120,6 +120,7 @@ def solve(
         presentation.write_plot(result, plot)
 
 
+app.command("bounce")(bounce.bounce)
 app.command("material")(material.material)
 app.command("sweep")(sweep.sweep)
 app.command("plot")(sweep.plot)

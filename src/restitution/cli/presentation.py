@@ -17,6 +17,8 @@ from restitution.cli.outcome import BadInput, warn
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from restitution.impact.result import ImpactResult
 
 _ROWS = (
@@ -151,18 +153,22 @@ def _require_end(result: ImpactResult, option: str, path: Path) -> None:
 def write_history(result: ImpactResult, path: Path) -> None:
     """Write the history of an impact, whole or not at all: NetCDF, or CSV with the units in the header."""
     _require_end(result, "--history", path)
+    write_dataset(result.history, path)
+
+
+def write_dataset(table: xr.Dataset, path: Path) -> None:
+    """Write columns over one dimension, whole or not at all: NetCDF, or CSV with the units in the header."""
     from restitution.sweep.whole_file import whole_file
 
-    history = result.history
     with whole_file(path) as partial:
         if path.suffix.lower() == ".nc":
-            history.to_netcdf(partial, engine="h5netcdf")
+            table.to_netcdf(partial, engine="h5netcdf")
             return
-        columns = [history["time"], *history.data_vars.values()]
+        columns = [*table.coords.values(), *table.data_vars.values()]
         with partial.open("w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file)
-            table.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
-            table.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
+            rows = csv.writer(file)
+            rows.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
+            rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
 
 
 def write_plot(result: ImpactResult, path: Path) -> None:

@@ -39,6 +39,19 @@ class Ending(StrEnum):
     LOW = "low"
     MAX_BOUNCES = "max bounces"
 
+    @property
+    def message(self) -> str:
+        """What that means."""
+        return _MEANING[self]
+
+
+_MEANING = {
+    Ending.CAPTURED: "the weight holds the body in contact",
+    Ending.SUNK: "the material is a liquid and the body sinks in",
+    Ending.BELOW_SURFACE: "the body does not rise above the undeformed surface",
+    Ending.LOW: "the next rise would be lower than min_height",
+    Ending.MAX_BOUNCES: "as many bounces as were asked for; the body would bounce on",
+}
 
 _COLUMNS = {
     "touch_time": ("s", "time of touch since release"),
@@ -80,6 +93,8 @@ class Bounces:
         "captured": the weight holds the body. "sunk": the material is a liquid and swallows it. "below
         surface": it does not rise above the undeformed surface. "low": the next height is below the floor.
         "max bounces": it would bounce on.
+    impact : Impact
+        The first touch.
     warnings : list of str
         Where the assumptions are doubtful, that the surface has recovered at each touch among them.
     """
@@ -94,6 +109,7 @@ class Bounces:
     drop_height: float
     gravity: float
     ended: Ending
+    impact: Impact
     warnings: list[str]
 
     @property
@@ -237,14 +253,14 @@ def bounces(
         if min_height is None
         else _number("min_height", nonnegative("min_height", min_height, "m"))
     )
-    force = float(impact.mass) * g if with_weight else 0.0
+    first = replace(impact, velocity=velocity, force=float(impact.mass) * g if with_weight else 0.0)
 
     rows: list[tuple[float, ...]] = []
     flights: list[float] = []
     doubts: list[str] = []
     time = velocity / g
     while True:
-        result = solve(replace(impact, velocity=velocity, force=force), rtol=rtol)
+        result = solve(replace(first, velocity=velocity), rtol=rtol)
         if not rows:
             # The first is the fastest, and so the one for which assumptions are most doubtful.
             doubts = list(result.warnings)
@@ -270,7 +286,7 @@ def bounces(
         time += float(result.contact_time) + flights[-1]
     columns = np.array(rows).T
     doubts.extend(_recovery(impact.reduced_modulus, min(flights, default=math.inf)))
-    return Bounces(*columns, drop_height=start, gravity=g, ended=ending, warnings=doubts)
+    return Bounces(*columns, drop_height=start, gravity=g, ended=ending, impact=first, warnings=doubts)
 
 
 def _ending(status: Any, rise: float, floor: float, last: bool) -> Ending | None:

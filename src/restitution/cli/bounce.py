@@ -1,0 +1,120 @@
+"""The command `restitution bounce`: a body falls, and bounces until it rests."""
+
+from __future__ import annotations
+
+import json as json_text
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import tell, user_input, warn
+from restitution.cli.patience import compilation
+
+if TYPE_CHECKING:
+    from restitution.impact.bounces import Bounces
+
+# Bounces that a screen holds; of more, the first and the last are shown.
+_SHOWN, _LAST = 24, 4
+
+
+def bounce(
+    case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
+    json: presentation.Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Draw height and restitution: .png, .pdf or .svg.", show_default=False
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a row for each bounce: .nc or .csv.", show_default=False),
+    ] = None,
+) -> None:
+    """Let the body of a case file fall and bounce until it rests: time, height and restitution of each bounce.
+
+    The drop height is that of the file, or the one that gives its velocity. The weight acts during contact too
+    unless the file says weight = false.
+    """
+    presentation.check_target("--plot", plot, presentation.PICTURES)
+    presentation.check_target("--out", out, presentation.TABLES)
+    with user_input():
+        from restitution.case.file import read_case
+
+        problem = read_case(case)
+        with compilation():
+            found = problem.bounces()
+    if json:
+        sys.stdout.write(_as_json(found) + "\n")
+    else:
+        _print(found, problem.title or str(case))
+        for warning in found.warnings:
+            warn(warning)
+        for line in problem.notes(found):
+            tell("note", line, "cyan")
+    if out is not None:
+        presentation.write_dataset(found.to_dataset(), out)
+    if plot is not None:
+        from restitution.plot.bounces import overview
+        from restitution.plot.style import save_figure
+
+        save_figure(overview(found), plot)
+
+
+def _as_json(found: Bounces) -> str:
+    table = found.to_dataset()
+    columns = {
+        str(name): [value if math.isfinite(value) else None for value in column.values.tolist()]
+        for name, column in table.data_vars.items()
+    }
+    content: dict[str, Any] = {
+        "n_bounces": found.n_bounces,
+        "ended": str(found.ended),
+        "drop_height": found.drop_height,
+        "gravity": found.gravity,
+        **columns,
+        "warnings": found.warnings,
+        "version": presentation.version(),
+    }
+    return json_text.dumps(content, indent=2, allow_nan=False)
+
+
+def _print(found: Bounces, title: str) -> None:
+    from restitution.plot.labels import scaled_unit
+
+    heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
+    titles = (
+        "bounce",
+        "touch at [s]",
+        "velocity [m/s]",
+        "restitution e",
+        f"contact time [{times.unit}]",
+        f"rises to [{heights.unit}]",
+    )
+    count = found.n_bounces
+    shown = list(range(count))
+    if count > _SHOWN:
+        shown = [*range(_SHOWN - _LAST), -1, *range(count - _LAST, count)]
+    rows = [
+        (
+            str(n + 1),
+            f"{found.touch_time[n]:.6g}",
+            f"{found.velocity[n]:.4g}",
+            f"{found.restitution_coefficient[n]:.6g}",
+            f"{found.contact_time[n] * times.factor:.4g}"
+            if math.isfinite(found.contact_time[n])
+            else "stays",
+            f"{found.height[n] * heights.factor:.4g}",
+        )
+        if n >= 0
+        else ("…",) * len(titles)
+        for n in shown
+    ]
+    presentation.print_rows(
+        f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows
+    )
+    print(f"{count} bounces in {found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}")

@@ -1,0 +1,124 @@
+"""Bounces of case files against the constant restitution of a flat punch, and what such files may not say."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case.file import Case, read_case
+from restitution.case.section import CaseError
+from restitution.impact import closed_forms as cf
+from restitution.impact.bounces import bounces
+
+DAMPING = 0.1
+# Half a punch of stiffness 2 E* a = 8e12 N/m: contact and imprint are as nothing beside the flights.
+PUNCH = f"""
+[body]
+mass = 1.0
+[profile]
+type = "flat_punch"
+radius = "1 m"
+[material]
+model = "kelvin_voigt"
+shear_modulus = "1e12 Pa"
+viscosity = {1e12 * 2.0 * DAMPING / math.sqrt(8e12)}
+bulk_modulus = inf
+[impact]
+drop_height = "200 cm"
+gravity = 10.0
+weight = false
+[bounces]
+max_bounces = 5
+min_height = 0.0
+"""
+SOFT = """
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "1 MPa"
+viscosity = "0.1 kPa s"
+poisson_ratio = 0.45
+[impact]
+velocity = "1 m/s"
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def read(text: str) -> Case:
+    Path("case.toml").write_text(text, encoding="utf-8")
+    return read_case("case.toml")
+
+
+def test_a_punch_has_one_restitution() -> None:
+    found = read(PUNCH).bounces()
+    e = cf.flat_punch_kelvin_voigt_restitution(DAMPING)
+    assert found.restitution_coefficient == pytest.approx(e, rel=1e-8)
+    # What the imprint takes is g d/v^2, at most 1e-6 here.
+    assert found.height == pytest.approx(2.0 * e ** (2 * np.arange(1, 6)), rel=1e-5)
+    assert found.touch_time[0] == pytest.approx(math.sqrt(0.4), rel=1e-15)
+    assert (found.drop_height, found.gravity, found.ended) == (2.0, 10.0, "max bounces")
+
+
+def test_the_file_says_what_python_does() -> None:
+    case = read(SOFT + "[bounces]\nmin_height = '1 mm'\n[solver]\nrtol = 1e-7\n")
+    found = case.bounces()
+    known = bounces(case.impact, gravity=9.80665, min_height=1e-3, rtol=1e-7)
+    assert found.n_bounces > 2
+    np.testing.assert_array_equal(found.height, known.height)
+    assert found.drop_height == pytest.approx(0.5 / 9.80665, rel=1e-15)
+    assert found.impact.force == pytest.approx(0.005 * 9.80665, rel=1e-15)
+    assert read(SOFT + "weight = false\n").bounces().impact.force == 0.0
+
+
+def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
+    material = 'model = "fractional_zener"\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\n'
+    material += (
+        'relaxation_time = "1 ms"\nexponent = 0.5\nbulk_modulus = "1 GPa"\napproximation_rtol = 1e-3\n'
+    )
+    text = re.sub(r"\[material\](.|\n)*\[impact\]", f"[material]\n{material}[impact]", SOFT)
+    found = read(text).bounces()
+    touches = found.contact_time[np.isfinite(found.contact_time)]
+    low, high = found.impact.material.window
+    assert touches.max() > 2.0 * touches.min()
+    assert low <= 1e-5 * touches.min()
+    assert high >= touches.max()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            SOFT + "force = 1.0\n",
+            "case.toml: impact.force: a body that bounces has its weight alone; give weight",
+        ),
+        (
+            SOFT + '[solver]\nmethod = "elements"\n',
+            'case.toml: solver.method = "elements": bounces are solved by method = "exact"',
+        ),
+        (
+            SOFT + "[solver]\nrtol = 1.0\n",
+            "case.toml: solver.rtol = 1: must be in [1e-12, 0.01]",
+        ),
+        (SOFT + "[bounces]\nmax_bounces = 0\n", "case.toml: bounces.max_bounces = 0: must be >= 1"),
+        (
+            SOFT + '[bounces]\nmin_height = "1 s"\n',
+            'case.toml: bounces.min_height = "1 s": is a time, not a length; write e.g. "10 mm", or a plain '
+            "number in m",
+        ),
+        (
+            SOFT + "[bounces]\nheight = 1\n",
+            "case.toml: bounces.height = 1: unknown key; did you mean min_height?",
+        ),
+    ],
+)
+def test_what_is_refused(text: str, message: str) -> None:
+    with pytest.raises(CaseError, match=rf"^{re.escape(message)}\Z"):
+        read(text).bounces()

@@ -1,0 +1,139 @@
+"""What `restitution bounce` prints and writes of bounces whose numbers are easy to recognise."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+from restitution.case.file import Case
+from restitution.cli.main import app
+from restitution.impact.bounces import Bounces, Ending
+
+CASE = """
+title = "A [bold] ball"
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+name = "jelly"
+equilibrium_modulus = "1 MPa"
+branch_modulus = "1 MPa"
+viscosity = "0.1 kPa s"
+poisson_ratio = 0.45
+[impact]
+drop_height = "50 mm"
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("ball.toml").write_text(CASE, encoding="utf-8")
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["bounce", *arguments], catch_exceptions=False)
+
+
+def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
+    """Bounces that lose half of their height each, and a last one from which nothing comes back."""
+    number = np.arange(1.0, count + 1)
+    height = 0.05 * 0.5**number
+    stays = number == count
+
+    def found(case: Case) -> Bounces:
+        return Bounces(
+            touch_time=0.1 * number,
+            velocity=1.0 / number,
+            restitution_coefficient=np.where(stays, 0.0, 0.75),
+            rebound_velocity=np.where(stays, 0.0, 0.75 / number),
+            contact_time=np.where(stays, np.inf, 1e-3 * number),
+            residual_indentation_depth=np.where(stays, np.nan, 1e-5),
+            height=np.where(stays, 0.0, height),
+            drop_height=0.05,
+            gravity=9.80665,
+            ended=Ending.CAPTURED,
+            impact=case.impact,
+            warnings=["recovery: some"],
+        )
+
+    monkeypatch.setattr(Case, "bounces", found)
+
+
+def rows(answer: Result) -> list[list[str]]:
+    assert answer.exit_code == 0, answer.stderr
+    return [line.split() for line in answer.stdout.splitlines()]
+
+
+def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch)
+    answer = run("ball.toml")
+    lines = rows(answer)
+    assert answer.stdout.startswith("A [bold] ball, from 50 mm\n")
+    assert ["2", "0.2", "0.5", "0.75", "2", "12.5"] in lines
+    assert ["3", "0.3", "0.3333", "0", "stays", "0"] in lines
+    assert (
+        answer.stdout.splitlines()[-1] == "3 bounces in 0.3 s; captured: the weight holds the body in contact"
+    )
+    assert answer.stderr == "warning: recovery: some\n"
+
+
+def test_of_many_bounces_the_first_and_the_last_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch, 100)
+    shown = [line[0] for line in rows(run("ball.toml")) if line and re.fullmatch(r"\d+|…", line[0])]
+    assert shown[:-1] == [*map(str, range(1, 21)), "…", "97", "98", "99", "100"]
+
+
+def test_json(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch)
+    answer = run("ball.toml", "--json")
+    content = json.loads(answer.stdout)
+    assert answer.stderr == ""
+    assert content["height"] == [0.025, 0.0125, 0.0]
+    assert content["contact_time"] == [0.001, 0.002, None]
+    assert (content["n_bounces"], content["ended"]) == (3, "captured")
+    assert (content["drop_height"], content["gravity"]) == (0.05, 9.80665)
+    assert content["warnings"] == ["recovery: some"]
+
+
+def test_tables_hold_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch, 100)
+    assert run("ball.toml", "--out", "b.csv").exit_code == 0
+    with Path("b.csv").open() as file:
+        header, *lines = csv.reader(file)
+    assert header[:3] == ["bounce [1]", "touch_time [s]", "velocity [m/s]"]
+    assert len(lines) == 100
+    assert [float(x) for x in lines[1][:3]] == [2.0, 0.2, 0.5]
+    assert run("ball.toml", "--out", "b.nc").exit_code == 0
+    with xr.open_dataset("b.nc") as table:
+        assert table.height.attrs["units"] == "m"
+        np.testing.assert_allclose(table.height[:2], [0.025, 0.0125], rtol=1e-15)
+        assert table.attrs["ended"] == "captured"
+
+
+def test_files_that_cannot_be_are_refused_first() -> None:
+    for option, name, endings in (
+        ("--out", "b.txt", ".nc or .csv"),
+        ("--plot", "b.txt", ".png or .pdf or .svg"),
+    ):
+        answer = run("ball.toml", option, name)
+        assert answer.exit_code == 2
+        assert answer.stderr == f"error: {option} b.txt: must end in {endings}\n"
+    assert run("other.toml").stderr == "error: other.toml: no such file\n"
+
+
+def test_a_real_ball(tmp_path: Path) -> None:
+    answer = run("ball.toml", "--json", "--plot", "b.png")
+    content = json.loads(answer.stdout)
+    height, e, v = (np.array(content[key]) for key in ("height", "restitution_coefficient", "velocity"))
+    # Energy of the flight: v^2 = 2 g h, and what the rebound has left rises from the imprint.
+    imprint = np.array(content["residual_indentation_depth"][:3])
+    np.testing.assert_allclose(v[0] ** 2, 2 * 9.80665 * 0.05, rtol=1e-14)
+    np.testing.assert_allclose(height[:3], ((e * v)[:3] ** 2) / (2 * 9.80665) - imprint, rtol=1e-12)
+    assert content["ended"] == "captured"
+    assert Path("b.png").read_bytes().startswith(b"\x89PNG")
