@@ -29,6 +29,14 @@ if TYPE_CHECKING:
     from restitution.impact.solve import standard_solid_restitution as standard_solid_restitution
     from restitution.impact.status import SolverError as SolverError
     from restitution.impact.status import Status as Status
+    from restitution.indentation.history import History as History
+    from restitution.indentation.history import hold as hold
+    from restitution.indentation.history import ramp as ramp
+    from restitution.indentation.history import sine_arch as sine_arch
+    from restitution.indentation.history import triangle as triangle
+    from restitution.indentation.result import IndentationResult as IndentationResult
+    from restitution.indentation.result import IndentationStatus as IndentationStatus
+    from restitution.indentation.solve import indent as indent
     from restitution.material import library as library
     from restitution.material import readers as _readers
     from restitution.material.classical import burgers as burgers
@@ -74,8 +82,11 @@ _HOME = {
     "FlatEndedParabola": "contact.flat_ended",
     "FlatPunch": "contact.power_law",
     "FractionalMaterial": "material.fractional",
+    "History": "indentation.history",
     "Impact": "impact.problem",
     "ImpactResult": "impact.result",
+    "IndentationResult": "indentation.result",
+    "IndentationStatus": "indentation.result",
     "Linear": "sweep.axis",
     "LogNormal": "sweep.distribution",
     "LogUniform": "sweep.distribution",
@@ -106,20 +117,25 @@ _HOME = {
     "fractional_maxwell": "material.fractional",
     "fractional_zener": "material.fractional",
     "generalised_maxwell": "material.classical",
+    "hold": "indentation.history",
+    "indent": "indentation.solve",
     "kelvin_voigt": "material.classical",
     "library": "material.library",
     "maxwell": "material.classical",
     "open_sweep": "sweep.store",
+    "ramp": "indentation.history",
     "read_case": "case.file",
     "read_material": "material.readers:read",
     "reduced_modulus": "material.reduced_modulus",
     "shear_from_tension": "material.conversion",
+    "sine_arch": "indentation.history",
     "solve": "impact.solve",
     "springpot": "material.fractional",
     "standard_solid": "material.classical",
     "standard_solid_restitution": "impact.solve",
     "sweep": "sweep",
     "tension_from_shear": "material.conversion",
+    "triangle": "indentation.history",
 }
 _MODULES = frozenset({"closed_forms", "library", "sweep"})
 

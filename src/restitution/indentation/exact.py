@@ -1,0 +1,166 @@
+"""The exact solution under a prescribed history, to be sampled at any time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.contact.profile import Profile
+from restitution.indentation.growth import grow_contact, scratch
+from restitution.indentation.history import History
+from restitution.indentation.scaling import contact_part, scaled_contact
+from restitution.indentation.shrinkage import Reloading, check_recontact, recover_depth, shrink_contact
+from restitution.kernel.validation import finite
+from restitution.material.prony import PronySeries
+
+if TYPE_CHECKING:
+    from restitution.kernel.prescribed import Contact
+    from restitution.kernel.shrinking import Past
+
+Array = NDArray[np.float64]
+
+
+class Solution:
+    """Exact solution under a prescribed history, in SI.
+
+    Parameters
+    ----------
+    series : PronySeries
+        Reduced modulus E*.
+    profile : Profile
+        Profile of the indenter.
+    history : History
+        What is prescribed.
+    name : str
+        Which quantity: "depth" or "force".
+    rtol : float
+        Error of force, depth and contact radius over the largest, and of the end of contact over the duration.
+
+    Raises
+    ------
+    ValueError
+        If the history is outside the theory: the message names the time.
+    """
+
+    def __init__(
+        self, series: PronySeries, profile: Profile, history: History, name: str, rtol: float
+    ) -> None:
+        self.history = history
+        self.by_depth = name == "depth"
+        tolerance = 0.05 * rtol
+        part = contact_part(history, name)
+        if self.by_depth:
+            _check_reach(part, profile)
+            if series.viscosity > 0.0:
+                _check_jumps(part)
+        self._contact, self.units = scaled_contact(series, profile, part, name)
+        work = scratch(self._contact)
+        past = grow_contact(self._contact, work, tolerance)
+        if not self.by_depth:
+            _check_depth(past, self._contact, profile)
+        try:
+            past, places, times = shrink_contact(self._contact, past, work, rtol)
+            if self.by_depth and past.end < 1.0:
+                check_recontact(self._contact, past, work, places, times, rtol, series, self.units)
+        except Reloading as problem:
+            time = self._time(problem.time)
+            raise Reloading(f"{name} at time = {time:g} s: {problem}", time) from None
+        self._past = past
+        self._recovery = recover_depth(self._contact, past, work, tolerance)
+
+    @property
+    def path_error(self) -> float:
+        """Error of forces, over the largest, that the table of the profile leaves."""
+        return self.units.error
+
+    @property
+    def turning_time(self) -> float:
+        """Time at which the contact starts to shrink [s]; the end of the history where it does not."""
+        return self._time(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
+
+    @property
+    def end_time(self) -> float:
+        """Time at which the contact ends [s]; infinite where it outlasts the history."""
+        return self._time(self._past.end)
+
+    @property
+    def breaks(self) -> Array:
+        """Times [s] between which force and depth are smooth, from first touch to the end of contact or history."""
+        last = min(self._past.end, 1.0)
+        parts = [
+            self._past.elements.starts,
+            self._contact.knots,
+            [self._past.turning, last],
+            self._recovery.starts,
+        ]
+        knots = np.unique(np.concatenate(parts))
+        return self._time(knots[knots <= last])
+
+    def jumps(self, shares: Array) -> list[tuple[Array, Array]]:
+        """Depth [m] and force [N] on the way through each jump up to the end of contact, at shares of it in [0, 1]."""
+        from restitution.kernel.indentation import through_jump
+
+        knots, work = self._contact.knots, scratch(self._contact)
+        found: list[tuple[Array, Array]] = []
+        for i in np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)):
+            columns = np.empty((2, shares.size))
+            through_jump(self._contact, self._past, self._recovery, work, i, shares, columns)
+            found.append((columns[0] * self.units.length, columns[1] * self.units.force))
+        return found
+
+    def at(self, times: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history."""
+        from restitution.kernel.indentation import sample
+
+        t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
+        start, stop = self.history.start, self.history.stop
+        if t.size and (t.min() < start or t.max() > stop):
+            raise ValueError(f"time: must be in [{start:g}, {stop:g}] s, where the history is given")
+        order = np.argsort(t, kind="stable") if np.any(t[1:] < t[:-1]) else None
+        if order is not None:
+            t = t[order]
+        units = self.units
+        before = int(np.searchsorted(t, units.touch))
+        sampled = np.empty((4, t.size - before))
+        inside = np.minimum((t[before:] - units.touch) / units.time, 1.0)
+        sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
+        sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
+        if before:
+            early = np.zeros((4, before))
+            if self.by_depth:
+                early[0], early[1] = self.history(t[:before]), self.history.rate(t[:before])
+            sampled = np.concatenate([early, sampled], axis=1)
+        if order is not None:
+            unsorted = np.empty_like(sampled)
+            unsorted[:, order] = sampled
+            sampled = unsorted
+        return sampled[0], sampled[1], sampled[2], sampled[3]
+
+    def _time(self, scaled: Any) -> Any:
+        return self.units.touch + self.units.time * scaled
+
+
+def _check_reach(part: History, profile: Profile) -> None:
+    deepest = float(part.coefficients.sum(axis=1).max())
+    most = float(np.min(profile.max_depth))
+    if deepest > most:
+        raise ValueError(f"depth = {deepest:g} m: must be <= {most:g} m, where the profile ends")
+
+
+def _check_depth(past: Past, contact: Contact, profile: Profile) -> None:
+    """Refuse a force that presses a body deeper than its profile is known."""
+    if contact.path.exponent < 0.0 and past.elements.integrals.max() > contact.path.integral[-1].sum():
+        most = float(np.min(profile.max_depth))
+        raise ValueError(
+            f"force: presses the tip deeper than {most:g} m, where the profile ends; must be less"
+        )
+
+
+def _check_jumps(part: History) -> None:
+    jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
+    if jumps.size:
+        raise ValueError(
+            f"depth jumps at time = {jumps[0]:g} s: takes an infinite force, as the material has a dashpot in parallel"
+        )

@@ -1,0 +1,370 @@
+"""What is prescribed: a depth or a force over time, as polynomials between knots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.kernel.validation import finite, nonnegative, positive
+
+Array = NDArray[np.float64]
+
+_DEGREE = 7
+# Error of a fitted piece over the largest value, and the most pieces.
+_FIT = 1e-12
+_MOST_PIECES = 4096
+_FIRST_PIECES = 12
+# Share of the duration below which a piece that does not fit holds a jump.
+_SHORTEST = 2e-14
+_JUMP_ADVICE = "a step is two points at the same time, in arrays"
+_NODES = 0.5 - 0.5 * np.cos(math.pi * np.arange(_DEGREE + 1) / _DEGREE)
+_BETWEEN = 0.5 * (_NODES[:-1] + _NODES[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Prescribed depth [m] or force [N] over time, polynomials between knots.
+
+    Made by `ramp`, `triangle`, `hold` and `sine_arch`, by `from_points` or by `from_function`.
+
+    Attributes
+    ----------
+    knots : array, shape (m + 1,)
+        Times [s]; two equal ones enclose a jump.
+    coefficients : array, shape (m, n)
+        The value between knots i and i + 1 is `sum_j coefficients[i, j] u^j`, with u from 0 to 1.
+
+    Examples
+    --------
+    >>> history = History.from_points([0.0, 1.0, 3.0], [0.0, 2e-6, 0.0])
+    >>> print(history(2.0), history.rate(2.0))
+    1e-06 -1e-06
+    """
+
+    knots: Array
+    coefficients: Array
+
+    @classmethod
+    def from_points(cls, time: ArrayLike, values: ArrayLike, *, name: str = "values") -> History:
+        """Straight lines through points.
+
+        Parameters
+        ----------
+        time : array, shape (n,)
+            Times [s], n >= 2, ascending; twice the same time is a jump.
+        values : array, shape (n,)
+            Depths [m] or forces [N].
+        name : str
+            What messages call the values.
+
+        Raises
+        ------
+        ValueError
+            If these are not two columns of equal length with ascending times.
+        """
+        t, v = np.atleast_1d(finite("time", time, "s")), np.atleast_1d(finite(name, values))
+        if t.ndim != 1 or t.shape != v.shape or t.size < 2:
+            raise ValueError(
+                f"time, {name} of shapes {t.shape}, {v.shape}: must be two columns of equal length >= 2"
+            )
+        steps = np.diff(t)
+        if np.any(steps < 0.0):
+            n = int(np.argmax(steps < 0.0)) + 1
+            raise ValueError(f"time[{n}] = {t[n]:g} s after {t[n - 1]:g} s: must ascend")
+        jumps = steps == 0.0
+        if np.any(jumps[1:] & jumps[:-1]):
+            raise ValueError(
+                f"time = {t[1:-1][jumps[1:] & jumps[:-1]][0]:g} s three times: a jump has two values"
+            )
+        if jumps[-1]:
+            raise ValueError(f"time[-1] = {t[-1]:g} s: {name} jumps there; a jump needs a later time")
+        t, v = _without_collinear(t, v)
+        return cls(t, np.column_stack([v[:-1], np.diff(v)]))
+
+    @classmethod
+    def from_function(
+        cls, function: Callable[[Array], Any], time: ArrayLike, *, name: str = "values"
+    ) -> History:
+        """Function of time, fitted piecewise to 1e-12 of its largest value.
+
+        Parameters
+        ----------
+        function : callable
+            Maps an array of times [s] to depths [m] or forces [N].
+        time : array, shape (n,)
+            Times [s], n >= 2: the first and the last are where the history begins and ends, and where the function
+            has kinks it should have a time, which makes it exact there.
+        name : str
+            What messages call the function.
+
+        Raises
+        ------
+        ValueError
+            If the function is not finite, or not smooth between the times.
+        """
+        t = np.unique(np.atleast_1d(finite("time", time, "s")))
+        if t.size < 2:
+            raise ValueError("time: must hold at least two times, between which the history is given")
+        function = _for_arrays(function, t[:2])
+        edges = _first_pieces(t)
+        at_times = _checked_values(function, t, name)
+        lows, highs = edges[:-1], edges[1:]
+        found: list[tuple[Array, Array]] = []
+        scale = float(np.max(np.abs(at_times)))
+        pieces = 0
+        while lows.size:
+            values = _values(function, lows, highs, _NODES, name)
+            exact = _values(function, lows, highs, _BETWEEN, name)
+            scale = max(scale, float(np.max(np.abs(values))), float(np.max(np.abs(exact))))
+            fit = np.asarray(
+                np.linalg.solve(np.vander(_NODES, increasing=True), values.T).T, dtype=np.float64
+            )
+            error = np.max(np.abs(fit @ np.vander(_BETWEEN, _DEGREE + 1, increasing=True).T - exact), axis=1)
+            np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
+            good = error <= _FIT * scale
+            found.append((lows[good], fit[good]))
+            pieces += int(good.sum())
+            lows, highs = lows[~good], highs[~good]
+            short = highs - lows <= _SHORTEST * (t[-1] - t[0])
+            if np.any(short):
+                raise ValueError(f"{name}: jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
+            if pieces + 2 * lows.size > _MOST_PIECES:
+                raise ValueError(
+                    f"{name}: not smooth near time = {lows[0]:g} s; give a function that is smooth between few times"
+                )
+            middles = _middles(t, lows, highs)
+            lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
+        starts = np.concatenate([piece[0] for piece in found])
+        order = np.argsort(starts)
+        coefficients = np.concatenate([piece[1] for piece in found])[order]
+        coefficients[np.abs(coefficients) < 1e-15 * scale] = 0.0
+        return cls(np.append(starts[order], t[-1]), coefficients)
+
+    @property
+    def start(self) -> float:
+        """First time [s]."""
+        return float(self.knots[0])
+
+    @property
+    def stop(self) -> float:
+        """Last time [s]."""
+        return float(self.knots[-1])
+
+    def __call__(self, time: ArrayLike) -> Any:
+        """Value at the times [s]; behind a jump at its time."""
+        piece, u, _ = self._place(time)
+        return np.einsum("...n,...n->...", self.coefficients[piece], u[..., None] ** self._powers)[()]
+
+    def rate(self, time: ArrayLike) -> Any:
+        """Rate of change at the times [s]; behind a kink at its time."""
+        piece, u, width = self._place(time)
+        slopes = self.coefficients[piece][..., 1:] * self._powers[1:]
+        return (np.einsum("...n,...n->...", slopes, u[..., None] ** self._powers[:-1]) / width)[()]
+
+    @property
+    def _powers(self) -> NDArray[np.int64]:
+        return np.arange(self.coefficients.shape[1])
+
+    def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
+        t = np.asarray(finite("time", time, "s"))
+        if np.any((t < self.start) | (t > self.stop)):
+            raise ValueError(
+                f"time: must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
+            )
+        piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
+        width = self.knots[piece + 1] - self.knots[piece]
+        return piece, (t - self.knots[piece]) / width, width
+
+    def cut(self) -> History:
+        """Same history with knots also where it changes sign and where it turns."""
+        widths = np.diff(self.knots)
+        slopes = self.coefficients[:, 1:] * self._powers[1:]
+        bends = (widths > 0.0) & (_may_change_sign(self.coefficients) | _may_change_sign(slopes))
+        if not np.any(bends):
+            return self
+        knots: list[Array] = []
+        pieces: list[Array] = []
+        for n, c in enumerate(self.coefficients):
+            inner = _zeros(c) + _zeros(slopes[n]) if bends[n] else []
+            places = np.array([0.0, *sorted(set(inner)), 1.0])
+            pieces += [restricted(c, low, high) for low, high in pairwise(places)]
+            knots.append(self.knots[n] + widths[n] * places[:-1])
+        return History(np.append(np.concatenate(knots), self.stop), np.array(pieces))
+
+
+def ramp(value: float, duration: float) -> History:
+    """Linear rise from 0 to `value` [m or N] within `duration` [s].
+
+    Examples
+    --------
+    >>> print(ramp(2e-6, 4.0)(1.0))
+    5e-07
+    """
+    peak, end = float(positive("value", value)), float(positive("duration", duration, "s"))
+    return History.from_points([0.0, end], [0.0, peak])
+
+
+def hold(value: float, duration: float, *, rise_time: float = 0.0) -> History:
+    """Rise from 0 to `value` [m or N] within `rise_time` [s], at once by default, then constant for `duration` [s].
+
+    With a depth this is a relaxation test, with a force a creep test.
+
+    Examples
+    --------
+    >>> print(hold(2e-6, 10.0)([0.0, 5.0]))
+    [2.e-06 2.e-06]
+    """
+    peak, rest = float(positive("value", value)), float(positive("duration", duration, "s"))
+    rise = float(nonnegative("rise_time", rise_time, "s"))
+    return History.from_points([0.0, rise, rise + rest], [0.0, peak, peak])
+
+
+def triangle(
+    peak: float, loading_time: float, *, unloading_time: float | None = None, hold_time: float = 0.0
+) -> History:
+    """Linear rise from 0 to `peak` [m or N] within `loading_time` [s], and linear return to 0.
+
+    Parameters
+    ----------
+    peak : float
+        Largest value, > 0.
+    loading_time : float
+        [s], > 0.
+    unloading_time : float, optional
+        [s], > 0; as long as the loading unless given.
+    hold_time : float
+        Time [s] for which the peak is held, which makes it a trapezoid.
+
+    Examples
+    --------
+    >>> print(triangle(1e-6, 1.0, hold_time=2.0)([0.5, 2.0, 3.5]))
+    [5.e-07 1.e-06 5.e-07]
+    """
+    top, up = float(positive("peak", peak)), float(positive("loading_time", loading_time, "s"))
+    down = up if unloading_time is None else float(positive("unloading_time", unloading_time, "s"))
+    rest = float(nonnegative("hold_time", hold_time, "s"))
+    if rest == 0.0:
+        return History.from_points([0.0, up, up + down], [0.0, top, 0.0])
+    return History.from_points([0.0, up, up + rest, up + rest + down], [0.0, top, top, 0.0])
+
+
+def sine_arch(peak: float, duration: float) -> History:
+    """Half a period of a sine, `peak sin(pi t/duration)` [m or N] for t from 0 to `duration` [s].
+
+    Examples
+    --------
+    >>> print(round(float(sine_arch(2e-6, 6.0)(1.0)), 15))
+    1e-06
+    """
+    top, end = float(positive("peak", peak)), float(positive("duration", duration, "s"))
+    knots = np.linspace(0.0, end, 13)
+    return History.from_function(lambda t: top * np.sin(math.pi * np.minimum(t, end - t) / end), knots)
+
+
+def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array], Any]:
+    """Function as it is where it maps arrays, else applied to one time after the other."""
+    try:
+        if np.shape(function(times)) == times.shape:
+            return function
+    except (TypeError, ValueError):
+        pass
+    return np.vectorize(function, otypes=[np.float64])
+
+
+def _checked_values(function: Callable[[Array], Any], times: Array, name: str) -> Array:
+    return np.asarray(finite(name, function(times)), dtype=np.float64)
+
+
+def _values(function: Callable[[Array], Any], lows: Array, highs: Array, nodes: Array, name: str) -> Array:
+    t = lows[:, None] + (highs - lows)[:, None] * nodes
+    return _checked_values(function, np.minimum(t, highs[:, None]).ravel(), name).reshape(t.shape)
+
+
+def _first_pieces(t: Array) -> Array:
+    """Edges of the pieces to begin with: enough of them that nothing is missed, and as few as that allows."""
+    if t.size > _FIRST_PIECES:
+        return t[np.unique(np.linspace(0, t.size - 1, _FIRST_PIECES + 1).astype(np.intp))]
+    parts = -(-_FIRST_PIECES // (t.size - 1))
+    inner = t[:-1, None] + np.diff(t)[:, None] * (np.arange(parts) / parts)
+    return np.append(inner.ravel(), t[-1])
+
+
+def _middles(t: Array, lows: Array, highs: Array) -> Array:
+    """Where to cut pieces: at the given time nearest to the middle, for kinks stand there, else in the middle."""
+    middles = 0.5 * (lows + highs)
+    after = np.searchsorted(t, middles)
+    before, behind = t[np.maximum(after - 1, 0)], t[np.minimum(after, t.size - 1)]
+    nearest = np.where(middles - before < behind - middles, before, behind)
+    return np.where((nearest > lows) & (nearest < highs), nearest, middles)
+
+
+def _errors_at(
+    t: Array, values: Array, lows: Array, highs: Array, fit: Array
+) -> tuple[NDArray[np.intp], Array]:
+    """Piece of each of the times, and the error of its fit there."""
+    order = np.argsort(lows)
+    piece = order[np.clip(np.searchsorted(lows[order], t, side="right") - 1, 0, lows.size - 1)]
+    inside = (t >= lows[piece]) & (t <= highs[piece])
+    t, values, piece = t[inside], values[inside], piece[inside]
+    u = (t - lows[piece]) / (highs[piece] - lows[piece])
+    return piece, np.abs(np.einsum("ij,ij->i", fit[piece], u[:, None] ** np.arange(_DEGREE + 1)) - values)
+
+
+def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
+    """Leave out points that lie on the line through their neighbours: sampled straight lines cost one piece each."""
+    if t.size < 3:
+        return t, v
+    tolerance = 4.0 * np.finfo(np.float64).eps * np.max(np.abs(v))
+    width = t[2:] - t[:-2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        chord = v[:-2] + (v[2:] - v[:-2]) * ((t[1:-1] - t[:-2]) / width)
+    straight = (np.abs(chord - v[1:-1]) <= tolerance) & (t[1:-1] > t[:-2]) & (t[2:] > t[1:-1])
+    keep = np.concatenate([[True], ~straight, [True]])
+    if np.all(keep):
+        return t, v
+    if np.any(np.abs(np.interp(t, t[keep], v[keep]) - v)[~keep] > tolerance):
+        return t, v
+    return t[keep], v[keep]
+
+
+def _may_change_sign(c: Array) -> NDArray[np.bool_]:
+    """Which of the polynomials over [0, 1] may change sign within: where their Bernstein coefficients do not agree."""
+    degree = c.shape[1] - 1
+    rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    bernstein = c @ np.array(rows).T
+    return (bernstein.min(axis=1) < 0.0) & (bernstein.max(axis=1) > 0.0)
+
+
+def _zeros(c: Array) -> list[float]:
+    """Places in (0, 1) at which a polynomial with coefficients c changes sign."""
+    if not np.any(c[1:]):
+        return []
+    roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
+    real = roots.real[np.abs(roots.imag) < 1e-9]
+    places = np.sort(real[(real > 1e-12) & (real < 1.0 - 1e-12)])
+    if not places.size:
+        return []
+    edges = np.concatenate([[0.0], places, [1.0]])
+    signs = np.sign(np.polynomial.polynomial.polyval(0.5 * (edges[:-1] + edges[1:]), c))
+    return [
+        float(place)
+        for place, before, after in zip(places, signs[:-1], signs[1:], strict=True)
+        if before * after < 0
+    ]
+
+
+def restricted(c: Array, u0: float, u1: float) -> Array:
+    """Coefficients over [u0, u1] of a polynomial given over [0, 1]."""
+    if (u0, u1) == (0.0, 1.0):
+        return c
+    shifted = c.copy()
+    for start in range(c.size - 1):
+        for n in range(c.size - 2, start - 1, -1):
+            shifted[n] += u0 * shifted[n + 1]
+    return shifted * (u1 - u0) ** np.arange(c.size)

@@ -1,0 +1,193 @@
+"""From SI to dimensionless numbers and back, for prescribed histories: the only place that knows how."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.contact.profile import Profile
+from restitution.indentation.history import History, restricted
+from restitution.material.prony import PronySeries, Retardation
+
+if TYPE_CHECKING:
+    from restitution.kernel.path import Path
+    from restitution.kernel.prescribed import Contact
+
+Array = NDArray[np.float64]
+
+
+class Units(NamedTuple):
+    """What one dimensionless unit is in SI.
+
+    Attributes
+    ----------
+    touch : float
+        Time of first touch [s].
+    time, length, radius, force : float
+        Duration of the history from then on [s], largest depth [m] or a bound of it, contact radius there [m], and
+        `2 E radius length` [N] with a modulus E typical of the duration.
+    error : float
+        Error of forces, over the largest, that the table of the profile leaves; 0 for power laws.
+    """
+
+    touch: float
+    time: float
+    length: float
+    radius: float
+    force: float
+    error: float
+
+
+def contact_part(history: History, name: str) -> History:
+    """History from first touch on.
+
+    Raises
+    ------
+    ValueError
+        If it starts in contact, or never comes into contact.
+    """
+    history = history.cut()
+    ends = history.coefficients.sum(axis=1)
+    touching = np.flatnonzero(ends > 0.0)
+    unit = "m" if name == "depth" else "N"
+    first = float(history.coefficients[0, 0])
+    if first > 0.0:
+        raise ValueError(
+            f"{name} = {first:g} {unit} at the start: must be <= 0; a step has two points at the same time"
+        )
+    if not touching.size:
+        raise ValueError(f"{name} <= 0 {unit} throughout: the bodies do not touch")
+    start = int(touching[0])
+    if name == "force":
+        least = np.minimum(ends, history.coefficients[:, 0])
+        # Rounding of a return to zero is none of the user's.
+        negative = least < -1e-13 * ends.max()
+        if np.any(negative):
+            n = int(np.argmax(negative))
+            raise ValueError(
+                f"force = {least[n]:g} N at time = {history.knots[n + 1]:g} s: must be >= 0 (no adhesion)"
+            )
+    coefficients = history.coefficients[start:].copy()
+    coefficients[0, 1] += coefficients[0, 0] if history.knots[start + 1] == history.knots[start] else 0.0
+    coefficients[0, 0] = 0.0
+    return History(history.knots[start:], coefficients)
+
+
+def largest_depth(series: PronySeries, profile: Profile, force: float, duration: float) -> float:
+    """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
+    integral = 0.5 * force * float(series.creep_compliance(duration))
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if exponent is not None and coefficient is not None:
+        p, c = float(exponent), float(coefficient)
+        return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
+    most = float(profile.max_depth)
+    low, high = -300.0, math.log(min(most, 1e100))
+    if float(profile.force_integral_at_depth(math.exp(high))) < integral:
+        return most
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if float(profile.force_integral_at_depth(math.exp(middle))) < integral:
+            low = middle
+        else:
+            high = middle
+    return math.exp(high)
+
+
+def scaled_contact(
+    series: PronySeries, profile: Profile, history: History, name: str
+) -> tuple[Contact, Units]:
+    """Dimensionless contact, and its units.
+
+    Parameters
+    ----------
+    series : PronySeries
+        Reduced modulus.
+    profile : Profile
+        Profile with scalar parameters.
+    history : History
+        Prescribed, from first touch on.
+    name : str
+        "depth" or "force".
+    """
+    from restitution.kernel import memory
+    from restitution.kernel.prescribed import DEPTH, FORCE, Contact
+
+    by_depth = name == "depth"
+    touch, duration = history.start, history.stop - history.start
+    peak = float(history.coefficients.sum(axis=1).max())
+    depth = peak if by_depth else largest_depth(series, profile, peak, duration)
+    path, radius, error = _path(profile, depth)
+    moduli, times = series.branch_moduli, series.relaxation_times
+    typical = (
+        series.equilibrium_modulus
+        + float(moduli @ np.minimum(1.0, times / duration))
+        + series.viscosity / duration
+    )
+    units = Units(touch, duration, depth, radius, 2.0 * typical * radius * depth, error)
+    rates = duration / times
+    glass, compliances, recoveries = 0.0, np.empty(0), np.empty(0)
+    if not by_depth:
+        creep = scaled_retardation(series, units)
+        glass = creep.instantaneous_compliance
+        recoveries = 1.0 / creep.retardation_times
+        compliances = creep.branch_compliances * recoveries
+        if creep.fluidity > 0.0:
+            recoveries = np.append(recoveries, 0.0)
+            compliances = np.append(compliances, creep.fluidity)
+        history = _graded(history)
+    knots = (history.knots - touch) / duration
+    segments = 0 if by_depth else knots.size - 1
+    contact = Contact(
+        DEPTH if by_depth else FORCE, knots, history.coefficients / (depth if by_depth else units.force),
+        series.equilibrium_modulus / typical, moduli / typical, rates, series.viscosity / typical / duration,
+        float(np.min(1.0 / rates, initial=1.0)), glass, compliances, recoveries,
+        memory.allocate(recoveries, segments), memory.allocate(recoveries, segments), path,
+    )  # fmt: skip
+    return contact, units
+
+
+def _graded(history: History) -> History:
+    """History whose first rise is cut towards first touch, so that what creeps there keeps its relative accuracy."""
+    n = 0 if history.knots[1] > history.knots[0] else 1
+    low, high = history.knots[n], history.knots[n + 1]
+    shares = np.concatenate([[0.0], 10.0 ** np.arange(-18, 1)])
+    pieces = [restricted(history.coefficients[n], *ends) for ends in pairwise(shares)]
+    return History(
+        np.concatenate([history.knots[:n], low + (high - low) * shares[:-1], history.knots[n + 1 :]]),
+        np.concatenate([history.coefficients[:n], pieces, history.coefficients[n + 1 :]]),
+    )
+
+
+def scaled_retardation(series: PronySeries, units: Units) -> Retardation:
+    """Creep compliance in units of length radius/force and of the duration."""
+    creep = series.retardation
+    modulus = 0.5 * units.force / (units.radius * units.length)
+    return Retardation(
+        creep.instantaneous_compliance * modulus,
+        creep.fluidity * modulus * units.time,
+        creep.branch_compliances * modulus,
+        creep.retardation_times / units.time,
+    )
+
+
+def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
+    """Profile as the kernel takes it, with the depth as unit, the contact radius there [m], and the error of the path."""
+    from restitution.kernel.path import Path, power_path
+
+    exponent: Any = profile.path_exponent
+    coefficient: Any = profile.path_coefficient
+    if exponent is not None:
+        if np.ndim(exponent) or np.ndim(coefficient):
+            raise ValueError("profile: has arrays for parameters; an indentation has one profile")
+        return power_path(float(exponent)), float(profile.contact_radius(depth)), 0.0
+    from restitution.contact.path import path_table, scaled
+
+    radius = float(profile.contact_radius(depth))
+    table = path_table(profile, depth)
+    scaled_table = scaled(table, depth, radius)
+    cells = table.radius.shape[0] / scaled_table.s_max
+    return Path(-1.0, cells, scaled_table.radius, scaled_table.force_integral), radius, table.error

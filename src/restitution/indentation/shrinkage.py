@@ -1,0 +1,245 @@
+"""The shrinking contact: when it ends, whether it grows again, and how deep it is under a prescribed force."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.indentation.scaling import Units, scaled_retardation
+from restitution.material.prony import PronySeries, Retardation
+
+if TYPE_CHECKING:
+    from restitution.kernel.indentation import Recovery
+    from restitution.kernel.prescribed import Contact, Scratch
+    from restitution.kernel.shrinking import Past
+
+Array = NDArray[np.float64]
+
+
+class Reloading(ValueError):
+    """The contact grows again, or comes about again, which is outside the theory.
+
+    Attributes
+    ----------
+    time : float
+        When [s], or in units of the duration before it has been translated.
+    """
+
+    def __init__(self, message: str, time: float) -> None:
+        super().__init__(message)
+        self.time = time
+
+
+def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
+    """Segments of the shrinking contact and ascending times in them at which to look how it goes on."""
+    fastest = np.sort(1.0 / contact.rates)
+    shares = np.linspace(0.0, 1.0, 9)
+    places: list[int] = []
+    times: list[Array] = []
+    for i in range(past.first, contact.values.shape[0]):
+        low, high = max(float(contact.knots[i]), past.turning), float(contact.knots[i + 1])
+        points = np.array([low])
+        if high > low:
+            points = low + (high - low) * (shares if high - low > 0.02 else shares[::4])
+            # A mode answers to a kink within its relaxation time.
+            near = fastest[(fastest < high - low) & (fastest > 1e-4 * (high - low))]
+            if near.size:
+                points = np.sort(np.concatenate([points, low + 0.25 * near, low + near]))
+            points[-1] = high
+        places += [i] * points.size
+        times.append(points)
+    if not times:
+        return np.empty(0, dtype=np.int64), np.empty(0)
+    return np.array(places, dtype=np.int64), np.concatenate(times)
+
+
+def end_of_force(contact: Contact) -> float:
+    """Time at which a prescribed force has fallen to zero; infinite where it does not.
+
+    Raises
+    ------
+    Reloading
+        If it rises again afterwards.
+    """
+    ends = contact.values.sum(axis=1)
+    falls = np.cumsum(ends < contact.values[:, 0]) > 0
+    zero = np.flatnonzero(falls & (ends <= 1e-13 * ends.max()))
+    if not zero.size:
+        return math.inf
+    n = int(zero[0])
+    later = np.flatnonzero(ends[n + 1 :] > 1e-13 * ends.max())
+    if later.size:
+        raise Reloading(
+            "the contact was over and is loaded again, which is outside the theory",
+            contact.knots[n + 1 + later[0]],
+        )
+    return float(contact.knots[n + 1])
+
+
+def shrink_contact(
+    contact: Contact, past: Past, work: Scratch, tolerance: float
+) -> tuple[Past, NDArray[np.int64], Array]:
+    """Find the end of contact, and check that the contact does not grow before.
+
+    Returns
+    -------
+    Past, array, array
+        With the end; the places and times that were looked at.
+
+    Raises
+    ------
+    Reloading
+        If it does.
+    """
+    from restitution.kernel.prescribed import DEPTH
+    from restitution.kernel.shrinking import end_of_contact, regrowth
+
+    places, times = check_points(contact, past)
+    if contact.control == DEPTH:
+        past = past._replace(end=end_of_contact(contact, past, work, places, times))
+    else:
+        past = past._replace(end=end_of_force(contact))
+    if contact.path.exponent != 0.0 and places.size:
+        slack = _rounding(contact, past)
+        n = regrowth(contact, past, work, places, times, tolerance, slack)
+        if n >= 0:
+            low, high = float(times[max(n - 1, 0)]), float(times[n])
+            for _ in range(3):
+                finer = np.linspace(low, high, 33)
+                found = regrowth(contact, past, work, np.full(33, places[n]), finer, 0.1 * tolerance, slack)
+                if found < 0:
+                    break
+                low, high = float(finer[max(found - 1, 0)]), float(finer[found])
+            raise Reloading("the contact grows again before it has ended, which is outside the theory", high)
+    return past, places, times
+
+
+def check_recontact(
+    contact: Contact,
+    past: Past,
+    work: Scratch,
+    places: NDArray[np.int64],
+    times: Array,
+    tolerance: float,
+    series: PronySeries,
+    units: Units,
+) -> None:
+    """Check that the recovering surface does not reach the indenter again after the contact, under a prescribed depth.
+
+    Parameters
+    ----------
+    contact, past, work
+        Of a contact that has ended.
+    places, times
+        As from `check_points`.
+    tolerance : float
+        Of the depth.
+    series, units
+        Reduced modulus, and the units of the contact.
+
+    Raises
+    ------
+    Reloading
+        If it does.
+    """
+    from restitution.kernel.shrinking import rise_of_center
+
+    if not rise_of_center(contact, past, work, places, times, tolerance, _rounding(contact, past)):
+        return
+    creep = scaled_retardation(series, units)
+
+    def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
+        surface = free_surface(contact, past, work, creep, moments)
+        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + tolerance)
+
+    share = np.linspace(0.0, 1.0, 65)
+    for i in range(past.first, contact.values.shape[0]):
+        low, high = max(float(contact.knots[i]), past.end), float(contact.knots[i + 1])
+        if high < low:
+            continue
+        moments = low + (high - low) * share
+        found = caught(np.full(share.size, i), moments)
+        if not found.size:
+            continue
+        for _ in range(3):
+            n = int(found[0])
+            if n == 0:
+                break
+            moments = moments[n - 1] + (moments[n] - moments[n - 1]) * share
+            found = caught(np.full(share.size, i), moments)
+        raise Reloading(
+            "the contact was over and the recovering surface reaches the indenter again, which is outside the theory",
+            float(moments[found[0]]),
+        )
+
+
+def _rounding(contact: Contact, past: Past) -> float:
+    """Rounding of the rate of the load while the contact shrinks."""
+    widths = np.diff(contact.knots)[past.first :]
+    steps = np.abs(contact.values[past.first :, 1:]).sum(axis=1)
+    steepest = float(
+        np.max(np.divide(steps, widths, out=np.zeros_like(steps), where=widths > 0.0), initial=1.0)
+    )
+    return 1e-14 * (contact.equilibrium + float(contact.moduli.sum())) * steepest
+
+
+def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Array:
+    width = contact.knots[places + 1] - contact.knots[places]
+    u = np.divide(times - contact.knots[places], width, out=np.ones_like(times), where=width > 0.0)
+    return np.einsum("in,in->i", contact.values[places], u[:, None] ** np.arange(contact.values.shape[1]))
+
+
+def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
+    """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
+
+    With the load gone it is a sum of exponentials at the retardation times.
+    """
+    from restitution.kernel.shrinking import remembered
+
+    i = max(int(np.searchsorted(contact.knots, past.end, side="left")) - 1, past.first)
+    jumps = contact.knots[i + 1] == contact.knots[i]
+    depth = float(
+        contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0]
+    )
+    remembered(contact, past, work, i, past.end)
+    loads = np.append(contact.moduli * work.now, contact.equilibrium * depth)
+    rates = np.append(contact.rates, 0.0)
+    surface = np.full(times.size, depth if contact.equilibrium == 0.0 else 0.0)
+    elapsed = times - past.end
+    for compliance, time in zip(creep.branch_compliances, creep.retardation_times, strict=True):
+        amplitude = compliance * float(np.sum(loads / (1.0 - rates * time)))
+        surface += amplitude * np.exp(-elapsed / time)
+    if creep.fluidity > 0.0:
+        surface -= creep.fluidity * float(np.sum(loads[:-1] / contact.rates))
+    return surface
+
+
+def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float) -> Recovery:
+    """Depth of the shrinking contact under a prescribed force; empty where the contact does not shrink."""
+    from restitution.kernel.indentation import Recovery, recover
+    from restitution.kernel.memory import TERMS, allocate, quadrature, remember
+    from restitution.kernel.prescribed import DEPTH
+
+    count, room = 0, 512
+    starts, lengths, phi = np.empty(0), np.empty(0), np.empty((0, TERMS))
+    if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
+        compliance = contact.glass + float(
+            np.sum(np.where(contact.recoveries > 0.0, 1.0, 0.0) * contact.compliances
+                   * -np.expm1(-contact.recoveries) / np.maximum(contact.recoveries, 1e-300))
+            + np.sum(contact.compliances[contact.recoveries == 0.0])
+        )  # fmt: skip
+        allowed = tolerance * float(past.elements.depths[past.total]) / compliance
+        while True:
+            starts, lengths, phi = np.empty(room), np.empty(room), np.empty((room, TERMS))
+            count = recover(contact, past, quadrature(), work, allowed, starts, lengths, phi)
+            if count >= 0:
+                break
+            room *= 4
+            if room > 1 << 20:
+                raise ValueError("force: needs too many elements; smooth or thin the history, or loosen rtol")
+    level = allocate(contact.recoveries, count)
+    remember(lengths[:count], phi[:count], np.zeros(count), level, work.sweep)
+    return Recovery(starts[:count], lengths[:count], phi[:count], level)

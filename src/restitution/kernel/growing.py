@@ -1,0 +1,259 @@
+"""Growing contact under a prescribed depth or force, cut into elements on which its rates are polynomials.
+
+While the contact grows, d = g(a) and (Lee and Radok)
+
+    F(t) = int E(t - t') dPi(t'),    Pi(t) = int J(t - t') dF(t').
+
+The elements shrink towards first touch, where the rates are not smooth, and towards every sudden change of the force.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from restitution.kernel.compile import kernel, part, stage
+from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
+from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, tail, trim
+
+
+class Elements(NamedTuple):
+    """Elements of the growing contact.
+
+    Attributes
+    ----------
+    starts, lengths : ndarray, shape (E,)
+        Length 0: depth and Pi jump.
+    segments : ndarray of int, shape (E,)
+        The segment of the history that an element lies in.
+    depths, integrals : ndarray, shape (E + 1,)
+        d and Pi at the start of each element, and at the end of the last.
+    depth_rates, integral_rates : ndarray, shape (E, TERMS)
+        Legendre coefficients of d' and Pi'.
+    """
+
+    starts: Any
+    lengths: Any
+    segments: Any
+    depths: Any
+    integrals: Any
+    depth_rates: Any
+    integral_rates: Any
+
+
+@stage
+def root_of_depth(path: Path, integral: float) -> float:
+    """Root s of the depth at which Pi has this value."""
+    if integral <= 0.0:
+        return 0.0
+    p = path.exponent
+    if p == 1.0:
+        return (1.5 * integral) ** (1.0 / 3.0)
+    if p >= 0.0:
+        return (0.5 * (p + 2.0) * integral) ** (1.0 / (p + 2.0))
+    low = 0.0
+    high = path.radius.shape[0] / path.inverse_cell
+    s = high
+    for _ in range(200):
+        a, value = radius_and_integral(path, s)
+        if value > integral:
+            high = s
+        else:
+            low = s
+        # Newton in the logarithms: Pi is nearly a power of s.
+        step = math.exp((integral - value) / integral) if value <= 0.0 else integral / value
+        power = 2.0 * s * s * a / value if value > 0.0 else 2.0
+        trial = s * step ** (1.0 / power) if power > 0.0 else 0.0
+        if not low <= trial <= high:
+            trial = 0.5 * (low + high)
+        if abs(trial - s) <= 4e-16 * s:
+            return trial
+        s = trial
+    return s
+
+
+@part
+def grown(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+    """Depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
+    if contact.control == DEPTH:
+        value, rate, _ = prescribed(contact, i, t)
+        a, integral = radius_and_integral(contact.path, math.sqrt(max(value, 0.0)))
+        return value, rate, integral, a * rate
+    return _grown_by_force(contact, work, i, t)
+
+
+@stage
+def _grown_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+    """Creep under the prescribed force."""
+    value, rate, _ = prescribed(contact, i, t)
+    h = contact.knots[i + 1] - contact.knots[i]
+    elapsed = t - contact.knots[i]
+    legendre_values(2.0 * elapsed / h - 1.0, work.basis)
+    integral = contact.glass * value
+    integral_rate = contact.glass * rate
+    for j in range(contact.compliances.shape[0]):
+        integral += contact.compliances[j] * recall(contact.level, i, j, elapsed, work.basis)
+        integral_rate += contact.compliances[j] * recall(contact.slope, i, j, elapsed, work.basis)
+    s = root_of_depth(contact.path, integral)
+    a = radius_and_integral(contact.path, s)[0]
+    if a > 0.0:
+        return s * s, integral_rate / a, integral, integral_rate
+    return s * s, math.inf if integral_rate > 0.0 else 0.0, integral, integral_rate
+
+
+@kernel
+def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
+    """Find where the contact stops to grow under a prescribed force: the segment, and the time in it.
+
+    The contact grows as long as Pi does, beyond the largest force where creep outweighs the unloading.
+    """
+    last = contact.knots[segments]
+    fell = False
+    for i in range(segments):
+        b = contact.knots[i]
+        h = contact.knots[i + 1] - b
+        # The contact cannot shrink before the force falls for the first time.
+        step = 0.0
+        for n in range(1, contact.values.shape[1]):
+            step += contact.values[i, n]
+        fell = fell or step < 0.0
+        if not fell:
+            continue
+        if h == 0.0:
+            if step < 0.0 and (contact.glass > 0.0 or _rate(contact, work, i + 1, b) < 0.0):
+                return i, b
+            continue
+        low = b
+        # Even points, and others as close to the start as the fastest recovery.
+        step = h / 16.0
+        offset = 0.0
+        for n in range(64):
+            t = b + offset
+            if t > b + h or t > last:
+                t = b + h
+            if _rate(contact, work, i, t) < 0.0:
+                if offset == 0.0:
+                    return i, b
+                high = t
+                for _ in range(80):
+                    middle = 0.5 * (low + high)
+                    if _rate(contact, work, i, middle) < 0.0:
+                        high = middle
+                    else:
+                        low = middle
+                return i, high
+            low = t
+            if t >= b + h:
+                break
+            offset = (1e-12 * h if n == 0 else 2.5 * offset) if offset < step else offset + step
+    return segments, last
+
+
+@part
+def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
+    """Rate of Pi, where rounding does not count as a fall."""
+    rate = prescribed(contact, i, t)[1]
+    _, _, integral, integral_rate = grown(contact, work, i, t)
+    return integral_rate + 1e-13 * (integral / t + contact.glass * abs(rate))
+
+
+@kernel
+def grow(
+    contact: Contact,
+    quadrature: Quadrature,
+    work: Scratch,
+    segments: int,
+    end: float,
+    tolerance: float,
+    elements: Elements,
+) -> int:
+    """Cut the growing contact into elements.
+
+    Parameters
+    ----------
+    contact : Contact
+    quadrature : Quadrature
+    work : Scratch
+    segments : int
+        Number of segments up to the turning point, which cuts the last one.
+    end : float
+        Time of the turning point.
+    tolerance : float
+        Of d and Pi over the largest; of their rates where the modes forget faster than within an element.
+    elements : Elements
+        Written.
+
+    Returns
+    -------
+    int
+        Number of elements, or -1 where they are more than there is room for.
+    """
+    room = elements.starts.shape[0]
+    e = 0
+    depth = 0.0
+    integral = 0.0
+    _, _, most, _ = grown_at(contact, work, segments - 1, end)
+    largest = root_of_depth(contact.path, most) ** 2
+    for i in range(segments):
+        b = contact.knots[i]
+        stop = min(contact.knots[i + 1], end)
+        if contact.knots[i + 1] == b:
+            if e == room:
+                return -1
+            elements.starts[e], elements.lengths[e], elements.segments[e] = b, 0.0, i
+            elements.depths[e], elements.integrals[e] = depth, integral
+            for n in range(TERMS):
+                elements.depth_rates[e, n] = 0.0
+                elements.integral_rates[e, n] = 0.0
+            depth, _, integral, _ = grown_at(contact, work, i, b)
+            e += 1
+            elements.depths[e], elements.integrals[e] = depth, integral
+            continue
+        h = stop - b
+        while b < stop:
+            if e == room:
+                return -1
+            h = min(h, stop - b)
+            if h > 0.75 * (stop - b):
+                h = stop - b
+            for j in range(TERMS):
+                t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
+                _, work.samples[0, j], _, work.samples[1, j] = grown(contact, work, i, t)
+            for n in range(TERMS):
+                depth_rate = 0.0
+                integral_rate = 0.0
+                for j in range(TERMS):
+                    depth_rate += quadrature.coefficients[n, j] * work.samples[0, j]
+                    integral_rate += quadrature.coefficients[n, j] * work.samples[1, j]
+                elements.depth_rates[e, n] = depth_rate
+                elements.integral_rates[e, n] = integral_rate
+            missing = tail(elements.integral_rates[e]) / most
+            if contact.control == FORCE:
+                missing = max(missing, tail(elements.depth_rates[e]) / largest)
+            if missing * end > tolerance * max(1.0, contact.shortest / h) and h > 1e-14 * b + 1e-60 * stop:
+                h *= 0.5
+                continue
+            elements.starts[e], elements.lengths[e], elements.segments[e] = b, h, i
+            elements.depths[e], elements.integrals[e] = depth, integral
+            b = stop if h == stop - b else b + h
+            before, integral_before = depth, integral
+            depth, _, integral, _ = grown(contact, work, i, b)
+            elements.depth_rates[e, 0] = (depth - before) / h
+            elements.integral_rates[e, 0] = (integral - integral_before) / h
+            trim(elements.depth_rates[e])
+            trim(elements.integral_rates[e])
+            e += 1
+            elements.depths[e], elements.integrals[e] = depth, integral
+            h *= 2.0
+    return e
+
+
+@stage
+def grown_at(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+    """Depth, its rate, Pi and its rate as `grown`, also behind a jump."""
+    if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:
+        integral = contact.glass * (contact.values[i, 0] + contact.values[i, 1])
+        for j in range(contact.compliances.shape[0]):
+            integral += contact.compliances[j] * contact.level.begin[i, j]
+        s = root_of_depth(contact.path, integral)
+        return s * s, 0.0, integral, 0.0
+    return grown(contact, work, i, t)

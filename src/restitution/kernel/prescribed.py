@@ -1,0 +1,124 @@
+"""What is prescribed, a depth or a force, and what it acts on: dimensionless numbers for the kernel."""
+
+from typing import Any, NamedTuple
+
+from restitution.kernel.compile import kernel, part
+from restitution.kernel.memory import TERMS, Memory, Quadrature
+from restitution.kernel.path import Path
+
+DEPTH, FORCE = 0, 1
+
+
+class Contact(NamedTuple):
+    """What is pressed into what, and how; dimensionless, first touch at t = 0, F = E Pi for an elastic body.
+
+    Attributes
+    ----------
+    control : int
+        DEPTH or FORCE: which of the two is prescribed.
+    knots : ndarray, shape (m + 1,)
+        Times at which the segments of the history start, and its end; two equal ones enclose a jump.
+    values : ndarray, shape (m, n)
+        Coefficients of the prescribed quantity over u = (t - knots[i])/(knots[i + 1] - knots[i]), constant first.
+    equilibrium, moduli, rates, viscosity : float or ndarray
+        E(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-rates_k t).
+    shortest : float
+        Shortest relaxation time, or the duration where that is less.
+    glass, compliances, recoveries : float or ndarray
+        J(t) = glass + sum compliances_j (1 - exp(-recoveries_j t))/recoveries_j; a recovery of 0 is flow.
+    level, slope : Memory
+        Memory of F and of F' over the segments, at the rates `recoveries`; under a prescribed force only.
+    path : Path
+        The profile.
+    """
+
+    control: int
+    knots: Any
+    values: Any
+    equilibrium: float
+    moduli: Any
+    rates: Any
+    viscosity: float
+    shortest: float
+    glass: float
+    compliances: Any
+    recoveries: Any
+    level: Memory
+    slope: Memory
+    path: Path
+
+
+class Scratch(NamedTuple):
+    """Scratch space of K modes.
+
+    Attributes
+    ----------
+    basis : ndarray, shape (TERMS,)
+        Legendre polynomials.
+    samples : ndarray, shape (2, TERMS)
+        Rates at the nodes of an element.
+    now : ndarray, shape (K,)
+        Memory of the depth.
+    sweep : ndarray, shape (2, TERMS + 1)
+        For `remember`.
+    """
+
+    basis: Any
+    samples: Any
+    now: Any
+    sweep: Any
+
+
+@part
+def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]:
+    """Prescribed quantity, its rate and the rate of that, in segment i at time t; the value behind a jump."""
+    h = contact.knots[i + 1] - contact.knots[i]
+    u = 1.0 if h == 0.0 else (t - contact.knots[i]) / h
+    value = 0.0
+    rate = 0.0
+    curvature = 0.0
+    for n in range(contact.values.shape[1] - 1, -1, -1):
+        curvature = curvature * u + rate
+        rate = rate * u + value
+        value = value * u + contact.values[i, n]
+    if h == 0.0:
+        return value, 0.0, 0.0
+    return value, rate / h, 2.0 * curvature / (h * h)
+
+
+@kernel
+def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: Any, levels: Any) -> None:
+    """Write the Legendre coefficients of the prescribed rate and value over the segments from `first` on."""
+    for i in range(first, contact.values.shape[0]):
+        h = contact.knots[i + 1] - contact.knots[i]
+        for n in range(TERMS):
+            rates[i - first, n] = 0.0
+            levels[i - first, n] = 0.0
+        if h == 0.0:
+            continue
+        for j in range(TERMS):
+            t = contact.knots[i] + 0.5 * h * (1.0 + quadrature.nodes[j])
+            value, rate, _ = prescribed(contact, i, t)
+            for n in range(TERMS):
+                rates[i - first, n] += quadrature.coefficients[n, j] * rate
+                levels[i - first, n] += quadrature.coefficients[n, j] * value
+        trim(rates[i - first])
+        trim(levels[i - first])
+
+
+@part
+def tail(coefficients: Any) -> float:
+    """Size of the last two coefficients, which bounds what is missing."""
+    return abs(coefficients[TERMS - 1]) + abs(coefficients[TERMS - 2])
+
+
+@part
+def trim(coefficients: Any) -> None:
+    """Put coefficients to zero that are rounding: what is linear in time costs less then."""
+    size = 0.0
+    for n in range(TERMS):
+        size = max(size, abs(coefficients[n]))
+    for n in range(TERMS - 1, -1, -1):
+        if abs(coefficients[n]) > 1e-15 * size:
+            return
+        coefficients[n] = 0.0

@@ -1,0 +1,335 @@
+"""Shrinking contact under a prescribed depth or force (Ting; Graham): its radius, its end, and whether it grows again.
+
+Let t1 be the instant of the growing contact with the same radius. With the memories H_k of d and Y_k of Pi, and with
+X_k = exp(-(t - t1)/tau_k),
+
+    E d1 + sum E_k X_k H_k(t1) = E d + eta d' + sum E_k H_k(t)      (depth prescribed),
+    E Pi1 + sum E_k X_k Y_k(t1) = F                                 (force prescribed),
+
+one equation for t1, whose left-hand side rises with t1. In the first case the other left-hand side is the force.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from restitution.kernel.compile import kernel, part
+from restitution.kernel.growing import Elements, grown, root_of_depth
+from restitution.kernel.memory import Memory, legendre_values, recall
+from restitution.kernel.path import radius_and_integral
+from restitution.kernel.prescribed import DEPTH, Contact, Scratch, prescribed
+
+
+class Past(NamedTuple):
+    """The growing contact and what is remembered of it.
+
+    Attributes
+    ----------
+    elements : Elements
+    total : int
+        Number of elements.
+    depth : Memory
+        H_k over the elements and, under a prescribed depth, over the rest of the history.
+    integral : Memory
+        Y_k over the elements.
+    first : int
+        Segment of the history in which the contact starts to shrink.
+    turning : float
+        Time at which it does; the end of the history where it does not.
+    end : float
+        Time at which the contact ends; infinite where it does not.
+    """
+
+    elements: Elements
+    total: int
+    depth: Memory
+    integral: Memory
+    first: int
+    turning: float
+    end: float
+
+
+@part
+def equal_contact(
+    contact: Contact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
+) -> tuple[int, float, float, float, float, float]:
+    """Find the instant t1 at which the growing contact had the radius that it has at t.
+
+    Parameters
+    ----------
+    t, target : float
+        Time, and the right-hand side of the equation for t1.
+    e, t1 : int, float
+        Element and instant from which to start.
+
+    Returns
+    -------
+    int, float, float, float, float, float
+        Element, t1, depth and Pi there, the modulus E(t - t1) and the derivative of the left-hand side by t1.
+    """
+    elements = past.elements
+    by_depth = contact.control == DEPTH
+    memory = past.depth if by_depth else past.integral
+    K = contact.moduli.shape[0]
+    direction = 0
+    while e > 0 and t1 < elements.starts[e]:
+        e -= 1
+    while True:
+        b, h = elements.starts[e], elements.lengths[e]
+        if h == 0.0:
+            low = elements.depths[e] if by_depth else elements.integrals[e]
+            jump = (elements.depths[e + 1] if by_depth else elements.integrals[e + 1]) - low
+            base = contact.equilibrium * low
+            modulus = contact.equilibrium
+            for k in range(K):
+                X = math.exp(-(t - b) * contact.rates[k])
+                base += contact.moduli[k] * X * memory.begin[e, k]
+                modulus += contact.moduli[k] * X
+            x = (target - base) / (modulus * jump)
+            if not x >= 0.0 and e > 0 and direction <= 0:
+                e -= 1
+                t1 = elements.starts[e] + elements.lengths[e]
+                direction = -1
+                continue
+            if x > 1.0 and e + 1 < past.total and direction >= 0:
+                e += 1
+                t1 = elements.starts[e]
+                direction = 1
+                continue
+            x = min(max(x, 0.0), 1.0)
+            depth = elements.depths[e] + x * (elements.depths[e + 1] - elements.depths[e])
+            integral = elements.integrals[e] + x * (elements.integrals[e + 1] - elements.integrals[e])
+            if by_depth:
+                integral = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
+            else:
+                depth = root_of_depth(contact.path, integral) ** 2
+            return e, b, depth, integral, modulus, math.inf
+        segment = elements.segments[e]
+        low, high = b, b + h
+        low_known, high_known = False, False
+        t1 = min(max(t1, low), high)
+        previous = min(h, contact.shortest)
+        moved = 0
+        modulus = 0.0
+        slope = 0.0
+        for _ in range(200):
+            depth, depth_rate, integral, integral_rate = grown(contact, work, segment, t1)
+            legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
+            value = contact.equilibrium * (depth if by_depth else integral)
+            modulus = contact.equilibrium
+            for k in range(K):
+                X = contact.moduli[k] * math.exp(-(t - t1) * contact.rates[k])
+                value += X * recall(memory, e, k, t1 - b, work.basis)
+                modulus += X
+            slope = modulus * (depth_rate if by_depth else integral_rate)
+            residual = value - target
+            if residual == 0.0:
+                break
+            if residual > 0.0:
+                if t1 <= b:
+                    moved = -1
+                    break
+                high, high_known = t1, True
+            else:
+                if t1 >= b + h:
+                    moved = 1
+                    break
+                low, low_known = t1, True
+            # Newton, else bisection; an end that was not tried yet is tried first.
+            trial = t1 - residual / slope if slope > 0.0 else (-math.inf if residual > 0.0 else math.inf)
+            if trial <= low:
+                trial = 0.5 * (low + high) if low_known else low
+            elif trial >= high:
+                trial = 0.5 * (low + high) if high_known else high
+            elif low_known and high_known and abs(trial - t1) > 0.5 * previous:
+                trial = 0.5 * (low + high)
+            step = abs(trial - t1)
+            # Newton's next step would be about step^3/previous^2.
+            done = step <= 1e-15 * t or step * (step / previous) ** 2 <= 1e-16 * t
+            t1 = trial
+            if done and low < t1 < high:
+                break
+            if low_known and high_known and high - low <= 2e-16 * high:
+                break
+            previous = step
+        if moved < 0 and e > 0 and direction <= 0:
+            e -= 1
+            t1 = elements.starts[e] + elements.lengths[e]
+            direction = -1
+            continue
+        if moved > 0 and e + 1 < past.total and direction >= 0:
+            e += 1
+            t1 = elements.starts[e]
+            direction = 1
+            continue
+        depth, _, integral, _ = grown(contact, work, segment, t1)
+        return e, t1, depth, integral, modulus, slope
+
+
+@part
+def remaining(
+    contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, by: float
+) -> tuple[float, float]:
+    """What is left at t of the load that the modes carried at t1 in element e, and the rate at which it fades.
+
+    `by` is what the integral of the memory jumped by up to there, where the element is a jump.
+    """
+    b, h = past.elements.starts[e], past.elements.lengths[e]
+    if h > 0.0:
+        legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
+    load = 0.0
+    fading = 0.0
+    for k in range(contact.moduli.shape[0]):
+        value = recall(memory, e, k, t1 - b, work.basis) if h > 0.0 else memory.begin[e, k] + by
+        value *= contact.moduli[k] * math.exp(-(t - t1) * contact.rates[k])
+        load += value
+        fading += contact.rates[k] * value
+    return load, fading
+
+
+@part
+def center(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
+    """Load of the innermost element under a prescribed depth, and its rate; leaves the memory in `now`.
+
+    For segments of the shrinking contact, and for the whole history of a flat punch.
+    """
+    value, rate, curvature = prescribed(contact, i, t)
+    e = past.total + i - past.first
+    b = contact.knots[i]
+    h = contact.knots[i + 1] - b
+    if h == 0.0:
+        for k in range(contact.moduli.shape[0]):
+            work.now[k] = past.depth.begin[e + 1, k]
+    else:
+        legendre_values(2.0 * (t - b) / h - 1.0, work.basis)
+        for k in range(contact.moduli.shape[0]):
+            work.now[k] = recall(past.depth, e, k, t - b, work.basis)
+    load = contact.equilibrium * value + contact.viscosity * rate
+    load_rate = contact.equilibrium * rate + contact.viscosity * curvature
+    for k in range(contact.moduli.shape[0]):
+        load += contact.moduli[k] * work.now[k]
+        load_rate += contact.moduli[k] * (rate - contact.rates[k] * work.now[k])
+    return load, load_rate
+
+
+@kernel
+def remembered(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
+    """Leave in `now` the memory of the depth at time t in segment i of the shrinking contact; before a jump."""
+    if contact.knots[i + 1] == contact.knots[i]:
+        for k in range(contact.moduli.shape[0]):
+            work.now[k] = past.depth.begin[past.total + i - past.first, k]
+        return
+    center(contact, past, work, i, t)
+
+
+@part
+def shrunk(
+    contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
+) -> tuple[int, float, float, float, float, float, float]:
+    """Shrinking contact at time t in segment i; e and t1 are where to start.
+
+    Returns
+    -------
+    int, float, float, float, float, float, float
+        Element, t1, depth there, force; the rate by which the right-hand side outgrows the left at constant t1, which must
+        not be positive; E(t - t1) and the derivative of the left-hand side by t1, which divide it to the rates of d1 and t1.
+    """
+    value, rate, _ = prescribed(contact, i, t)
+    if contact.control == DEPTH:
+        target, growth = center(contact, past, work, i, t)
+    else:
+        target, growth = value, rate
+    e, t1, depth, integral, modulus, slope = equal_contact(contact, past, work, t, target, e, t1)
+    by = integral - past.elements.integrals[e]
+    load, fading = remaining(contact, past, work, past.integral, t, e, t1, by)
+    force = value
+    if contact.control == DEPTH:
+        force = contact.equilibrium * integral + load
+        _, fading = remaining(contact, past, work, past.depth, t, e, t1, depth - past.elements.depths[e])
+    growth += fading
+    return e, t1, depth, force, growth, modulus, slope
+
+
+@kernel
+def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
+    """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite where it does not.
+
+    Parameters
+    ----------
+    contact : Contact
+    past : Past
+    work : Scratch
+    places, times : ndarray, shape (n,)
+        Segments, from that on in which the contact starts to shrink, and ascending times in them, their ends included.
+    """
+    low = 0.0
+    for n in range(times.shape[0]):
+        i, t = places[n], times[n]
+        if t == 0.0 or center(contact, past, work, i, t)[0] > 0.0:
+            low = t
+            continue
+        if n > 0 and places[n - 1] == i and t > low:
+            high = t
+            t = 0.5 * (low + high)
+            for _ in range(200):
+                load, rate = center(contact, past, work, i, t)
+                if load > 0.0:
+                    low = t
+                else:
+                    high = t
+                trial = t - load / rate if rate < 0.0 else low
+                if not low < trial < high:
+                    trial = 0.5 * (low + high)
+                if abs(trial - t) <= 4e-16 * t or high - low <= 4e-16 * high:
+                    break
+                t = trial
+        return t
+    return math.inf
+
+
+@kernel
+def regrowth(
+    contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+) -> int:
+    """First of the given times at which the shrinking contact grows again; -1 where it never does.
+
+    Parameters
+    ----------
+    contact, past, work, places, times
+        As for `end_of_contact`.
+    tolerance : float
+        Growth of the depth at equal contact that is harmless.
+    rounding : float
+        Rounding of the rate of the load.
+    """
+    e, t1 = past.total - 1, past.turning
+    least = math.inf
+    for n in range(times.shape[0]):
+        if times[n] >= past.end:
+            break
+        e, t1, depth, _, growth, modulus, _ = shrunk(contact, past, work, places[n], times[n], e, t1)
+        ahead = times[n + 1] - times[n] if n + 1 < times.shape[0] else 0.0
+        if depth > least + tolerance:
+            return n
+        if growth > rounding and growth * ahead > tolerance * modulus:
+            return n
+        least = min(least, depth)
+    return -1
+
+
+@kernel
+def rise_of_center(
+    contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+) -> bool:
+    """Whether the innermost element, if it stuck to the indenter after the contact, would be loaded again.
+
+    Where it is not, the surface cannot have caught up with the indenter.
+    """
+    least = 0.0
+    for n in range(times.shape[0]):
+        if times[n] <= past.end:
+            continue
+        load, rate = center(contact, past, work, places[n], times[n])
+        if load > least + tolerance or rate > tolerance + rounding:
+            return True
+        least = min(least, load)
+    return False
