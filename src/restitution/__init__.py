@@ -59,6 +59,8 @@ if TYPE_CHECKING:
     from restitution.material.shift import Arrhenius as Arrhenius
     from restitution.material.shift import ShiftTable as ShiftTable
     from restitution.material.viscoelastic import Material as Material
+    from restitution.surrogate.build import surrogate as surrogate
+    from restitution.surrogate.velocity import Surrogate as Surrogate
     from restitution.sweep.axis import Linear as Linear
     from restitution.sweep.axis import Logarithmic as Logarithmic
     from restitution.sweep.distribution import LogNormal as LogNormal
@@ -101,6 +103,7 @@ _HOME = {
     "SolverError": "impact.status",
     "Sphere": "contact.sphere",
     "Status": "impact.status",
+    "Surrogate": "surrogate.velocity",
     "Tabulated": "contact.tabulated",
     "TruncatedCone": "contact.flat_ended",
     "Uniform": "sweep.distribution",
@@ -133,11 +136,12 @@ _HOME = {
     "springpot": "material.fractional",
     "standard_solid": "material.classical",
     "standard_solid_restitution": "impact.solve",
+    "surrogate": "surrogate",
     "sweep": "sweep",
     "tension_from_shear": "material.conversion",
     "triangle": "indentation.history",
 }
-_MODULES = frozenset({"closed_forms", "library", "sweep"})
+_MODULES = frozenset({"closed_forms", "library", "surrogate", "sweep"})
 
 __all__ = ["__version__", *sorted(_HOME)]  # pyright: ignore[reportUnsupportedDunderAll]
 
