@@ -61,11 +61,11 @@ def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
 def contact_rule(result: ImpactResult, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Gauss rule over the time from 0 to `end`, in the root of time at both ends, split at the turn."""
     turn = result._dense_output.turning_time
-    y, w = gauss(0.0, math.sqrt(min(turn, end)), 200)
+    y, w = gauss(0.0, math.sqrt(min(turn, end)), 400)
     times, weights = [y**2], [2.0 * y * w]
     if end > turn:
         last = result.contact_time
-        y, w = gauss(math.sqrt(max(last - end, 0.0)), math.sqrt(last - turn), 200)
+        y, w = gauss(math.sqrt(max(last - end, 0.0)), math.sqrt(last - turn), 400)
         times, weights = [*times, last - y**2], [*weights, 2.0 * y * w]
     return np.concatenate(times), np.concatenate(weights)
 

@@ -1,9 +1,13 @@
 import numpy as np
 import pytest
 
-from restitution.kernel.dense import invert, lagrange
-from restitution.kernel.path import power_path, radius_and_integral, radius_slope
+from restitution.kernel import lanes
+from restitution.kernel.compile import kernel
+from restitution.kernel.dense import combine, invert_modes, lagrange, lagrange_lanes, times
+from restitution.kernel.lanes import load, store
+from restitution.kernel.path import power_path, radii_and_integrals, radius_and_integral, radius_slope
 from restitution.kernel.radau import radau
+from restitution.kernel.workspace import aligned
 
 
 def _plain(function):
@@ -11,26 +15,121 @@ def _plain(function):
     return getattr(function, "py_func", function)
 
 
+@kernel
+def _inverses(matrices, count):
+    invert_modes(matrices, count)
+
+
+@kernel
+def _product(columns, x, result):
+    store(result, 0, times(columns, load(x, 0)))
+
+
+@kernel
+def _interpolated(nodes, weights, points, x, basis, values, result):
+    lagrange_lanes(nodes, weights, points, load(x, 0), basis)
+    store(result, 0, combine(basis, points, values))
+
+
+@kernel
+def _functions(x, y, results, numbers):
+    a, b = load(x, 0), load(y, 0)
+    store(results[0], 0, lanes.exp(a))
+    store(results[1], 0, lanes.log(b))
+    store(results[2], 0, lanes.absolute(a))
+    store(results[3], 0, lanes.at_least(a, -1.0))
+    store(results[4], 0, lanes.where_positive(a, b))
+    store(results[5], 0, lanes.from_lane(3, a, b))
+    store(results[6], 0, (1.0 - a) * 2.0 / (b + 3) - b)
+    numbers[0] = lanes.total(a)
+    numbers[1] = lanes.largest(a)
+    numbers[2] = lanes.smallest(a)
+    numbers[3] = a[5]
+
+
+@kernel
+def _path(path, s, scratch, radii, integrals):
+    a, integral = radii_and_integrals(path, load(s, 0), scratch)
+    store(radii, 0, a)
+    store(integrals, 0, integral)
+
+
+def _mode_matrix(z):
+    return np.eye(8) + z * radau(8).A * np.linspace(0.2, 1.0, 8)
+
+
 @pytest.mark.plain
 @pytest.mark.parametrize("z", [1e-12, 0.3, 7.0, 1e9])
-def test_inverse_of_a_mode_matrix(z):
-    scheme = radau(6)
-    M = np.eye(6) + z * scheme.A * np.linspace(0.2, 1.0, 6)
-    inverse = M.copy()
-    _plain(invert)(inverse, np.zeros(7), scheme.size)
-    assert inverse @ M == pytest.approx(np.eye(6), abs=1e-9)
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_inverses_of_mode_matrices(z, count):
+    matrices = aligned(4, 8, 8)
+    for k in range(4):
+        matrices[k] = _mode_matrix(z * (k + 1)).T
+    given = matrices.copy()
+    _inverses(matrices, count)
+    for k in range(count):
+        assert matrices[k] @ given[k] == pytest.approx(np.eye(8), abs=1e-9)
+    assert np.array_equal(matrices[count:], given[count:])
+
+
+@pytest.mark.plain
+def test_product_with_columns():
+    matrix, x, result = _mode_matrix(0.7), np.linspace(-1.0, 2.0, 8), np.zeros(8)
+    _product(np.ascontiguousarray(matrix.T), x, result)
+    assert result == pytest.approx(matrix @ x, rel=1e-14)
+
+
+@pytest.mark.plain
+def test_functions_of_lanes():
+    x = np.array([-700.0, -30.5, -1.0, -1e-9, 0.0, 1e-3, 0.4, 3.7])
+    y = np.array([1e-300, 2e-9, 0.5, 0.7071, 1.0, 1.4143, 3.0, 1e200])
+    results, numbers = np.zeros((7, 8)), np.zeros(4)
+    _functions(x, y, results, numbers)
+    # NumPy's own functions are exact to an ulp or two.
+    assert results[0] == pytest.approx(np.exp(x), rel=4e-16)
+    assert results[1] == pytest.approx(np.log(y), rel=4e-16, abs=1e-16)
+    assert np.array_equal(results[2], np.abs(x))
+    assert np.array_equal(results[3], np.maximum(x, -1.0))
+    assert np.array_equal(results[4], np.where(x > 0.0, y, 0.0))
+    assert np.array_equal(results[5], np.concatenate([y[:3], x[3:]]))
+    assert results[6] == pytest.approx((1.0 - x) * 2.0 / (y + 3) - y, rel=1e-14, abs=1e-14)
+    assert numbers == pytest.approx([x.sum(), 3.7, -700.0, 1e-3], rel=1e-15)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("lane", range(8))
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_no_lane_that_is_not_finite_is_lost(lane, bad):
+    x = np.linspace(1.0, 2.0, 8)
+    x[lane] = bad
+    numbers = np.zeros(4)
+    with np.errstate(invalid="ignore"):
+        _functions(x, np.ones(8), np.zeros((7, 8)), numbers)
+    assert np.isnan(numbers[1])
+    assert np.isnan(numbers[2])
 
 
 @pytest.mark.plain
 def test_lagrange_basis_reproduces_polynomials_and_its_nodes():
-    scheme, basis = radau(6), np.zeros(7)
+    scheme, basis = radau(8), np.zeros(9)
     for x in (0.123, 1.7, -0.4):
-        _plain(lagrange)(scheme.c, scheme.weights, 7, x, basis)
-        assert basis @ scheme.c**6 == pytest.approx(x**6, rel=1e-12)
-    _plain(lagrange)(scheme.c, scheme.weights, 7, float(scheme.c[2]), basis)
-    assert basis == pytest.approx(np.eye(7)[2], abs=1e-14)
+        _plain(lagrange)(scheme.c, scheme.weights, 9, x, basis)
+        assert basis @ scheme.c**8 == pytest.approx(x**8, rel=1e-11)
+    _plain(lagrange)(scheme.c, scheme.weights, 9, float(scheme.c[2]), basis)
+    assert basis == pytest.approx(np.eye(9)[2], abs=1e-14)
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize("points", [8, 9])
+def test_interpolation_at_eight_places(points):
+    scheme, x, result = radau(8), np.linspace(-0.2, 1.6, 8), np.zeros(8)
+    nodes = scheme.c[9 - points :]
+    weights = scheme.weights if points == 9 else scheme.extrapolation
+    _interpolated(nodes, weights, points, x, np.zeros((9, 8)), nodes ** (points - 1), result)
+    assert result == pytest.approx(x ** (points - 1), rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.plain
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0])
 def test_power_path(exponent):
     # Pi = int_0^s a 2 s ds = 2 s^(p + 2)/(p + 2)
@@ -39,3 +138,8 @@ def test_power_path(exponent):
     assert a == pytest.approx(s**exponent, rel=1e-15)
     assert integral == pytest.approx(2.0 * s ** (exponent + 2.0) / (exponent + 2.0), rel=1e-14)
     assert _plain(radius_slope)(path, s, a) == pytest.approx(exponent * s ** (exponent - 1.0), rel=1e-14)
+    many = np.array([0.0, 1e-9, 0.01, 0.3, 0.7, 1.0, 2.0, 40.0])
+    radii, integrals = np.zeros(8), np.zeros(8)
+    _path(path, many, np.zeros((2, 8)), radii, integrals)
+    assert radii == pytest.approx(many**exponent, rel=1e-14)
+    assert integrals == pytest.approx(2.0 * many ** (exponent + 2.0) / (exponent + 2.0), rel=2e-14)

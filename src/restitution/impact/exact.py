@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
-STAGES = 6
+STAGES = 8
 # Impacts a task: some 10 ms, so that Ctrl-C and progress are prompt and the pool's own cost is lost in it.
 _CHUNK = 512
 
 
 # Tolerances of an element that keep the error of e below rtol max(e, 1e-3), by measurement: the error at the end of
 # an element falls faster than what is seen inside it.
-_RTOL = (-12.0, -10.0, -9.0, -8.0, -6.0, -4.0, -2.0)
-_ELEMENT_TOLERANCE = (-9.5, -7.65, -6.72, -5.96, -5.45, -4.7, -3.5)
+_RTOL = (-14.0, -12.0, -11.0, -10.0, -9.0, -8.0, -6.0, -4.0, -2.0)
+_ELEMENT_TOLERANCE = (-12.0, -9.2, -8.3, -7.75, -7.1, -6.4, -5.3, -4.6, -4.4)
 
 
 def element_tolerance(rtol: float) -> float:
@@ -39,8 +39,8 @@ def element_tolerance(rtol: float) -> float:
 
 
 def newton_tolerance(rtol: float) -> float:
-    """Largest accepted last step of the Newton iteration, relative."""
-    return min(rtol, 1e-6)
+    """Largest accepted error of the Newton iteration, relative; below 2e-14 there is nothing but rounding."""
+    return min(max(2e-3 * rtol, 2e-14), 1e-7)
 
 
 def kernel_path(block: ScaledBlock) -> Path:
@@ -92,7 +92,7 @@ def solve_scaled(
 
     def run(start: int, stop: int) -> int:
         part = block.part(start, stop)
-        work = allocate(STAGES, part.most_modes, MAX_ELEMENTS)
+        work = allocate(part.most_modes, MAX_ELEMENTS)
         if budget:
             energies[start:stop] = _solve_with_budget(part, path, rtol, work, outcomes[start:stop])
         else:
@@ -141,7 +141,7 @@ def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, 
     from restitution.kernel.radau import radau
 
     energies = np.full((block.size, 2), np.nan)
-    ledger = allocate_ledger(STAGES, block.most_modes, MAX_ELEMENTS)
+    ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS)
     for n in range(block.size):
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
         if outcomes[n, 7] == Status.SEPARATED:
@@ -166,7 +166,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)
-    work = allocate(STAGES, block.most_modes, MAX_ELEMENTS)
+    work = allocate(block.most_modes, MAX_ELEMENTS)
     _solve_part(block, path, rtol, work, outcomes)
     return outcomes[0], _problem(block, 0, path), work
 

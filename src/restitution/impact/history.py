@@ -73,8 +73,8 @@ class DenseOutput:
         self._starts = work.places[0, :n_approach].copy()
         self._lengths = work.places[1, :n_approach].copy()
         # Columns s, v, t, F; the rebound's first column is s1, to which d is added as a fifth.
-        self._approach = work.approach[:n_approach, :, :4].copy()
-        back = work.rebound[:n_rebound, :, :4]
+        self._approach = np.moveaxis(work.approach[:n_approach, :4], 1, 2).copy()
+        back = np.moveaxis(work.rebound[:n_rebound, :4], 1, 2)
         self._back_starts = work.places[2, :n_rebound].copy()
         self._back_lengths = work.places[3, :n_rebound].copy()
         depth = np.empty(back.shape[:2])

@@ -92,7 +92,7 @@ class StoredImpact:
         self.sigma_m = float(work.turning_place[0])
         self.turning_time = float(work.turning[2])
         n_approach, n_rebound = int(work.counts[0]) + 1, int(work.counts[1]) + 1
-        stored = work.approach[:n_approach, :, :3].copy()
+        stored = np.moveaxis(work.approach[:n_approach, :3], 1, 2).copy()
         pace = 2.0 * stored[:, 1:, S_]
         starts, lengths = work.places[0, :n_approach].copy(), work.places[1, :n_approach].copy()
         memory = self.propagate(
@@ -101,7 +101,7 @@ class StoredImpact:
         share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
         self.approach = Half(starts, lengths, np.dstack([stored, stored[..., :1] ** 2, memory]), pace, share)
         turning = self.approach_at(np.array([self.sigma_m]))[0]
-        stored = work.rebound[:n_rebound, :, :3].copy()
+        stored = np.moveaxis(work.rebound[:n_rebound, :3], 1, 2).copy()
         pace = work.slopes[:n_rebound].copy()
         starts, lengths = work.places[2, :n_rebound].copy(), work.places[3, :n_rebound].copy()
         memory = self.propagate(lengths, pace, self.rates, pace * stored[:, 1:, V_], turning[H_:])

@@ -4,172 +4,125 @@
     dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma,  F = E Pi + eta a v + sum E_k Y_k.
 
 Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is unknown.
-Stored points hold s, v, t, F and, of each mode, Y_k and W_k.
+Stored elements hold s, v, t, F and, of each mode, Y_k and W_k.
 """
 
 import math
 from typing import Any
 
 from restitution.kernel.compile import part, stage
-from restitution.kernel.dense import invert
-from restitution.kernel.path import radius_and_integral, radius_slope
+from restitution.kernel.dense import invert, invert_modes, times
+from restitution.kernel.lanes import WIDTH, absolute, largest, load, smallest, spread, store
+from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
 from restitution.kernel.workspace import (
     COUPLING,
     DASHPOT,
     F_,
     FORCE,
-    INTEGRAL,
     JACOBIAN,
     MODES_,
     RADIUS,
-    RATE,
-    RESIDUAL,
     S_,
-    SCRATCH,
-    SLOPE,
     SPEED,
-    STEP,
     SUM,
     T_,
     UNKNOWN,
     V_,
-    WEIGHTED,
+    VALUES,
 )
 
+ROUNDING = 1e-9
 _MOST_ITERATIONS = 12
 
 
 @part
 def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, accept: float) -> int:
-    """Solve one element of length h from the values in row 0 of `table`; fill rows 1 to S.
+    """Solve one element of length h from the first column of `table`; fill the others.
 
     `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where they
     do not converge.
     """
-    S = len(scheme.size)
-    A, A2, c = scheme.A, scheme.A2, scheme.c
+    A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]
-    vectors, B, Y = work.vectors, work.inverses, work.modes[0]
-    s, r, g, F, Pi, a, v = (
-        vectors[UNKNOWN], vectors[RATE], vectors[SLOPE], vectors[FORCE], vectors[INTEGRAL], vectors[RADIUS],
-        vectors[SPEED],
+    vectors, B, Y, G, J = (
+        work.vectors, work.inverses, work.modes[0], work.matrices[SUM], work.matrices[JACOBIAN],
     )  # fmt: skip
-    res, row, step = vectors[RESIDUAL], vectors[SCRATCH], vectors[STEP]
-    J, G = work.matrices[JACOBIAN], work.matrices[SUM]
-    eta, load, equilibrium = problem.viscosity, problem.load, problem.equilibrium
-    s0, v0 = table[0, S_], table[0, V_]
+    eta, load_, equilibrium = problem.viscosity, problem.load, problem.equilibrium
+    s0, v0 = table[S_, 0], table[V_, 0]
     Pi0 = radius_and_integral(problem.path, s0)[1]
-    full_accept = 4.0 * math.sqrt(accept)
+    straight = s0 + (h * v0) * load(scheme.c, 1)
     previous = math.inf
+    moved = 0.0
     factor = True
     last = False
     iterations = 0
+    s = load(vectors[UNKNOWN], 0)
+    v = spread(v0)
     while True:
         iterations += 1
-        if iterations > _MOST_ITERATIONS:
+        if iterations > _MOST_ITERATIONS or not smallest(s) > 0.0:
             return -1
-        for i in range(S):
-            if not s[i] > 0.0:
-                return -1
-            r[i] = 2.0 * s[i]
-            a[i], Pi[i] = radius_and_integral(problem.path, s[i])
-            F[i] = equilibrium * Pi[i]
+        r = 2.0 * s
+        a, Pi = radii_and_integrals(problem.path, s, vectors[VALUES:])
+        F = equilibrium * Pi
+        slope = (equilibrium * a) * r
         if factor:
-            for i in range(S):
-                for j in range(S):
-                    G[i, j] = 0.0
-                G[i, i] = equilibrium * a[i] * r[i]
+            for k in range(N):
+                rate = (h / problem.times[k]) * r
+                for j in range(WIDTH):
+                    store(B[k, j], 0, load(unit[j], 0) + load(A[j], 0) * rate[j])
+            invert_modes(B, N)
+            for j in range(WIDTH):
+                store(G[j], 0, spread(0.0))
         for k in range(N):
-            z = h / problem.times[k]
             E = problem.moduli[k]
-            Bk, Yk = B[k], Y[k]
-            start = table[0, MODES_ + 2 * k] - Pi0
+            start = Pi + (table[MODES_ + 2 * k, 0] - Pi0)
             if factor:
-                for i in range(S):
-                    for j in range(S):
-                        Bk[i, j] = z * A[i, j] * r[j]
-                    Bk[i, i] += 1.0
-                invert(Bk, row, scheme.size)
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += Bk[i, j] * (Pi[j] + start)
-                    Yk[i] = total
+                Yk = times(B[k], start)
                 # dY/ds: B depends on s too, and (h/tau) B^-1 A diag(r) = 1 - B^-1.
-                for j in range(S):
-                    row[j] = E * (a[j] * r[j] + Yk[j] / s[j])
-                for i in range(S):
-                    for j in range(S):
-                        G[i, j] += Bk[i, j] * row[j]
-                    G[i, i] -= E * Yk[i] / s[i]
+                own = E * Yk / s
+                weight = (E * a) * r + own
+                for j in range(WIDTH):
+                    store(G[j], 0, load(G[j], 0) + load(B[k, j], 0) * weight[j])
+                slope = slope - own
             else:
-                for j in range(S):
-                    row[j] = r[j] * Yk[j]
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += A[i, j] * row[j]
-                    res[i] = Pi[i] + start - Yk[i] - z * total
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += Bk[i, j] * res[j]
-                    Yk[i] += total
-            for i in range(S):
-                F[i] += E * Yk[i]
+                Yk = load(Y[k], 0)
+                lack = start - Yk - (h / problem.times[k]) * times(A, r * Yk)
+                Yk = Yk + times(B[k], lack)
+            store(Y[k], 0, Yk)
+            F = F + E * Yk
         if eta > 0.0:
+            store(vectors[UNKNOWN], 0, s)
+            store(vectors[FORCE], 0, F)
+            store(vectors[RADIUS], 0, a)
             _add_dashpot(problem, scheme, work, v0, h)
-        for i in range(S):
-            g[i] = r[i] * (F[i] - load)
+            F, v = load(vectors[FORCE], 0), load(vectors[SPEED], 0)
+        g = r * (F - load_)
         if last:
             break
-        if eta > 0.0:
-            for i in range(S):
-                total = 0.0
-                for j in range(S):
-                    total += A[i, j] * v[j]
-                res[i] = s[i] - s0 - h * total
-        else:
-            for i in range(S):
-                total = 0.0
-                for j in range(S):
-                    total += A2[i, j] * g[j]
-                res[i] = s[i] - s0 - h * c[i + 1] * v0 + h * h * total
+        residual = s - s0 - h * times(A, v) if eta > 0.0 else s - straight + (h * h) * times(scheme.square, g)
         if factor:
-            second = A2
+            diagonal = r * slope + 2.0 * (F - load_)
             if eta > 0.0:
                 _dashpot_coupling(problem, scheme, work)
-                second = work.matrices[COUPLING]
-            for i in range(S):
-                for j in range(S):
-                    G[i, j] *= r[i]
-                G[i, i] += 2.0 * (F[i] - load)
-            for i in range(S):
-                for j in range(S):
-                    total = 0.0
-                    for n in range(S):
-                        total += second[i, n] * G[n, j]
-                    J[i, j] = h * h * total
-                J[i, i] += 1.0
-            invert(J, row, scheme.size)
-        size = 0.0
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += J[i, j] * res[j]
-            step[i] = total
-            size = max(size, abs(total))
-        scale = s0
-        for i in range(S):
-            s[i] -= step[i]
-            scale = max(scale, s[i])
-        size /= scale
+                diagonal = diagonal + r * load(vectors[RADIUS], 0)
+            for j in range(WIDTH):
+                column = r * load(G[j], 0) + load(unit[j], 0) * diagonal[j]
+                column = times(work.matrices[COUPLING] if eta > 0.0 else scheme.square, column)
+                store(J[j], 0, load(unit[j], 0) + (h * h) * column)
+            invert(work.matrices, JACOBIAN)
+        step = times(J, residual)
+        s = s - step
+        size = largest(absolute(step)) / max(s0, largest(s))
         if not size < 1.0:
             return -1
-        # A full step converges quadratically; what chord steps still lack follows from their contraction.
-        rate = size / previous
-        left = size * rate / (1.0 - min(rate, 0.9))
-        if (factor and size <= full_accept) or (not factor and left <= accept):
+        # The inverses are frozen, so that chord steps contract no faster than the unknown has moved since, which a first
+        # one may hide. After a full step nothing is known but its size.
+        moved = size if factor else moved
+        contraction = max(size / previous, moved)
+        left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
+        stalled = not factor and size < ROUNDING and size > 0.25 * previous
+        if left <= accept or stalled:
             # One more round refines the modes with the final s: left out, e is off by 2e-8.
             last = True
             factor = False
@@ -180,51 +133,18 @@ def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float,
             return -1
         factor = chord and size > 0.25 * previous
         previous = size
-    _store(problem, scheme, work, table, h)
+    v = v0 - h * times(A, g)
+    store(table[S_], 1, s)
+    store(table[V_], 1, v)
+    store(table[T_], 1, table[T_, 0] + h * times(A, r))
+    store(table[F_], 1, F)
+    for k in range(N):
+        start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
+        Wk = times(B[k], start)
+        Wk = Wk + times(B[k], start - Wk - (h / problem.times[k]) * times(A, r * Wk))
+        store(table[MODES_ + 2 * k], 1, load(Y[k], 0))
+        store(table[MODES_ + 1 + 2 * k], 1, Wk)
     return iterations
-
-
-@part
-def _store(problem: Any, scheme: Any, work: Any, table: Any, h: float) -> None:
-    """Fill the element's rows from the converged s and the modes that belong to it."""
-    S = len(scheme.size)
-    A = scheme.A
-    vectors = work.vectors
-    s, r, g, F, v = vectors[UNKNOWN], vectors[RATE], vectors[SLOPE], vectors[FORCE], vectors[SPEED]
-    res, row = vectors[RESIDUAL], vectors[SCRATCH]
-    v0, t0 = table[0, V_], table[0, T_]
-    for i in range(S):
-        total = 0.0
-        duration = 0.0
-        for j in range(S):
-            total += A[i, j] * g[j]
-            duration += A[i, j] * r[j]
-        v[i] = v0 - h * total
-        table[i + 1, S_] = s[i]
-        table[i + 1, V_] = v[i]
-        table[i + 1, T_] = t0 + h * duration
-        table[i + 1, F_] = F[i]
-    for k in range(problem.moduli.shape[0]):
-        z = h / problem.times[k]
-        Bk, Wk = work.inverses[k], work.modes[1, k]
-        start = table[0, MODES_ + 1 + 2 * k] - v0
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += Bk[i, j] * (v[j] + start)
-            Wk[i] = total
-            row[i] = r[i] * total
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += A[i, j] * row[j]
-            res[i] = v[i] + start - Wk[i] - z * total
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += Bk[i, j] * res[j]
-            table[i + 1, MODES_ + 2 * k] = work.modes[0, k, i]
-            table[i + 1, MODES_ + 1 + 2 * k] = Wk[i] + total
 
 
 @stage
@@ -233,43 +153,25 @@ def _add_dashpot(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> N
 
     (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
     """
-    S = len(scheme.size)
-    A, vectors, M = scheme.A, work.vectors, work.matrices[DASHPOT]
-    F, r, a, v, res = vectors[FORCE], vectors[RATE], vectors[RADIUS], vectors[SPEED], vectors[RESIDUAL]
-    for i in range(S):
-        total = 0.0
-        for j in range(S):
-            M[i, j] = h * A[i, j] * problem.viscosity * r[j] * a[j]
-            total += A[i, j] * r[j] * (F[j] - problem.load)
-        M[i, i] += 1.0
-        res[i] = v0 - h * total
-    invert(M, vectors[SCRATCH], scheme.size)
-    for i in range(S):
-        total = 0.0
-        for j in range(S):
-            total += M[i, j] * res[j]
-        v[i] = total
-    for i in range(S):
-        F[i] += problem.viscosity * a[i] * v[i]
+    A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
+    F, a = load(vectors[FORCE], 0), load(vectors[RADIUS], 0)
+    r = 2.0 * load(vectors[UNKNOWN], 0)
+    braking = (h * problem.viscosity) * (r * a)
+    for j in range(WIDTH):
+        store(M[j], 0, load(scheme.identity[j], 0) + load(A[j], 0) * braking[j])
+    invert(work.matrices, DASHPOT)
+    v = times(M, v0 - h * times(A, r * (F - problem.load)))
+    store(vectors[SPEED], 0, v)
+    store(vectors[FORCE], 0, F + problem.viscosity * (a * v))
 
 
 @stage
 def _dashpot_coupling(problem: Any, scheme: Any, work: Any) -> None:
-    """Write A M^-1 A, which takes the place of A^2, and add the slope of eta a v at fixed v to the modes' sum."""
-    S = len(scheme.size)
-    A, vectors = scheme.A, work.vectors
-    inverse, product, coupling = work.matrices[DASHPOT], work.matrices[WEIGHTED], work.matrices[COUPLING]
-    for i in range(S):
-        for j in range(S):
-            total = 0.0
-            for n in range(S):
-                total += A[i, n] * inverse[n, j]
-            product[i, j] = total
-    for i in range(S):
-        for j in range(S):
-            total = 0.0
-            for n in range(S):
-                total += product[i, n] * A[n, j]
-            coupling[i, j] = total
+    """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
+    A, vectors = scheme.columns, work.vectors
+    inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
+    for j in range(WIDTH):
+        store(coupling[j], 0, times(A, times(inverse, load(A[j], 0))))
+    for i in range(WIDTH):
         slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
-        work.matrices[SUM, i, i] += problem.viscosity * slope * vectors[SPEED, i]
+        vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]

@@ -15,15 +15,15 @@ In the rebound P_k and Q_k are those of the instant t1 with the same contact rad
 integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from restitution.kernel.compile import kernel, part, stage
-from restitution.kernel.dense import invert, lagrange
-from restitution.kernel.impact import Problem, interpolate, seek
-from restitution.kernel.path import radius_and_integral
+from restitution.kernel.dense import combine, invert, lagrange, lagrange_lanes, times
+from restitution.kernel.impact import Problem, interpolate, interpolate_lanes
+from restitution.kernel.lanes import WIDTH, at_least, load, store, total
+from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     BACK_LENGTH,
@@ -31,32 +31,30 @@ from restitution.kernel.workspace import (
     BASIS,
     COUPLING,
     LENGTH,
+    MODES_,
     N_APPROACH,
     N_REBOUND,
     S_,
-    SCRATCH,
     START,
-    T_,
     V_,
+    VALUES,
     Work,
 )
 
-# Rows of `nodes`: contact radius, depth, stored energy per length, power, dt of the path, a source, a solution.
-A, D, DENSITY, POWER, RATE, SOURCE, SOLUTION, N_ROWS = range(8)
+# Rows of `nodes`: contact radius, depth, stored energy per length, power.
+A, D, DENSITY, POWER, N_ROWS = range(5)
 
 
 class Ledger(NamedTuple):
-    """Scratch space of the energy budget for S stages, N modes and E elements.
+    """Scratch space of the energy budget for N modes and E elements of S = 8 stages.
 
     Attributes
     ----------
-    memory : ndarray, shape (E, S + 1, 3 N)
+    memory : ndarray, shape (E, 3 N, S + 1)
         H_k, Y_k, Z_k along the approach.
-    nodes : ndarray, shape (7, S + 1)
-    past : ndarray, shape (S, 3 N)
+    nodes : ndarray, shape (4, S + 1)
+    past : ndarray, shape (3 N, S)
         The memory at the instants t1 of a rebound element's nodes.
-    decay : ndarray, shape (S, N)
-        X_k there.
     present : ndarray, shape (3 N,)
         H_k now, in every third place.
     """
@@ -64,54 +62,41 @@ class Ledger(NamedTuple):
     memory: Any
     nodes: Any
     past: Any
-    decay: Any
     present: Any
 
 
-def allocate_ledger(S: int, N: int, elements: int) -> Ledger:
+def allocate_ledger(N: int, elements: int) -> Ledger:
     """Scratch space of the energy budget."""
     return Ledger(
-        np.zeros((elements, S + 1, 3 * N)),
-        np.zeros((N_ROWS, S + 1)),
-        np.zeros((S, 3 * N)),
-        np.zeros((S, N)),
+        np.zeros((elements, 3 * N, WIDTH + 1)),
+        np.zeros((N_ROWS, WIDTH + 1)),
+        np.zeros((3 * N, WIDTH)),
         np.zeros(3 * N),
     )
 
 
 @part
-def _propagate(scheme: Any, work: Any, nodes: Any, rate: float, h: float, start: float) -> None:
-    """Write into nodes[SOLUTION] the y of y' = -rate nodes[RATE] y + nodes[SOURCE], y(0) = start."""
-    S = len(scheme.size)
-    B, row, y = work.matrices[COUPLING], work.vectors[SCRATCH], nodes[SOLUTION]
-    for i in range(S):
-        for j in range(S):
-            B[i, j] = h * rate * scheme.A[i, j] * nodes[RATE, j + 1]
-        B[i, i] += 1.0
-    invert(B, row, scheme.size)
-    for i in range(S):
-        total = start
-        for j in range(S):
-            total += h * scheme.A[i, j] * nodes[SOURCE, j + 1]
-        row[i] = total
-    for i in range(S):
-        total = 0.0
-        for j in range(S):
-            total += B[i, j] * row[j]
-        y[i + 1] = total
+def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> None:
+    """Leave in `matrices[COUPLING]` what solves y' = -rate pace y + source over an element."""
+    B = work.matrices[COUPLING]
+    step = (h * rate) * pace
+    for j in range(WIDTH):
+        store(B[j], 0, load(scheme.identity[j], 0) + load(scheme.columns[j], 0) * step[j])
+    invert(work.matrices, COUPLING)
+
+
+@part
+def _propagated(scheme: Any, work: Any, source: Any, h: float, start: float) -> Any:
+    """Solution at the nodes, from `start`, with the matrix left by `_decay_matrix`."""
+    return times(work.matrices[COUPLING], start + h * times(scheme.columns, source))
 
 
 @part
 def _integral(scheme: Any, work: Any, values: Any, h: float, end: float) -> float:
     """Integral from 0 to `end` of the polynomial with these values at the nodes of an element of length h."""
-    S = len(scheme.size)
     basis = work.vectors[BASIS]
-    lagrange(scheme.c, scheme.weights, S + 1, end, basis)
-    total = 0.0
-    for i in range(S):
-        for j in range(S):
-            total += basis[i + 1] * scheme.A[i, j] * values[j + 1]
-    return h * total
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, end, basis)
+    return h * total(load(basis, 1) * times(scheme.columns, values))
 
 
 @kernel
@@ -121,46 +106,33 @@ def approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger
     `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
     `solve_block`: whoever does not ask for the energy does not wait for its compilation.
     """
-    S = len(scheme.size)
-    N = problem.moduli.shape[0]
-    nodes, memory = ledger.nodes, ledger.memory
+    memory = ledger.memory
     dissipated = 0.0
     for element in range(work.counts[N_APPROACH] + 1):
         table = work.approach[element]
         h = work.places[LENGTH, element]
-        for i in range(1, S + 1):
-            s, v = table[i, S_], table[i, V_]
-            a = radius_and_integral(problem.path, s)[0]
-            nodes[RATE, i] = 2.0 * s
-            nodes[A, i] = a
-            nodes[POWER, i] = problem.viscosity * a * v * v * 2.0 * s
-        for k in range(N):
+        s, v = load(table[S_], 1), load(table[V_], 1)
+        a = radii_and_integrals(problem.path, s, work.vectors[VALUES:])[0]
+        pace = 2.0 * s
+        power = problem.viscosity * (a * v * v * pace)
+        for k in range(problem.moduli.shape[0]):
+            rows = memory[element, 3 * k : 3 * k + 3]
+            for n in range(3):
+                rows[n, 0] = memory[element - 1, 3 * k + n, WIDTH] if element > 0 else 0.0
+            # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
             rate = 1.0 / problem.times[k]
-            for n in range(3):
-                memory[element, 0, 3 * k + n] = memory[element - 1, S, 3 * k + n] if element > 0 else 0.0
-            for i in range(1, S + 1):
-                nodes[SOURCE, i] = nodes[RATE, i] * table[i, V_]
-            for n in range(3):
-                # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
-                _propagate(
-                    scheme, work, nodes, 2.0 * rate if n == 2 else rate, h, memory[element, 0, 3 * k + n]
-                )
-                for i in range(1, S + 1):
-                    memory[element, i, 3 * k + n] = nodes[SOLUTION, i]
-                    if n == 0:
-                        nodes[SOURCE, i] *= nodes[A, i]
-                    elif n == 1:
-                        nodes[SOURCE, i] *= 2.0 * memory[element, i, 3 * k]
-            for i in range(1, S + 1):
-                H, Y, Z = (
-                    memory[element, i, 3 * k],
-                    memory[element, i, 3 * k + 1],
-                    memory[element, i, 3 * k + 2],
-                )
-                square = 2.0 * H * Y - Z
-                nodes[POWER, i] += problem.moduli[k] * rate * square * nodes[RATE, i]
+            source = pace * v
+            _decay_matrix(scheme, work, pace, rate, h)
+            H = _propagated(scheme, work, source, h, rows[0, 0])
+            Y = _propagated(scheme, work, source * a, h, rows[1, 0])
+            _decay_matrix(scheme, work, pace, 2.0 * rate, h)
+            Z = _propagated(scheme, work, 2.0 * (source * a * H), h, rows[2, 0])
+            store(rows[0], 1, H)
+            store(rows[1], 1, Y)
+            store(rows[2], 1, Z)
+            power = power + (problem.moduli[k] * rate) * ((2.0 * (H * Y) - Z) * pace)
         end = min((work.turning_place[0] - work.places[START, element]) / h, 1.0)
-        dissipated += _integral(scheme, work, nodes[POWER], h, end)
+        dissipated += _integral(scheme, work, power, h, end)
     return dissipated
 
 
@@ -173,37 +145,25 @@ def _stored(
     The second form has no singular a'(s) and includes a flat core. At separation a(s) of a blunt tip has an infinite
     slope, so the last element is divided towards its end.
     """
-    S = len(scheme.size)
-    basis, slope = work.vectors[BASIS], nodes[SOLUTION]
-    for i in range(S + 1):
-        total = 0.0
-        for j in range(S + 1):
-            total += scheme.derivative[i, j] * nodes[DENSITY, j]
-        slope[i] = total
+    density, slope = nodes[DENSITY], nodes[POWER]
+    for i in range(WIDTH + 1):
+        row = scheme.derivative[i]
+        slope[i] = row[0] * density[0] + total(load(row, 1) * load(density, 1))
+    weights, a = load(scheme.A[WIDTH - 1], 0), load(nodes[A], 1)
+    if not is_last:
+        return total(weights * a * load(slope, 1))
     stored = 0.0
-    parts = 24 if is_last else 1
     low = 0.0
+    place = work.counts[N_APPROACH]
+    parts = 24
     for n in range(parts):
         high = 1.0 if n == parts - 1 else 0.5 * (low + 1.0)
-        for i in range(S):
-            x = low + (high - low) * scheme.c[i + 1]
-            lagrange(scheme.c, scheme.weights, S + 1, x, basis)
-            value = 0.0
-            for j in range(S + 1):
-                value += basis[j] * slope[j]
-            a = nodes[A, i + 1]
-            if is_last:
-                place = max(sigma - h * x, 0.0)
-                element = seek(work.places, work.counts[N_APPROACH], place)
-                lagrange(
-                    scheme.c, scheme.weights, S + 1,
-                    (place - work.places[START, element]) / work.places[LENGTH, element], basis,
-                )  # fmt: skip
-                s = 0.0
-                for j in range(S + 1):
-                    s += basis[j] * work.approach[element, j, S_]
-                a = radius_and_integral(problem.path, s)[0]
-            stored += (high - low) * scheme.A[S - 1, i] * a * value
+        x = low + (high - low) * load(scheme.c, 1)
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
+        value = combine(work.basis, WIDTH + 1, slope)
+        place = interpolate_lanes(scheme, work, work.approach, at_least(sigma - h * x, 0.0), place, work.past)
+        a = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[0]
+        stored += (high - low) * total(weights * a * value)
         low = high
     return stored
 
@@ -211,15 +171,8 @@ def _stored(
 @kernel
 def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
     """Energy dissipated during the rebound, and stored by the elements as they are left; after `approach_budget`."""
-    S = len(scheme.size)
     N = problem.moduli.shape[0]
-    nodes, memory, past, decay, present = (
-        ledger.nodes,
-        ledger.memory,
-        ledger.past,
-        ledger.decay,
-        ledger.present,
-    )
+    nodes, memory, past, present = ledger.nodes, ledger.memory, ledger.past, ledger.present
     sigma_m = work.turning_place[0]
     last = work.counts[N_REBOUND]
     place = work.counts[N_APPROACH]
@@ -227,47 +180,39 @@ def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger)
     interpolate(scheme, work, memory[place], x, present)
     dissipated = 0.0
     stored = 0.0
-    nodes[D, S] = work.turning[S_] ** 2
-    nodes[DENSITY, S] = 0.0
+    nodes[D, WIDTH] = work.turning[S_] ** 2
+    nodes[DENSITY, WIDTH] = 0.0
     for element in range(last + 1):
         table = work.rebound[element]
         h = work.places[BACK_LENGTH, element]
-        nodes[D, 0], nodes[DENSITY, 0] = nodes[D, S], nodes[DENSITY, S]
-        for i in range(S):
-            sigma = sigma_m - work.places[BACK_START, element] - h * scheme.c[i + 1]
-            if element == last and i == S - 1:
-                sigma = 0.0
-            place = seek(work.places, place, sigma)
-            x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
-            interpolate(scheme, work, work.approach[place], x, work.past[i])
-            interpolate(scheme, work, memory[place], x, past[i])
-            for k in range(N):
-                decay[i, k] = math.exp(min((work.past[i, T_] - table[i + 1, T_]) / problem.times[k], 0.0))
-            v = table[i + 1, V_]
-            a = radius_and_integral(problem.path, work.past[i, S_])[0]
-            nodes[A, i + 1] = a
-            nodes[RATE, i + 1] = work.slopes[element, i]
-            nodes[SOURCE, i + 1] = work.slopes[element, i] * v
-            nodes[POWER, i + 1] = problem.viscosity * a * v * v * work.slopes[element, i]
-        for i in range(S):
-            total = nodes[D, 0]
-            for j in range(S):
-                total += h * scheme.A[i, j] * nodes[SOURCE, j + 1]
-            nodes[D, i + 1] = total
-            nodes[DENSITY, i + 1] = 0.5 * problem.equilibrium * (total - work.past[i, S_] ** 2) ** 2
+        nodes[D, 0], nodes[DENSITY, 0] = nodes[D, WIDTH], nodes[DENSITY, WIDTH]
+        start = sigma_m - work.places[BACK_START, element]
+        sigma = start - h * load(scheme.c, 1)
+        if element == last:
+            sigma = at_least(sigma, 0.0)
+        interpolate_lanes(scheme, work, memory, sigma, place, past)
+        place = interpolate_lanes(scheme, work, work.approach, sigma, place, work.past)
+        s1, v, pace = load(work.past[S_], 0), load(table[V_], 1), load(work.slopes[element], 0)
+        a = radii_and_integrals(problem.path, s1, work.vectors[VALUES:])[0]
+        store(nodes[A], 1, a)
+        source = pace * v
+        power = problem.viscosity * (a * v * source)
+        d = nodes[D, 0] + h * times(scheme.columns, source)
+        density = (0.5 * problem.equilibrium) * ((d - s1 * s1) * (d - s1 * s1))
         for k in range(N):
             rate = 1.0 / problem.times[k]
-            _propagate(scheme, work, nodes, rate, h, present[3 * k])
-            present[3 * k] = nodes[SOLUTION, S]
-            for i in range(S):
-                X, H, H1 = decay[i, k], nodes[SOLUTION, i + 1], past[i, 3 * k]
-                P = nodes[A, i + 1] * H1 - past[i, 3 * k + 1]
-                Q = nodes[A, i + 1] * H1 * H1 - past[i, 3 * k + 2]
-                square = nodes[A, i + 1] * H * H - 2.0 * H * X * P + X * X * Q
-                nodes[POWER, i + 1] += problem.moduli[k] * rate * square * nodes[RATE, i + 1]
-                nodes[DENSITY, i + 1] += 0.5 * problem.moduli[k] * (H - X * H1) ** 2
-        dissipated += _integral(scheme, work, nodes[POWER], h, 1.0)
-        stored += _stored(
-            problem, scheme, work, nodes, element == last, sigma_m - work.places[BACK_START, element], h
-        )
+            _decay_matrix(scheme, work, pace, rate, h)
+            H = _propagated(scheme, work, source, h, present[3 * k])
+            present[3 * k] = H[WIDTH - 1]
+            X, H1 = load(table[MODES_ + 2 * k], 1), load(past[3 * k], 0)
+            P = a * H1 - load(past[3 * k + 1], 0)
+            Q = a * (H1 * H1) - load(past[3 * k + 2], 0)
+            square = a * (H * H) - 2.0 * (H * X * P) + X * X * Q
+            power = power + (problem.moduli[k] * rate) * (square * pace)
+            left = H - X * H1
+            density = density + (0.5 * problem.moduli[k]) * (left * left)
+        store(nodes[D], 1, d)
+        store(nodes[DENSITY], 1, density)
+        dissipated += _integral(scheme, work, power, h, 1.0)
+        stored += _stored(problem, scheme, work, nodes, element == last, start, h)
     return dissipated, stored

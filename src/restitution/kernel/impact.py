@@ -5,14 +5,16 @@ from typing import Any, NamedTuple
 
 from restitution.kernel.approach import approach_element
 from restitution.kernel.compile import kernel, part, stage
-from restitution.kernel.dense import lagrange
-from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.dense import combine, lagrange, lagrange_lanes
+from restitution.kernel.lanes import WIDTH, at_least, from_lane, largest, load, smallest, spread, store, total
+from restitution.kernel.path import Path, radii_and_integrals, radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import rebound_element
 from restitution.kernel.workspace import (
     BACK_LENGTH,
     BACK_START,
     BASIS,
+    DELAY,
     F_,
     INTEGRAL,
     LENGTH,
@@ -25,6 +27,7 @@ from restitution.kernel.workspace import (
     T_,
     UNKNOWN,
     V_,
+    VALUES,
     Work,
 )
 
@@ -34,8 +37,12 @@ MAX_ELEMENTS = 2000
 KAPPA, KAPPA_ELASTIC = 0.03, 0.3
 # Weight of an error of the time in the rebound, as F_max dt, beside that of the velocity.
 TIME_WEIGHT = 0.4
+# Weight of an error of the force in the approach, times the scale of the depth.
+FORCE_WEIGHT = 0.1
 # Factor by which the tail counts more where fast modes carry all of the force.
 STIFF = 15.0
+# How often a solve that fails is tried, each time with a finer tolerance.
+_TRIALS = 3
 # First step over the scale of s.
 FIRST = 0.35
 
@@ -72,15 +79,35 @@ class Problem(NamedTuple):
 
 @part
 def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
-    """Write the columns of an element at x into `row`."""
-    points = len(scheme.size) + 1
+    """Write the rows of an element at x into `row`."""
     basis = work.vectors[BASIS]
-    lagrange(scheme.c, scheme.weights, points, x, basis)
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
     for n in range(row.shape[0]):
-        total = 0.0
-        for j in range(points):
-            total += basis[j] * table[j, n]
-        row[n] = total
+        row[n] = basis[0] * table[n, 0] + total(load(basis, 1) * load(table[n], 1))
+
+
+@part
+def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint: int, rows: Any) -> int:
+    """Write the rows of the approach at eight falling sigma into `rows`; return the element of the last.
+
+    `tables` holds the elements of the approach. The search for the element of the first starts at `hint`.
+    """
+    lane = 0
+    place = hint
+    while lane < WIDTH:
+        place = seek(work.places, place, sigma[lane])
+        start, length = work.places[START, place], work.places[LENGTH, place]
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, (sigma - start) / length, work.basis)
+        table = tables[place]
+        for n in range(rows.shape[0]):
+            value = combine(work.basis, WIDTH + 1, table[n])
+            if lane > 0:
+                value = from_lane(lane, value, load(rows[n], 0))
+            store(rows[n], 0, value)
+        lane += 1
+        while lane < WIDTH and (place == 0 or sigma[lane] >= start):
+            lane += 1
+    return place
 
 
 @part
@@ -92,39 +119,32 @@ def seek(places: Any, element: int, sigma: float) -> int:
 
 
 @part
-def _tail(scheme: Scheme, table: Any, column: int) -> float:
-    """Size of the last two Legendre coefficients of a column over an element, the second to last with weight 0.05."""
-    points = len(scheme.size) + 1
-    before = 0.0
-    last = 0.0
-    for j in range(points):
-        before += scheme.tail[0, j] * table[j, column]
-        last += scheme.tail[1, j] * table[j, column]
+def _tail(scheme: Scheme, row: Any) -> float:
+    """Size of the last two Legendre coefficients of a row over an element, the second to last with weight 0.05."""
+    values = load(row, 1)
+    before = scheme.tail[0, 0] * row[0] + total(load(scheme.tail[0], 1) * values)
+    last = scheme.tail[1, 0] * row[0] + total(load(scheme.tail[1], 1) * values)
     return abs(last) + 0.05 * abs(before)
 
 
 @part
-def _value(scheme: Scheme, work: Work, table: Any, column: int, x: float) -> float:
-    """Value at x of the interpolant of a column over an element."""
-    points = len(scheme.size) + 1
+def _value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
+    """Value at x of the interpolant of a row over an element."""
     basis = work.vectors[BASIS]
-    lagrange(scheme.c, scheme.weights, points, x, basis)
-    total = 0.0
-    for j in range(points):
-        total += basis[j] * table[j, column]
-    return total
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
+    return basis[0] * row[0] + total(load(basis, 1) * load(row, 1))
 
 
 @stage
-def _zero_of_velocity(scheme: Scheme, work: Work, table: Any) -> float:
+def _zero_of_velocity(scheme: Scheme, work: Work, row: Any) -> float:
     """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
     low, high = 0.0, 1.0
-    f_low, f_high = table[0, V_], table[len(scheme.size), V_]
+    f_low, f_high = row[0], row[WIDTH]
     x = 0.5
     for _ in range(100):
         x = low + (high - low) * f_low / (f_low - f_high)
         x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
-        f = _value(scheme, work, table, V_, x)
+        f = _value(scheme, work, row, x)
         if f > 0.0:
             low, f_low = x, f
         else:
@@ -137,21 +157,20 @@ def _zero_of_velocity(scheme: Scheme, work: Work, table: Any) -> float:
 @part
 def _predict_approach(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
     """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
-    S = len(scheme.size)
     table = work.approach[element]
-    s0, v0 = table[0, S_], table[0, V_]
-    slope = -2.0 * s0 * (table[0, F_] - problem.load)
+    s0, v0 = table[S_, 0], table[V_, 0]
+    slope = -2.0 * s0 * (table[F_, 0] - problem.load)
     ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
-    for i in range(S):
-        x = h * scheme.c[i + 1]
-        s = 0.0
-        if 0.0 < ratio <= 2.5:
-            s = _value(scheme, work, work.approach[element - 1], S_, 1.0 + scheme.c[i + 1] * ratio)
-        if not s > 0.2 * s0:
-            s = s0 + x * v0 + 0.5 * x * x * slope
-        if not s > 0.2 * s0:
-            s = s0 + 0.1 * x * abs(v0)
-        work.vectors[UNKNOWN, i] = s
+    x = h * load(scheme.c, 1)
+    s = spread(0.0)
+    if 0.0 < ratio <= 2.5:
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * load(scheme.c, 1), work.basis)
+        s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
+    if not smallest(s) > 0.2 * s0:
+        s = s0 + x * (v0 + (0.5 * slope) * x)
+    if not smallest(s) > 0.2 * s0:
+        s = s0 + (0.1 * abs(v0)) * x
+    store(work.vectors[UNKNOWN], 0, s)
 
 
 @stage
@@ -159,23 +178,26 @@ def approach(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
 ) -> int:
     """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
-    S = len(scheme.size)
-    columns = work.turning.shape[0]
+    S = WIDTH
+    rows = work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
     # a(s) of parabola, cone and flat punch is smooth at s = 0; elsewhere the first element is no better than its tail.
     exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
+    # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
+    # With a dashpot the force is as rough as the table of a(s), which no step resolves.
+    force_scale = FORCE_WEIGHT * (first / FIRST) ** 2 if problem.viscosity == 0.0 else 0.0
     if not exact_start:
         h *= 0.1
     element = 0
     table = work.approach[0]
-    for n in range(columns):
-        table[0, n] = 0.0
-    table[0, V_] = 1.0
-    for n in range(MODES_ + 1, columns, 2):
-        table[0, n] = 1.0
+    for n in range(rows):
+        table[n, 0] = 0.0
+    table[V_, 0] = 1.0
+    for n in range(MODES_ + 1, rows, 2):
+        table[n, 0] = 1.0
     if problem.path.exponent == 0.0:
-        table[0, F_] = problem.viscosity
+        table[F_, 0] = problem.viscosity
     sigma = 0.0
     attempts = 0
     while True:
@@ -186,56 +208,55 @@ def approach(
             return STEP_TOO_SMALL
         table = work.approach[element]
         if element > 0:
-            slope = -2.0 * table[0, S_] * (table[0, F_] - problem.load)
+            slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.load)
             if slope < 0.0:
-                h = min(h, 1.35 * table[0, V_] / -slope)
+                h = min(h, 1.35 * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
             # Never far beyond the end of the table, where its polynomials mean nothing.
             end = problem.path.radius.shape[0] / problem.path.inverse_cell
-            if table[0, S_] > end:
+            if table[S_, 0] > end:
                 return TOO_DEEP
-            h = min(h, 0.01 * end + (end - table[0, S_]) / table[0, V_])
+            h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
         _predict_approach(problem, scheme, work, element, h)
         iterations = approach_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
             h *= 0.3
             continue
-        amplitude = math.sqrt(table[S, V_] ** 2 + table[S, F_] * table[S, S_] ** 2)
+        amplitude = math.sqrt(table[V_, S] ** 2 + table[F_, S] * table[S_, S] ** 2)
         # Where modes faster than the step carry the force, the order of the method falls to that of its stages, and
         # the error at the end of the element is as large as inside: measured, the tail then is 1/10 of it.
         stiff = 0.0
         for k in range(problem.moduli.shape[0]):
-            z = 2.0 * h * table[S, S_] / problem.times[k]
-            stiff += problem.moduli[k] * table[S, MODES_ + 2 * k] * z / (z + 10.0)
-        stiff = min(abs(stiff) / max(table[S, F_], 1e-300), 1.0)
-        error = (1.0 + STIFF * stiff) * _tail(scheme, table, V_) / (tolerance * min(amplitude, 1.0))
+            z = 2.0 * h * table[S_, S] / problem.times[k]
+            stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + 10.0)
+        stiff = min(abs(stiff) / max(table[F_, S], 1e-300), 1.0)
+        error = (1.0 + STIFF * stiff) * _tail(scheme, table[V_]) / (tolerance * min(amplitude, 1.0))
+        error = max(error, force_scale * _tail(scheme, table[F_]) / tolerance)
         if element == 0 and not exact_start:
             error *= 20.0 * tolerance / accept
         if not error <= 1.0:
-            if not error < math.inf:
-                return NOT_FINITE
-            h *= max(0.1, 0.75 * error**exponent)
+            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
         work.places[START, element] = sigma
         work.places[LENGTH, element] = h
-        if table[S, V_] <= 0.0:
+        if table[V_, S] <= 0.0:
             break
         sigma += h
         element += 1
-        for n in range(columns):
-            work.approach[element, 0, n] = table[S, n]
-        if problem.equilibrium == 0.0 and table[S, V_] < 1e-14:
+        for n in range(rows):
+            work.approach[element, n, 0] = table[n, S]
+        if problem.equilibrium == 0.0 and table[V_, S] < 1e-14:
             return SINKS_IN
         # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
         rest = 1e-7 * problem.load
-        if abs(table[0, F_] - problem.load) < rest and abs(table[S, F_] - problem.load) < rest:
+        if abs(table[F_, 0] - problem.load) < rest and abs(table[F_, S] - problem.load) < rest:
             if problem.equilibrium == 0.0:
                 return SINKS_IN
-            if table[S, V_] < 1e-6:
+            if table[V_, S] < 1e-6:
                 return CAPTURED
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
-    x = _zero_of_velocity(scheme, work, table)
+    x = _zero_of_velocity(scheme, work, table[V_])
     sigma += x * h
     interpolate(scheme, work, table, x, work.turning)
     work.counts[N_APPROACH] = element
@@ -248,31 +269,32 @@ def rebound(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float
 ) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
-    S = len(scheme.size)
+    S = WIDTH
     N = problem.moduli.shape[0]
-    columns = work.turning.shape[0]
+    rows = work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     sigma_m = work.turning_place[0]
     element = 0
     hint = work.counts[N_APPROACH]
     table = work.rebound[0]
-    for n in range(columns):
-        table[0, n] = work.turning[n]
-    table[0, V_] = 0.0
+    for n in range(rows):
+        table[n, 0] = work.turning[n]
+    table[V_, 0] = 0.0
     s_m = work.turning[S_]
     h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
     glass = problem.equilibrium
     for k in range(N):
-        table[0, MODES_ + 2 * k] = 1.0
+        table[MODES_ + 2 * k, 0] = 1.0
         glass += problem.moduli[k]
     # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
-    recoverable = 0.8 * table[0, F_] * s_m * s_m
+    recoverable = 0.8 * table[F_, 0] * s_m * s_m
     share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
     amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * share) * math.sqrt(recoverable)
     for k in range(N):
         if F_max * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
             h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
     position = 0.0
+    delay = 0.0
     attempts = 0
     previous = 0.0
     while True:
@@ -291,44 +313,39 @@ def rebound(
         elif h > 0.6 * left:
             h = 0.5 * left
         table = work.rebound[element]
-        place = hint
-        for i in range(S):
-            sigma = left - h * scheme.c[i + 1]
-            if final and i == S - 1:
-                sigma = 0.0
-            place = seek(work.places, place, sigma)
-            x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
-            interpolate(scheme, work, work.approach[place], x, work.past[i])
-            work.vectors[INTEGRAL, i] = radius_and_integral(problem.path, work.past[i, S_])[1]
+        sigma = left - h * load(scheme.c, 1)
+        if final:
+            sigma = at_least(sigma, 0.0)
+        place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
+        Pi = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[1]
+        store(work.vectors[INTEGRAL], 0, Pi)
         _predict_rebound(problem, scheme, work, element, h, previous)
-        iterations = rebound_element(problem, scheme, work, table, h, accept)
+        iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
             h *= 0.3
             continue
-        scale = max(abs(table[S, V_]), amplitude)
-        error = max(_tail(scheme, table, V_), TIME_WEIGHT * F_max * _tail(scheme, table, T_)) / (
+        scale = max(abs(table[V_, S]), amplitude)
+        error = max(_tail(scheme, table[V_]), TIME_WEIGHT * F_max * _tail(scheme, table[T_])) / (
             tolerance * scale
         )
         if not error <= 1.0:
-            if not error < math.inf:
-                return NOT_FINITE
-            h *= max(0.1, 0.75 * error**exponent)
+            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
         work.places[BACK_START, element] = position
         work.places[BACK_LENGTH, element] = h
-        for i in range(S):
-            work.slopes[element, i] = work.vectors[UNKNOWN, i]
+        store(work.slopes[element], 0, load(work.vectors[UNKNOWN], 0))
         previous = h
         hint = place
-        if problem.load > 0.0 and table[S, V_] >= 0.0:
+        delay = work.vectors[DELAY, S - 1]
+        if problem.load > 0.0 and table[V_, S] >= 0.0:
             return CAPTURED
         if final:
             break
         position += h
         element += 1
-        for n in range(columns):
-            work.rebound[element, 0, n] = table[S, n]
+        for n in range(rows):
+            work.rebound[element, n, 0] = table[n, S]
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
     work.counts[N_REBOUND] = element
     return SEPARATED
@@ -342,60 +359,55 @@ def _predict_rebound(
 
     At the turning point, where X_k = 1: -q = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
     """
-    S = len(scheme.size)
-    s0 = work.rebound[element, 0, S_]
-    glass = problem.equilibrium
-    for k in range(problem.moduli.shape[0]):
-        glass += problem.moduli[k]
-    braking = problem.viscosity * (work.turning[F_] - problem.load)
-    for i in range(S):
-        s1 = max(work.past[i, S_], 1e-12)
-        if element == 0:
-            driving = glass * max(work.past[i, V_], 0.0)
-            share = driving / (driving + braking) if braking > 0.0 else 1.0
-            work.vectors[UNKNOWN, i] = 2.0 * s1 * share
-            continue
-        before = work.slopes[element - 1]
-        last = work.rebound[element - 1]
-        ratio = 0.0
-        x = 1.0 + scheme.c[i + 1] * h / previous
-        if h <= 2.0 * previous:
-            basis = work.vectors[BASIS]
-            lagrange(scheme.c[1:], scheme.extrapolation, S, x, basis)
-            for j in range(S):
-                ratio += basis[j] * before[j] / last[j + 1, S_]
-        else:
-            # After a jump of the step: a parabola through the ends and the middle.
-            middle = S // 2
-            x0, x1 = scheme.c[1], scheme.c[middle + 1]
-            r0, r1, r2 = before[0] / last[1, S_], before[middle] / last[middle + 1, S_], before[S - 1] / s0
-            first = (r1 - r0) / (x1 - x0)
-            second = ((r2 - r1) / (1.0 - x1) - first) / (1.0 - x0)
-            ratio = r0 + (x - x0) * (first + (x - x1) * second)
-        end = before[S - 1] / s0
-        if not (0.1 * end < ratio < 10.0 * end):
-            ratio = end
-        work.vectors[UNKNOWN, i] = ratio * s1
+    s1 = at_least(load(work.past[S_], 0), 1e-12)
+    if element == 0:
+        braking = problem.viscosity * (work.turning[F_] - problem.load)
+        share = spread(1.0)
+        if braking > 0.0:
+            glass = problem.equilibrium
+            for k in range(problem.moduli.shape[0]):
+                glass += problem.moduli[k]
+            driving = glass * at_least(load(work.past[V_], 0), 0.0)
+            share = driving / (driving + braking)
+        store(work.vectors[UNKNOWN], 0, 2.0 * s1 * share)
+        return
+    ratios = work.vectors[VALUES]
+    store(ratios, 0, load(work.slopes[element - 1], 0) / load(work.rebound[element - 1, S_], 1))
+    x = 1.0 + (h / previous) * load(scheme.c, 1)
+    end = ratios[WIDTH - 1]
+    if h <= 2.0 * previous:
+        lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
+        ratio = combine(work.basis, WIDTH, ratios)
+    else:
+        # After a jump of the step: a parabola through the ends and the middle.
+        middle = WIDTH // 2
+        x0, x1 = scheme.c[1], scheme.c[middle + 1]
+        first = (ratios[middle] - ratios[0]) / (x1 - x0)
+        second = ((end - ratios[middle]) / (1.0 - x1) - first) / (1.0 - x0)
+        ratio = ratios[0] + (x - x0) * (first + (x - x1) * second)
+    if not (smallest(ratio) > 0.1 * end and largest(ratio) < 10.0 * end):
+        ratio = spread(end)
+    store(work.vectors[UNKNOWN], 0, ratio * s1)
 
 
 @stage
 def _peak_force(scheme: Scheme, work: Work) -> float:
-    """Largest force of the approach: the best node, then its polynomial by golden section."""
-    S = len(scheme.size)
+    """Largest force of the approach: the best node, then its polynomial at eight places at a time."""
+    S = WIDTH
     last = work.counts[N_APPROACH]
     best = 0.0
     where = 0
     node = 0
     for element in range(last + 1):
         for j in range(S + 1):
-            inside = element < last or work.approach[element, j, V_] >= 0.0
-            if inside and work.approach[element, j, F_] > best:
-                best, where, node = work.approach[element, j, F_], element, j
+            inside = element < last or work.approach[element, V_, j] >= 0.0
+            if inside and work.approach[element, F_, j] > best:
+                best, where, node = work.approach[element, F_, j], element, j
     best = max(best, work.turning[F_])
     for element in range(max(where - 1, 0), min(where + 1, last) + 1):
         if element != where and not ((node == 0 and element < where) or (node == S and element > where)):
             continue
-        table = work.approach[element]
+        row = work.approach[element, F_]
         high = 1.0
         if element == last:
             high = (work.turning_place[0] - work.places[START, element]) / work.places[LENGTH, element]
@@ -405,14 +417,16 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
                 low = scheme.c[node - 1]
             if node < S:
                 high = min(high, scheme.c[node + 1])
-        for _ in range(40):
-            x1 = high - 0.6180339887498949 * (high - low)
-            x2 = low + 0.6180339887498949 * (high - low)
-            if _value(scheme, work, table, F_, x1) < _value(scheme, work, table, F_, x2):
-                low = x1
-            else:
-                high = x2
-        best = max(best, _value(scheme, work, table, F_, 0.5 * (low + high)))
+        for _ in range(12):
+            x = low + (high - low) * load(scheme.c, 1)
+            lagrange_lanes(scheme.c, scheme.weights, S + 1, x, work.basis)
+            F = combine(work.basis, S + 1, row)
+            top = 0
+            for j in range(1, S):
+                if F[j] > F[top]:
+                    top = j
+            best = max(best, F[top])
+            low, high = (x[top - 1] if top > 0 else low), x[min(top + 1, S - 1)]
     return best
 
 
@@ -455,7 +469,6 @@ def solve_block(
     outcomes : ndarray, shape (n, 9)
         Written: columns `OUTCOME`; NaN where there is no result.
     """
-    S = len(scheme.size)
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
@@ -463,27 +476,31 @@ def solve_block(
         for column in range(outcome.shape[0]):
             outcome[column] = math.nan
         work.counts[N_FACTOR] = 0
-        status = approach(problem, scheme, work, tolerance, accept, FIRST * firsts[n])
-        if status == SEPARATED:
-            outcome[2] = work.turning[S_] ** 2
-            outcome[3] = _peak_force(scheme, work)
-            outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
-            outcome[6] = work.turning[T_]
-            status = rebound(problem, scheme, work, tolerance, accept, outcome[3])
+        status = TOO_MANY_STEPS
+        finer = tolerance
+        for _ in range(_TRIALS):
+            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not.
+            if status < TOO_MANY_STEPS or status == TOO_DEEP:
+                break
+            status = approach(problem, scheme, work, finer, accept, FIRST * firsts[n])
+            if status == SEPARATED:
+                outcome[2] = work.turning[S_] ** 2
+                outcome[3] = _peak_force(scheme, work)
+                outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
+                outcome[6] = work.turning[T_]
+                status = rebound(problem, scheme, work, finer, accept, outcome[3])
+            finer *= 1e-2
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
-            outcome[0] = -work.rebound[last, S, V_]
+            outcome[0] = -work.rebound[last, V_, WIDTH]
             if loads[n] == 0.0:
                 # Nothing drives the body: its e is at most 1, and what an elastic one exceeds it by is error.
                 outcome[0] = min(outcome[0], 1.0)
-            outcome[1] = work.rebound[last, S, T_]
+            outcome[1] = work.rebound[last, T_, WIDTH]
             depth = outcome[2]
             for element in range(last + 1):
-                for j in range(S):
-                    duration = (
-                        scheme.A[S - 1, j] * work.places[BACK_LENGTH, element] * work.slopes[element, j]
-                    )
-                    depth += duration * work.rebound[element, j + 1, V_]
+                speed = load(work.slopes[element], 0) * load(work.rebound[element, V_], 1)
+                depth += work.places[BACK_LENGTH, element] * total(load(scheme.A[WIDTH - 1], 0) * speed)
             outcome[5] = depth
         elif status in (SINKS_IN, CAPTURED):
             outcome[0] = 0.0

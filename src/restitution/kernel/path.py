@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import part, stage
+from restitution.kernel.lanes import WIDTH, at_least, exp, load, log, spread, where_positive
 
 
 class Path(NamedTuple):
@@ -61,6 +62,31 @@ def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
         return a, 2.0 / (p + 2.0) * s * s * a
     a, integral, _ = _table(path, s)
     return a, integral
+
+
+@part
+def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
+    """Contact radii a and Pi at eight s; `scratch` has two rows."""
+    p = path.exponent
+    if p == 1.0:
+        a = s
+    elif p == 0.0:
+        a = spread(1.0)
+    elif p == 2.0:
+        a = s * s
+    elif p > 0.0:
+        a = where_positive(s, exp(at_least(p * log(at_least(s, 1e-300)), -700.0)))
+    else:
+        return _tables(path, s, scratch)
+    return a, (2.0 / (p + 2.0)) * (s * s * a)
+
+
+@part
+def _tables(path: Path, s: Any, scratch: Any) -> Any:
+    """The same from the table."""
+    for i in range(WIDTH):
+        scratch[0, i], scratch[1, i], _ = _table(path, s[i])
+    return load(scratch[0], 0), load(scratch[1], 0)
 
 
 @part

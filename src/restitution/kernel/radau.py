@@ -7,6 +7,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from restitution.kernel.workspace import aligned
+
 Array = NDArray[np.float64]
 
 
@@ -15,14 +17,13 @@ class Scheme(NamedTuple):
 
     Attributes
     ----------
-    size : tuple of float
-        A tuple whose length is S: the length of a tuple is a constant to the compiler, a field is not.
     c : ndarray, shape (S + 1,)
         Zero and the S nodes; the last node is 1.
     A : ndarray, shape (S, S)
         Butcher matrix, `A_ij = int_0^c_i l_j`.
-    A2 : ndarray, shape (S, S)
-        Its square.
+    columns, square : ndarray, shape (S, S)
+        The columns of A, and those of its square.
+    identity : ndarray, shape (S, S)
     weights : ndarray, shape (S + 1,)
         Weights of interpolation on `c`: `l_j(x) = weights_j prod_(i != j) (x - c_i)`.
     tail : ndarray, shape (2, S + 1)
@@ -33,10 +34,11 @@ class Scheme(NamedTuple):
         Maps values at `c` to the slopes of their interpolant there.
     """
 
-    size: tuple[Any, ...]
     c: Array
     A: Array
-    A2: Array
+    columns: Array
+    square: Array
+    identity: Array
     weights: Array
     tail: Array
     extrapolation: Array
@@ -45,12 +47,12 @@ class Scheme(NamedTuple):
     @property
     def order(self) -> int:
         """Declared order of the method at the end of an element, 2 S - 1."""
-        return 2 * len(self.size) - 1
+        return 2 * len(self.A) - 1
 
     @property
     def stage_order(self) -> int:
         """Declared order of the dense output, S + 1."""
-        return len(self.size) + 1
+        return len(self.A) + 1
 
 
 def _nodes(stages: int) -> Array:
@@ -79,6 +81,13 @@ def _differentiation(x: Array, weights: Array) -> Array:
     np.fill_diagonal(matrix, 0.0)
     np.fill_diagonal(matrix, -matrix.sum(axis=1))
     return matrix
+
+
+def _aligned(array: NDArray[np.floating[Any]]) -> Array:
+    """Copy that begins on a line of the processor's cache, as the kernel's scratch space does."""
+    copy = aligned(*array.shape)
+    copy[...] = array
+    return copy
 
 
 @cache
@@ -121,6 +130,8 @@ def radau(stages: int) -> Scheme:
     points = np.concatenate([[0.0], nodes])
     tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
     weights = _lagrange_weights(points)
-    arrays = [points, A, A @ A, weights, tail, _lagrange_weights(nodes), _differentiation(points, weights)]
-    arrays = [np.ascontiguousarray(array) for array in arrays]
-    return Scheme((0.0,) * stages, *arrays)
+    arrays = [
+        points, A, A.T, (A @ A).T, np.eye(stages), weights, tail, _lagrange_weights(nodes),
+        _differentiation(points, weights),
+    ]  # fmt: skip
+    return Scheme(*(_aligned(array) for array in arrays))

@@ -5,66 +5,60 @@
     dv/dlambda = -(F - w) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
 The unknown is u at the nodes; nothing is divided by q. The first line is 0/0 at lambda = 0, where no node lies.
-Stored points hold s1, v, t, F and, of each mode, X_k and W_k.
+Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 """
 
 import math
 from typing import Any
 
 from restitution.kernel.compile import part
-from restitution.kernel.dense import invert
+from restitution.kernel.dense import invert, invert_modes, times
+from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, spread, store
 from restitution.kernel.workspace import (
-    COUPLING,
+    DELAY,
     F_,
-    FORCE,
-    FORCE_SLOPE,
     INTEGRAL,
     JACOBIAN,
-    LAST_TIME,
     MODES_,
-    PHI,
-    PHI_SLOPE,
-    Q_SLOPE,
-    RESIDUAL,
     S_,
-    SCRATCH,
-    SPEED,
-    STEP,
     SUM,
     T_,
-    TIME,
     UNKNOWN,
     V_,
     WEIGHTED,
-    Q,
 )
 
+# Size of a step below which it may be rounding: at most, and over the velocity of the approach, of which little is left
+# at the turning point.
+ROUNDING, NOISE = 1e-9, 1e-14
 _MOST_ITERATIONS = 14
 
 
 @part
-def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, accept: float) -> int:
-    """Solve one element of length h from the values in row 0 of `table`; fill rows 1 to S.
+def rebound_element(
+    problem: Any, scheme: Any, work: Any, table: Any, h: float, delay: float, accept: float
+) -> int:
+    """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the others.
 
     `work.vectors[UNKNOWN]` holds the predicted u at the nodes, `work.past` the stored approach there and
-    `work.vectors[INTEGRAL]` its Pi. Returns the number of Newton iterations, or -1 where they do not converge.
+    `work.vectors[INTEGRAL]` its Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or -1
+    where they do not converge.
     """
-    S = len(scheme.size)
-    A = scheme.A
+    A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]
-    vectors, past = work.vectors, work.past
-    u, t, q, F, Pi, phi, v = (
-        vectors[UNKNOWN], vectors[TIME], vectors[Q], vectors[FORCE], vectors[INTEGRAL], vectors[PHI], vectors[SPEED],
-    )  # fmt: skip
-    res, row, step = vectors[RESIDUAL], vectors[SCRATCH], vectors[STEP]
-    last_t = vectors[LAST_TIME]
-    phi_t, F_t, q_t = vectors[PHI_SLOPE], vectors[FORCE_SLOPE], vectors[Q_SLOPE]
-    B, X, W = work.inverses, work.modes[0], work.modes[1]
-    J, G, M, C = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED], work.matrices[COUPLING]
-    v0, t0 = table[0, V_], table[0, T_]
-    eta, load, equilibrium = problem.viscosity, problem.load, problem.equilibrium
-    full_accept = 4.0 * math.sqrt(accept)
+    B, X, W, past = work.inverses, work.modes[0], work.modes[1], work.past
+    J, G, M = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED]
+    v0 = table[V_, 0]
+    eta, load_, equilibrium = problem.viscosity, problem.load, problem.equilibrium
+    v1, r1 = load(past[V_], 0), 2.0 * load(past[S_], 0)
+    driving = r1 * v1
+    # Integrated by itself: as a difference of times it would lose the digits that fast modes feel.
+    elapsed = delay + h * times(A, r1)
+    Pi = load(work.vectors[INTEGRAL], 0)
+    u = load(work.vectors[UNKNOWN], 0)
+    rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], 1e-12)
     previous = math.inf
+    moved = 0.0
     factor = True
     last = False
     iterations = 0
@@ -72,130 +66,83 @@ def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, 
         iterations += 1
         if iterations > _MOST_ITERATIONS:
             return -1
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += A[i, j] * u[j]
-            last_t[i] = t[i]
-            t[i] = t0 + h * total
-            F[i] = equilibrium * Pi[i]
-            phi[i] = equilibrium
-            phi_t[i] = 0.0
-            F_t[i] = 0.0
-            q_t[i] = 0.0
+        duration = h * times(A, u)
+        F = equilibrium * Pi
+        phi = spread(equilibrium)
+        remembered = spread(0.0)
+        phi_t = spread(0.0)
+        F_t = spread(0.0)
+        q_t = spread(0.0)
         for k in range(N):
             inverse = 1.0 / problem.times[k]
-            E = problem.moduli[k]
-            for i in range(S):
-                y = (last_t[i] - t[i]) * inverse
-                if iterations > 1 and abs(y) < 1e-2:
-                    # A chord step moves t little: six terms from the last value are exact to rounding.
-                    x = X[k, i] * (
-                        1.0 + y * (1.0 + y / 2.0 * (1.0 + y / 3.0 * (1.0 + y / 4.0 * (1.0 + y / 5.0))))
-                    )
-                else:
-                    x = math.exp(min((past[i, T_] - t[i]) * inverse, 0.0))
-                X[k, i] = x
-                x *= E
-                force = x * past[i, MODES_ + 2 * k]
-                F[i] += force
-                F_t[i] -= force * inverse
-                phi[i] += x
-                phi_t[i] -= x * inverse
-                q_t[i] -= x * inverse * (past[i, V_] - past[i, MODES_ + 1 + 2 * k])
-        for i in range(S):
-            row[i] = (F[i] - load) * u[i]
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += A[i, j] * row[j]
-            v[i] = v0 - h * total
-            q[i] = equilibrium * v[i] - eta * (F[i] - load)
+            x = exp(at_least((elapsed + duration) * -inverse, -700.0))
+            store(X[k], 0, x)
+            x = problem.moduli[k] * x
+            force = x * load(past[MODES_ + 2 * k], 0)
+            share = x * (v1 - load(past[MODES_ + 1 + 2 * k], 0))
+            F = F + force
+            phi = phi + x
+            remembered = remembered + share
+            if factor:
+                F_t = F_t - force * inverse
+                phi_t = phi_t - x * inverse
+                q_t = q_t - share * inverse
+        v = v0 - h * times(A, (F - load_) * u)
+        q = equilibrium * v - eta * (F - load_) + remembered
+        own = spread(0.0)
         if factor:
-            for i in range(S):
-                for j in range(S):
-                    G[i, j] = 0.0
-                    M[i, j] = 0.0
-                G[i, i] = equilibrium
+            for k in range(N):
+                rate = (h / problem.times[k]) * u
+                for j in range(WIDTH):
+                    store(B[k, j], 0, load(unit[j], 0) + load(A[j], 0) * rate[j])
+            invert_modes(B, N)
+            for j in range(WIDTH):
+                store(G[j], 0, equilibrium * load(unit[j], 0))
+                store(M[j], 0, spread(0.0))
         for k in range(N):
             E = problem.moduli[k]
-            z = h / problem.times[k]
-            Bk, Wk = B[k], W[k]
-            start = table[0, MODES_ + 1 + 2 * k] - v0
+            start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
             if factor:
-                for i in range(S):
-                    for j in range(S):
-                        Bk[i, j] = z * A[i, j] * u[j]
-                    Bk[i, i] += 1.0
-                invert(Bk, row, scheme.size)
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += Bk[i, j] * (v[j] + start)
-                    Wk[i] = total
-                for j in range(S):
-                    row[j] = E * Wk[j] / u[j]
-                for i in range(S):
-                    for j in range(S):
-                        G[i, j] += E * Bk[i, j]
-                        M[i, j] += Bk[i, j] * row[j]
-                    M[i, i] -= row[i]
+                Wk = times(B[k], start)
+                weight = E * Wk / u
+                for j in range(WIDTH):
+                    column = load(B[k, j], 0)
+                    store(G[j], 0, load(G[j], 0) + E * column)
+                    store(M[j], 0, load(M[j], 0) + column * weight[j])
+                own = own + weight
             else:
-                for j in range(S):
-                    row[j] = u[j] * Wk[j]
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += A[i, j] * row[j]
-                    res[i] = v[i] + start - Wk[i] - z * total
-                for i in range(S):
-                    total = 0.0
-                    for j in range(S):
-                        total += Bk[i, j] * res[j]
-                    Wk[i] += total
-            for i in range(S):
-                q[i] += E * (Wk[i] + X[k, i] * (past[i, V_] - past[i, MODES_ + 1 + 2 * k]))
+                Wk = load(W[k], 0)
+                lack = start - Wk - (h / problem.times[k]) * times(A, u * Wk)
+                Wk = Wk + times(B[k], lack)
+            store(W[k], 0, Wk)
+            q = q + E * Wk
         if last:
             break
-        for i in range(S):
-            res[i] = u[i] * q[i] + 2.0 * past[i, S_] * past[i, V_] * phi[i]
+        residual = u * q + driving * phi
         if factor:
             # C = dv/du; the modes' share of q follows v through their inverses, G, and u itself, M.
-            for n in range(S):
-                row[n] = h * u[n] * F_t[n]
-            for i in range(S):
-                for j in range(S):
-                    total = A[i, j] * (F[j] - load)
-                    for n in range(S):
-                        total += A[i, n] * row[n] * A[n, j]
-                    C[i, j] = -h * total
-            for i in range(S):
-                direct = h * (u[i] * (q_t[i] - eta * F_t[i]) + 2.0 * past[i, S_] * past[i, V_] * phi_t[i])
-                for j in range(S):
-                    total = M[i, j]
-                    for n in range(S):
-                        total += G[i, n] * C[n, j]
-                    J[i, j] = u[i] * total + direct * A[i, j]
-                J[i, i] += q[i]
-            invert(J, row, scheme.size)
-        size = 0.0
-        largest = 0.0
-        for i in range(S):
-            total = 0.0
-            for j in range(S):
-                total += J[i, j] * res[j]
-            step[i] = total
-            size = max(size, abs(total))
-            largest = max(largest, abs(u[i] - total))
-        for i in range(S):
-            u[i] = max(u[i] - step[i], 1e-9 * largest)
-        size /= largest
+            row = (h * u) * F_t
+            net = F - load_
+            direct = h * (u * (q_t - eta * F_t) + driving * phi_t)
+            for j in range(WIDTH):
+                column = load(A[j], 0)
+                change = -h * (column * net[j] + times(A, row * column))
+                change = times(G, change) + load(M[j], 0) - load(unit[j], 0) * own[j]
+                store(J[j], 0, u * change + direct * column + load(unit[j], 0) * q[j])
+            invert(work.matrices, JACOBIAN)
+        step = times(J, residual)
+        largest_u = largest(absolute(u - step))
+        u = at_least(u - step, 1e-9 * largest_u)
+        size = largest(absolute(step)) / largest_u
         if not size < 1e3:
             return -1
-        # A full step converges quadratically; what chord steps still lack follows from their contraction.
-        rate = size / previous
-        left = size * rate / (1.0 - min(rate, 0.9))
-        if (factor and size <= full_accept) or (not factor and left <= accept):
+        # The inverses are frozen, so that chord steps contract no faster than the unknown has moved since, which a first
+        # one may hide. After a full step nothing is known but its size.
+        moved = size if factor else moved
+        contraction = max(size / previous, moved)
+        left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
+        stalled = not factor and size < rounding and size > 0.25 * previous
+        if left <= accept or stalled:
             last = True
             factor = False
             continue
@@ -204,12 +151,13 @@ def rebound_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, 
             return -1
         factor = chord and size > 0.25 * previous
         previous = size
-    for i in range(S):
-        table[i + 1, S_] = past[i, S_]
-        table[i + 1, V_] = v[i]
-        table[i + 1, T_] = t[i]
-        table[i + 1, F_] = F[i]
-        for k in range(N):
-            table[i + 1, MODES_ + 2 * k] = X[k, i]
-            table[i + 1, MODES_ + 1 + 2 * k] = W[k, i]
+    store(work.vectors[UNKNOWN], 0, u)
+    store(table[S_], 1, load(past[S_], 0))
+    store(table[V_], 1, v)
+    store(table[T_], 1, table[T_, 0] + duration)
+    store(work.vectors[DELAY], 0, elapsed + duration)
+    store(table[F_], 1, F)
+    for k in range(N):
+        store(table[MODES_ + 2 * k], 1, load(X[k], 0))
+        store(table[MODES_ + 1 + 2 * k], 1, load(W[k], 0))
     return iterations

@@ -1,0 +1,340 @@
+"""Eight numbers as one register: the values of a quantity at the nodes of an element.
+
+Compiled, a `Lanes` is an LLVM vector of eight doubles, one AVX-512 register or two or four smaller ones: what the scalar
+loops over the nodes left to chance is one instruction. Without compilation it is a NumPy array of length 8.
+"""
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing import templates
+from numba.extending import lower_builtin, models, register_model
+
+WIDTH = 8
+
+_DOUBLE, _INDEX, _LONG = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
+_VECTOR, _LONGS = ir.VectorType(_DOUBLE, WIDTH), ir.VectorType(_LONG, WIDTH)
+_NOTHING = ir.Constant(_VECTOR, ir.Undefined)
+
+
+class LanesType(types.Type):
+    """Type of eight doubles in the eyes of the compiler."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
+
+
+LANES = LanesType()
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, fe_type: Any) -> None:
+        super().__init__(manager, fe_type, _VECTOR)
+
+
+def constant(value: float) -> Any:
+    """Eight times a constant, in LLVM."""
+    return ir.Constant(_VECTOR, [value] * WIDTH)
+
+
+def unit(lane: int, size: int = 1) -> Any:
+    """Truth values of LLVM: true in `size` lanes from `lane` on."""
+    return ir.Constant(
+        ir.VectorType(ir.IntType(1), WIDTH), [int(lane <= n < lane + size) for n in range(WIDTH)]
+    )
+
+
+def shuffled(builder: Any, value: Any, lanes: list[int]) -> Any:
+    """Return the lanes of a vector in another order, in LLVM."""
+    mask = ir.Constant(ir.VectorType(_INDEX, WIDTH), lanes)
+    return builder.shuffle_vector(value, _NOTHING, mask)
+
+
+def repeated(builder: Any, number: Any) -> Any:
+    """Return eight times a number, in LLVM."""
+    return shuffled(builder, builder.insert_element(_NOTHING, number, ir.Constant(_INDEX, 0)), [0] * WIDTH)
+
+
+def address(context: Any, builder: Any, array_type: Any, array: Any, index: list[Any]) -> Any:
+    """Address of the eight numbers of an array that begin at an index, in LLVM."""
+    made = context.make_array(array_type)(context, builder, array)
+    pointer = cgutils.get_item_pointer(context, builder, array_type, made, index, wraparound=False)
+    return builder.bitcast(pointer, _VECTOR.as_pointer())
+
+
+def read(builder: Any, pointer: Any) -> Any:
+    """Eight numbers from memory, in LLVM."""
+    value = builder.load(pointer)
+    value.align = 8
+    return value
+
+
+def write(builder: Any, value: Any, pointer: Any) -> None:
+    """Eight numbers to memory, in LLVM."""
+    builder.store(value, pointer).align = 8
+
+
+def _folded(builder: Any, value: Any, combine: Callable[[Any, Any], Any]) -> Any:
+    for half in (4, 2, 1):
+        value = combine(value, shuffled(builder, value, [(n + half) % WIDTH for n in range(WIDTH)]))
+    return builder.extract_element(value, ir.Constant(_INDEX, 0))
+
+
+def _returns(function: Any, result: Any, *arguments: type | tuple[type, ...]) -> None:
+    """Declare to the compiler what a function of these argument types returns."""
+
+    class Signature(templates.AbstractTemplate):
+        key = function
+
+        def generic(self, given: Any, keywords: Any) -> Any:
+            fits = len(given) == len(arguments) and all(map(isinstance, given, arguments))
+            return templates.signature(result, *given) if fits and not keywords else None
+
+    templates.infer(Signature)
+    templates.infer_global(function, types.Function(Signature))
+
+
+_NUMBER = (types.Float, types.Integer)
+
+
+def _arithmetic(function: Any, instruction: str) -> None:
+    def lower(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        values = [
+            value if kind == LANES else repeated(builder, context.cast(builder, value, kind, types.float64))
+            for kind, value in zip(signature.args, arguments, strict=True)
+        ]
+        return getattr(builder, instruction)(*values)
+
+    for left, right in ((LanesType, LanesType), (LanesType, _NUMBER), (_NUMBER, LanesType)):
+        _returns(function, LANES, left, right)
+    lower_builtin(function, LANES, LANES)(lower)
+    for kind in _NUMBER:
+        lower_builtin(function, LANES, kind)(lower)
+        lower_builtin(function, kind, LANES)(lower)
+
+
+_arithmetic(operator.add, "fadd")
+_arithmetic(operator.sub, "fsub")
+_arithmetic(operator.mul, "fmul")
+_arithmetic(operator.truediv, "fdiv")
+
+
+_returns(operator.getitem, types.float64, LanesType, types.Integer)
+
+
+@lower_builtin(operator.getitem, LANES, types.Integer)
+def _lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    value, lane = arguments
+    return builder.extract_element(value, context.cast(builder, lane, signature.args[1], types.int32))
+
+
+def load(row: Any, start: int) -> Any:
+    """Eight numbers of a row from `start` on."""
+    return row[start : start + WIDTH].copy()
+
+
+_returns(load, LANES, types.Array, types.Integer)
+
+
+@lower_builtin(load, types.Array, types.Integer)
+def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    start = context.cast(builder, arguments[1], signature.args[1], types.intp)
+    return read(builder, address(context, builder, signature.args[0], arguments[0], [start]))
+
+
+def store(row: Any, start: int, value: Any) -> None:
+    """Write eight numbers into a row from `start` on."""
+    row[start : start + WIDTH] = value
+
+
+_returns(store, types.void, types.Array, types.Integer, LanesType)
+
+
+@lower_builtin(store, types.Array, types.Integer, LANES)
+def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    start = context.cast(builder, arguments[1], signature.args[1], types.intp)
+    write(builder, arguments[2], address(context, builder, signature.args[0], arguments[0], [start]))
+    return context.get_dummy_value()
+
+
+def spread(number: float) -> Any:
+    """Eight times a number."""
+    return np.full(WIDTH, number)
+
+
+_returns(spread, LANES, types.Float)
+
+
+@lower_builtin(spread, types.Float)
+def _spread(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return repeated(builder, arguments[0])
+
+
+def absolute(x: Any) -> Any:
+    """Absolute values."""
+    return np.abs(x)
+
+
+_returns(absolute, LANES, LanesType)
+
+
+@lower_builtin(absolute, LANES)
+def _absolute(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return builder.select(
+        builder.fcmp_ordered("<", arguments[0], constant(0.0)), builder.fneg(arguments[0]), arguments[0]
+    )
+
+
+def at_least(x: Any, least: float) -> Any:
+    """Values, and `least` where they are smaller or NaN."""
+    return np.where(x > least, x, least)
+
+
+_returns(at_least, LANES, LanesType, types.Float)
+
+
+@lower_builtin(at_least, LANES, types.Float)
+def _at_least(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    x, least = arguments[0], repeated(builder, arguments[1])
+    return builder.select(builder.fcmp_ordered(">", x, least), x, least)
+
+
+def where_positive(condition: Any, x: Any) -> Any:
+    """Values where a condition is positive, and zero elsewhere."""
+    return np.where(condition > 0.0, x, 0.0)
+
+
+_returns(where_positive, LANES, LanesType, LanesType)
+
+
+@lower_builtin(where_positive, LANES, LANES)
+def _where_positive(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    positive = builder.fcmp_ordered(">", arguments[0], constant(0.0))
+    return builder.select(positive, arguments[1], constant(0.0))
+
+
+def from_lane(lane: int, x: Any, before: Any) -> Any:
+    """Values of x from a lane on, and those of `before` in the lanes before it."""
+    return np.where(np.arange(WIDTH) >= lane, x, before)
+
+
+_returns(from_lane, LANES, types.Integer, LanesType, LanesType)
+
+
+@lower_builtin(from_lane, types.Integer, LANES, LANES)
+def _from_lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    first = repeated(builder, context.cast(builder, arguments[0], signature.args[0], types.float64))
+    lanes = ir.Constant(_VECTOR, [float(n) for n in range(WIDTH)])
+    return builder.select(builder.fcmp_ordered(">=", lanes, first), arguments[1], arguments[2])
+
+
+def total(x: Any) -> float:
+    """Sum over the lanes."""
+    return np.sum(x)
+
+
+_returns(total, types.float64, LanesType)
+
+
+@lower_builtin(total, LANES)
+def _total(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return _folded(builder, arguments[0], builder.fadd)
+
+
+def largest(x: Any) -> float:
+    """Largest lane; NaN where one is not finite."""
+    return np.max(x) + 0.0 * np.sum(x)
+
+
+def smallest(x: Any) -> float:
+    """Smallest lane; NaN where one is not finite."""
+    return np.min(x) + 0.0 * np.sum(x)
+
+
+def _extreme(function: Any, comparison: str) -> None:
+    _returns(function, types.float64, LanesType)
+
+    @lower_builtin(function, LANES)
+    def _(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def better(x: Any, y: Any) -> Any:
+            return builder.select(builder.fcmp_ordered(comparison, x, y), x, y)
+
+        extreme = _folded(builder, arguments[0], better)
+        nothing = builder.fmul(_folded(builder, arguments[0], builder.fadd), ir.Constant(_DOUBLE, 0.0))
+        return builder.fadd(extreme, nothing)
+
+
+_extreme(largest, ">")
+_extreme(smallest, "<")
+
+
+def _polynomial(builder: Any, x: Any, coefficients: list[float]) -> Any:
+    """Polynomial, highest power first."""
+    value = constant(coefficients[0])
+    for coefficient in coefficients[1:]:
+        value = builder.fadd(builder.fmul(value, x), constant(coefficient))
+    return value
+
+
+_LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+
+
+def exp(x: Any) -> Any:
+    """Exponentials of x in [-700, 700]."""
+    return np.exp(x)
+
+
+_returns(exp, LANES, LanesType)
+
+
+@lower_builtin(exp, LANES)
+def _exp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    # x = n ln 2 + r: n is read off the low bits of a number near 1.5 2^52; Taylor's series to r^13, |r| < 0.35.
+    x = arguments[0]
+    magic = constant(6755399441055744.0)
+    shifted = builder.fadd(builder.fmul(x, constant(1.0 / math.log(2.0))), magic)
+    n = builder.fsub(shifted, magic)
+    r = builder.fsub(x, builder.fmul(n, constant(_LN2_HIGH)))
+    r = builder.fsub(r, builder.fmul(n, constant(_LN2_LOW)))
+    power = _polynomial(builder, r, [1.0 / math.factorial(n) for n in range(13, -1, -1)])
+    exponent = builder.shl(builder.bitcast(shifted, _LONGS), ir.Constant(_LONGS, [52] * WIDTH))
+    return builder.bitcast(builder.add(builder.bitcast(power, _LONGS), exponent), _VECTOR)
+
+
+def log(x: Any) -> Any:
+    """Natural logarithms of positive normal numbers."""
+    return np.log(x)
+
+
+_returns(log, LANES, LanesType)
+
+
+@lower_builtin(log, LANES)
+def _log(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    # x = 2^n m with m in [sqrt(1/2), sqrt(2)): ln m = 2 artanh z with z = (m - 1)/(m + 1), |z| < 0.172.
+    def bits(number: int) -> Any:
+        return ir.Constant(_LONGS, [number] * WIDTH)
+
+    x = builder.bitcast(arguments[0], _LONGS)
+    offset = builder.sub(x, bits(0x3FE6A09E667F3BCD))
+    n = builder.ashr(offset, bits(52))
+    m = builder.bitcast(builder.sub(x, builder.shl(n, bits(52))), _VECTOR)
+    # The integer n as a number: into the low bits of 1.5 2^52, which is then taken off.
+    magic = constant(6755399441055744.0)
+    number = builder.fsub(builder.bitcast(builder.add(n, builder.bitcast(magic, _LONGS)), _VECTOR), magic)
+    f = builder.fsub(m, constant(1.0))
+    z = builder.fdiv(f, builder.fadd(m, constant(1.0)))
+    square = builder.fmul(z, z)
+    series = _polynomial(builder, square, [2.0 / (2 * n + 1) for n in range(11, 0, -1)])
+    tail = builder.fmul(builder.fmul(z, square), series)
+    value = builder.fadd(
+        builder.fadd(builder.fmul(z, constant(2.0)), tail), builder.fmul(number, constant(_LN2_LOW))
+    )
+    return builder.fadd(value, builder.fmul(number, constant(_LN2_HIGH)))
