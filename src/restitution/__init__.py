@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from restitution.case.file import Case as Case
     from restitution.case.file import read_case as read_case
+    from restitution.citation.cite import cite as cite
     from restitution.contact.flat_ended import FlatEndedParabola as FlatEndedParabola
     from restitution.contact.flat_ended import TruncatedCone as TruncatedCone
     from restitution.contact.power_law import Cone as Cone
@@ -110,6 +111,7 @@ _HOME = {
     "WLF": "material.shift",
     "bounces": "impact.bounces",
     "burgers": "material.classical",
+    "cite": "citation.cite",
     "closed_forms": "impact.closed_forms",
     "collision": "impact.collision",
     "dimensionless_groups": "impact.scaling",

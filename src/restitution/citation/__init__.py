@@ -1,0 +1,1 @@
+"""What to cite: the sources of the methods, materials and profiles that a problem uses."""

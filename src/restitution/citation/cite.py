@@ -1,0 +1,209 @@
+"""What to cite for a problem: which sources its methods, materials and profiles come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import singledispatch
+from typing import Any
+
+from restitution.case.classical import FractionalSection
+from restitution.case.file import Case
+from restitution.case.material_file import FileSection
+from restitution.citation.bibliography import entries
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola, Profile
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+from restitution.impact.bounces import Bounces
+from restitution.impact.problem import Impact
+from restitution.impact.result import ImpactResult
+from restitution.indentation.result import IndentationResult
+from restitution.material import library
+from restitution.material.prony import PronySeries
+from restitution.material.shift import WLF, Arrhenius
+from restitution.material.viscoelastic import Material
+
+Reason = tuple[str, str]
+
+_CONTACT = (
+    ("lee1960", "contact of viscoelastic bodies while it grows"),
+    ("ting1966", "contact of viscoelastic bodies while it shrinks"),
+    ("graham1967", "contact of viscoelastic bodies while it shrinks"),
+    ("popov2015", "method of dimensionality reduction"),
+)
+_METHODS = {
+    "exact": (("hairer1996", "collocation by Radau IIA"),),
+    "elements": (("willert", "elements with explicit Euler"),),
+    "reference": (("virtanen2020", "integration by SciPy"), ("hairer1996", "Radau IIA")),
+}
+_PROFILES: dict[type[Profile], tuple[Reason, ...]] = {
+    Parabola: (("hertz1882", "contact of round bodies as paraboloids"),),
+    Sphere: (("segedin1957", "transform of the exact sphere"),),
+    Cone: (("love1939", "contact of a cone"), ("sneddon1965", "transform of the profile")),
+    PowerLaw: (("galin1961", "contact of a power-law profile"), ("sneddon1965", "transform of the profile")),
+    FlatPunch: (("boussinesq1885", "contact of a flat punch"),),
+    TruncatedCone: (("popov2019", "transform of a flat-ended profile"),),
+    FlatEndedParabola: (("popov2019", "transform of a flat-ended profile"),),
+    Tabulated: (
+        ("fritsch1980", "interpolation of the measured profile"),
+        ("sneddon1965", "transform of the profile"),
+    ),
+}
+# Of the materials of the library, where the numbers come from; in the order in which `source` names them.
+_SOURCES = {
+    "aluminium": ("en1999",),
+    "brass": ("kaye1995",),
+    "copper": ("kaye1995",),
+    "dma_polymer": ("pyvisco", "lawson1974"),
+    "epoxy": ("simon2000",),
+    "fused_silica": ("kaye1995",),
+    "ice": ("gammon1983", "crc"),
+    "polyisobutylene": ("catsiff1955", "brinson2008"),
+    "relaxation_polymer": ("pyvisco", "lawson1974"),
+    "soda_lime_glass": ("en572",),
+    "steel": ("en1993",),
+    "tungsten": ("kaye1995",),
+}
+_OWN = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
+
+
+def cite(*subjects: Any) -> str:
+    """BibTeX of what a problem used: methods, sources of the materials, transforms of the profiles.
+
+    Parameters
+    ----------
+    *subjects : Impact, ImpactResult, IndentationResult, Bounces, Case, Material or Profile
+        Problems, results, or parts of them. Without any, the program and the paper that it reproduces.
+
+    Returns
+    -------
+    str
+        The entries, each once, under a comment that says what it is for.
+
+    Raises
+    ------
+    TypeError
+        If a subject is something else.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> print(cite(rs.library.get("epoxy")))
+    % data of epoxy
+    @article{simon2000,
+      author = {Simon, S. L. and McKenna, G. B. and Sindt, O.},
+      title = {Modeling the evolution of the dynamic mechanical properties of a commercial epoxy during ...},
+      journal = {Journal of Applied Polymer Science},
+      volume = {76},
+      pages = {495},
+      year = {2000}
+    }
+    """
+    known = entries()
+    return "\n\n".join(f"% {'; '.join(uses)}\n{known[key]}" for key, uses in citations(*subjects).items())
+
+
+def citations(*subjects: Any) -> dict[str, list[str]]:
+    """Keys of the sources that problems used, and what each is cited for.
+
+    Examples
+    --------
+    >>> from restitution.contact.power_law import Cone
+    >>> citations(Cone(half_angle=1.2))
+    {'love1939': ['contact of a cone'], 'sneddon1965': ['transform of the profile']}
+    """
+    found: dict[str, list[str]] = {}
+    for subject in subjects or (None,):
+        for key, use in _reasons(subject) if subjects else _OWN:
+            uses = found.setdefault(key, [])
+            if use not in uses:
+                uses.append(use)
+    return found
+
+
+@singledispatch
+def _reasons(subject: Any) -> Iterator[Reason]:
+    raise TypeError(f"subject = {subject!r}: must be an Impact, a result, a Case, a Material or a profile")
+
+
+@_reasons.register
+def _(subject: Impact) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _contact(subject)
+
+
+@_reasons.register
+def _(subject: ImpactResult) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _METHODS[subject.method]
+    for impact in subject.impact if isinstance(subject.impact, list) else [subject.impact]:
+        yield from _contact(impact)
+
+
+@_reasons.register
+def _(subject: Bounces) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _METHODS["exact"]
+    yield from _contact(subject.impact)
+
+
+@_reasons.register
+def _(subject: IndentationResult) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _contact(subject)
+
+
+@_reasons.register
+def _(subject: Case) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _METHODS[subject.sections.solver.method]
+    yield from _contact(subject.impact)
+    for section in (subject.sections.material, subject.sections.counter_material):
+        if isinstance(section, FractionalSection):
+            yield "mainardi2010", "fractional model"
+        if isinstance(section, FileSection) and section.fit is not None:
+            yield "lawson1974", "Prony fit by non-negative least squares"
+
+
+@_reasons.register
+def _(subject: Profile) -> Iterator[Reason]:
+    for kind, reasons in _PROFILES.items():
+        if isinstance(subject, kind):
+            yield from reasons
+
+
+@_reasons.register
+def _(subject: Material) -> Iterator[Reason]:
+    for name, keys in _SOURCES.items():
+        if _is(subject, library.get(name)):
+            yield from ((key, f"data of {name}") for key in keys)
+    shift = subject.shift
+    if shift is not None and subject.temperature != shift.reference_temperature:
+        if isinstance(shift, WLF):
+            yield "williams1955", "time-temperature shift"
+            yield "ferry1980", "time-temperature shift"
+        elif isinstance(shift, Arrhenius):
+            yield "ferry1980", "time-temperature shift"
+
+
+def _contact(subject: Impact | IndentationResult) -> Iterator[Reason]:
+    yield from _CONTACT
+    yield from _reasons(subject.profile)
+    materials = [part for part in (subject.material, subject.counter_material) if part is not None]
+    for material in materials:
+        if _is_standard_solid(material):
+            yield "willert", "impact on the compressible standard solid"
+        yield from _reasons(material)
+
+
+def _is(material: Material, known: Material) -> bool:
+    """Whether a material is one of the library, perhaps under another name, density or temperature."""
+    same = material.shear.equilibrium_modulus == known.shear.equilibrium_modulus
+    return same and material.source is not None and material.source == known.source
+
+
+def _is_standard_solid(material: Material) -> bool:
+    shear, bulk = material.shear, material.bulk
+    constant = not isinstance(bulk, PronySeries) or bulk.is_elastic
+    return shear.n_branches == 1 and shear.equilibrium_modulus > 0 and shear.viscosity == 0 and constant

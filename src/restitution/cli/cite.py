@@ -1,0 +1,51 @@
+"""The command `restitution cite`: BibTeX of what cases used."""
+
+from __future__ import annotations
+
+import json as json_text
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import user_input
+
+
+def cite(
+    cases: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="CASE.toml...", help="Case files.", show_default=False),
+    ] = None,
+    json: presentation.Json = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a BibTeX file: .bib.", show_default=False),
+    ] = None,
+) -> None:
+    """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.
+
+    Without a case, the program and the paper that it reproduces.
+    """
+    presentation.check_target("--out", out, (".bib",))
+    with user_input():
+        from restitution.case.file import read_case
+        from restitution.citation.bibliography import entries
+        from restitution.citation.cite import citations, cite
+
+        subjects = [read_case(case) for case in cases or []]
+        if json:
+            content = [
+                {"key": key, "used_for": uses, "bibtex": entries()[key]}
+                for key, uses in citations(*subjects).items()
+            ]
+            sys.stdout.write(json_text.dumps(content, indent=2, ensure_ascii=False) + "\n")
+        text = cite(*subjects) + "\n"
+    if out is not None:
+        from restitution.sweep.whole_file import whole_file
+
+        with whole_file(out) as partial:
+            partial.write_text(text, encoding="utf-8")
+    elif not json:
+        sys.stdout.write(text)

@@ -1,0 +1,154 @@
+"""What is cited for problems of known ingredients."""
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.citation.bibliography import entries
+from restitution.citation.cite import citations, cite
+from restitution.impact.bounces import Bounces
+from restitution.impact.result import ImpactResult
+
+THEORY = {"lee1960", "ting1966", "graham1967", "popov2015"}
+SOLID = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+SERIES = rs.Material(rs.PronySeries(1e6, [1e6, 2e6], [1e-3, 1e-2]), 1e9)
+
+
+def keys(*subjects: object) -> set[str]:
+    return set(citations(*subjects))
+
+
+def impact(material: rs.Material, profile: object, **extra: object) -> rs.Impact:
+    return rs.Impact(material, profile, mass=1.0, velocity=1.0, **extra)
+
+
+def test_the_paper_s_sphere() -> None:
+    found = citations(impact(SOLID, rs.Parabola(1.0)))
+    assert set(found) == THEORY | {"restitution", "hertz1882", "willert"}
+    assert found["willert"] == ["impact on the compressible standard solid"]
+
+
+@pytest.mark.parametrize(
+    ("profile", "expected"),
+    [
+        (rs.Parabola(1.0), {"hertz1882"}),
+        (rs.Sphere(1.0), {"segedin1957"}),
+        (rs.Cone(1.0), {"love1939", "sneddon1965"}),
+        (rs.PowerLaw(3.0, 1.0), {"galin1961", "sneddon1965"}),
+        (rs.FlatPunch(1.0), {"boussinesq1885"}),
+        (rs.TruncatedCone(1.0, 1.0), {"popov2019"}),
+        (rs.FlatEndedParabola(1.0, 0.1), {"popov2019"}),
+        (rs.Tabulated(np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 2), {"fritsch1980", "sneddon1965"}),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_every_profile_has_its_sources(profile: object, expected: set[str]) -> None:
+    assert keys(profile) == expected
+    assert keys(impact(SERIES, profile)) == THEORY | {"restitution"} | expected
+
+
+@pytest.mark.parametrize("name", rs.library.names())
+def test_every_material_of_the_library_has_its_sources(name: str) -> None:
+    material = rs.library.get(name)
+    found = citations(material)
+    assert found
+    assert all(uses == [f"data of {name}"] for uses in found.values())
+    for key in found:
+        author = entries()[key]
+        assert key in entries()
+        # Authors, or the number of a standard, stand in the text that the library gives.
+        words = {
+            "crc": "CRC Handbook",
+            "en1993": "EN 1993-1",
+            "en1999": "EN 1999-1-1",
+            "en572": "EN 572-1",
+            "pyvisco": "pyvisco",
+            "lawson1974": "fit_prony",
+        }.get(key) or author.split("author = {")[1].split(",")[0]
+        assert words in str(material.source)
+
+
+def test_a_shift_is_cited_where_it_is_used() -> None:
+    rubber = rs.library.get("polyisobutylene")
+    assert not keys(rubber) & {"williams1955", "ferry1980"}
+    assert keys(rubber.at(273.15)) >= {"williams1955", "ferry1980", "catsiff1955", "brinson2008"}
+    glass = rs.Material(SERIES.shear, 1e9, shift=rs.Arrhenius(300.0, 1e5))
+    assert keys(glass.at(310.0)) == {"ferry1980"}
+
+
+def test_two_materials() -> None:
+    pair = impact(rs.library.get("epoxy"), rs.Parabola(1.0), counter_material=rs.library.get("steel"))
+    assert keys(pair) >= {"simon2000", "en1993"}
+
+
+@pytest.mark.parametrize(
+    ("method", "expected"),
+    [("exact", {"hairer1996"}), ("reference", {"hairer1996", "virtanen2020"}), ("elements", {"willert"})],
+)
+def test_results_name_their_method(method: str, expected: set[str]) -> None:
+    one = impact(SERIES, rs.FlatPunch(1.0))
+    nothing = dict.fromkeys(ImpactResult.__dataclass_fields__) | {"impact": one, "method": method}
+    assert keys(ImpactResult(**nothing)) == keys(one) | expected
+    several = ImpactResult(**nothing | {"impact": [one, impact(SERIES, rs.Cone(1.0))]})
+    assert keys(several) == keys(one) | expected | {"love1939", "sneddon1965"}
+    fall = Bounces(**dict.fromkeys(Bounces.__dataclass_fields__) | {"impact": one})
+    assert keys(fall) == keys(one) | {"hairer1996"}
+
+
+def test_each_source_once_with_what_it_is_for() -> None:
+    text = cite(SOLID, impact(SOLID, rs.Cone(1.0)), rs.Cone(1.0))
+    assert text.count("@article{love1939,") == 1
+    assert "% contact of viscoelastic bodies while it grows\n@article{lee1960," in text
+    assert text.count("% contact of a cone\n") == 1
+
+
+def test_the_program_itself() -> None:
+    assert keys() == {"restitution", "willert"}
+    assert f"version = {{{rs.__version__}}}" in cite()
+
+
+def test_anything_else_is_refused() -> None:
+    with pytest.raises(
+        TypeError, match=r"^subject = 3: must be an Impact, a result, a Case, a Material or a"
+    ):
+        cite(3)
+    with pytest.raises(TypeError, match="subject = namespace"):
+        cite(SimpleNamespace(material=SOLID))
+
+
+CASE = """
+[body]
+mass = "5 g"
+radius = "10 mm"
+[impact]
+velocity = "1 m/s"
+"""
+
+
+def test_cases_name_fits_and_fractional_models(tmp_path: Path) -> None:
+    t = np.geomspace(1e-3, 1e3, 31)
+    rows = "\n".join(f"{a:.9g},{3 + 4 * math.exp(-a):.9g}" for a in t)
+    (tmp_path / "data.csv").write_text(f"t,G\ns,MPa\n{rows}\n")
+    fitted = '[material]\nfile = "data.csv"\ndeformation = "shear"\nbulk_modulus = "1 GPa"\n'
+    (tmp_path / "case.toml").write_text(CASE + fitted)
+    assert "lawson1974" in keys(rs.read_case(tmp_path / "case.toml"))
+    known = '[material]\nlibrary = "epoxy"\n[solver]\nmethod = "reference"\n'
+    (tmp_path / "case.toml").write_text(CASE + known)
+    assert keys(rs.read_case(tmp_path / "case.toml")) == THEORY | {
+        "restitution",
+        "hertz1882",
+        "simon2000",
+        "virtanen2020",
+        "hairer1996",
+    }
+
+
+@pytest.mark.slow
+def test_a_fractional_case_names_its_source(tmp_path: Path) -> None:
+    springpot = 'model = "springpot"\ncoefficient = 1e4\nexponent = 0.3\nbulk_modulus = "1 GPa"\n'
+    (tmp_path / "case.toml").write_text(CASE + "[material]\n" + springpot)
+    assert "mainardi2010" in keys(rs.read_case(tmp_path / "case.toml"))

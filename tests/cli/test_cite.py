@@ -1,0 +1,63 @@
+import json
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from restitution.citation.cite import cite
+from restitution.cli.main import app
+
+CASE = """
+[body]
+mass = "5 g"
+[profile]
+type = "cone"
+half_angle = "70 deg"
+[material]
+library = "epoxy"
+[impact]
+velocity = "1 m/s"
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("tip.toml").write_text(CASE, encoding="utf-8")
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["cite", *arguments], catch_exceptions=False)
+
+
+def test_a_case_s_sources_are_printed() -> None:
+    answer = run("tip.toml")
+    assert answer.exit_code == 0
+    keys = re.findall(r"^@\w+\{(\w+),", answer.stdout, flags=re.MULTILINE)
+    assert {"simon2000", "love1939", "ting1966", "hairer1996"} < set(keys)
+    assert len(keys) == len(set(keys))
+    assert "% data of epoxy\n@article{simon2000," in answer.stdout
+
+
+def test_several_cases_are_one_bibliography() -> None:
+    Path("ball.toml").write_text(CASE.replace('"cone"\nhalf_angle = "70 deg"', '"sphere"\nradius = 0.01'))
+    text = run("tip.toml", "ball.toml").stdout
+    assert text.count("@article{ting1966,") == 1
+    assert "love1939" in text
+    assert "segedin1957" in text
+
+
+def test_without_a_case_the_program() -> None:
+    assert run().stdout == cite() + "\n"
+
+
+def test_json_and_file() -> None:
+    content = json.loads(run("tip.toml", "--json", "--out", "refs.bib").stdout)
+    used = {item["key"]: item["used_for"] for item in content}
+    assert used["love1939"] == ["contact of a cone"]
+    written = Path("refs.bib").read_text(encoding="utf-8")
+    assert all(item["bibtex"] in written for item in content)
+    assert run("tip.toml", "--out", "more.bib").stdout == ""
+    answer = run("tip.toml", "--out", "refs.txt")
+    assert (answer.exit_code, answer.stderr) == (2, "error: --out refs.txt: must end in .bib\n")
