@@ -208,7 +208,9 @@ class _Foundation:
         while True:
             while g.size == 0 or g[-1] <= d:
                 size = max(2 * g.size, _SIZING)
-                g = transform((np.arange(size) + 0.5) * spacing)
+                g, x = np.full(size, np.inf), (np.arange(size) + 0.5) * spacing
+                described = x <= self.impact.profile.max_contact_radius
+                g[described] = transform(x[described])
                 u, contact = padded(u, size), padded(contact, size)
                 law.grow(size)
             if d >= deepest:

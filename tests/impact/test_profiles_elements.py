@@ -1,0 +1,90 @@
+"""Every profile by brute force: the element method falls to the exact solution at first order.
+
+The elements know the transform g(x) of a profile only; the exact solution knows its inverse over the depth, in
+the closed form or as a table.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola, Profile
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+from restitution.impact.elements import solve_elements
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+SOLID = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
+RELAXING = Material(PronySeries(1.0, [2.0, 6.0], [0.1, 2.0]), PronySeries(2.0, [3.0], [0.5]))
+RADII = np.linspace(0.0, 2.0, 41)
+PROFILES: dict[str, Profile] = {
+    "parabola": Parabola(1.0),
+    "sphere": Sphere(1.0),
+    "cone": Cone(1.2),
+    "cusp": PowerLaw(0.7, 0.5),
+    "power 4": PowerLaw(4.0, 0.5),
+    "flat punch": FlatPunch(0.5),
+    "truncated cone": TruncatedCone(0.3, 1.2),
+    "flat-ended parabola": FlatEndedParabola(1.0, 0.3),
+    "tabulated round tip": Tabulated(RADII, RADII**2 / 2.0 + 0.05 * RADII**4),
+    "tabulated flat face": Tabulated(np.append(0.0, RADII + 0.3), np.append(0.0, 0.5 * RADII)),
+    "tabulated rough tip": Tabulated(
+        [0.0, 0.1, 0.3, 0.4, 0.7, 1.0, 1.5, 2.0], [0.0, 0.008, 0.03, 0.1, 0.25, 0.5, 1.3, 2.4]
+    ),
+}
+
+
+def errors(impact: Impact, numbers: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Relative errors of the element method over the number of elements."""
+    exact = solve(impact)
+    found = [solve_elements(impact, n_elements=n) for n in numbers]
+    return {
+        name: np.array([getattr(one, name) / getattr(exact, name) - 1.0 for one in found])
+        for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
+    }
+
+
+@pytest.mark.parametrize("name", [name for name in PROFILES if name != "tabulated rough tip"])
+def test_elements_fall_to_the_exact_value(name):
+    coarse, fine = errors(Impact(SOLID, PROFILES[name], 1.0, 1.0), (32, 64))["restitution_coefficient"]
+    # 0.2/n, up to the uneven way in which few elements meet the edge of a flat face.
+    assert 0.1 / 64 < fine < 0.3 / 64
+    assert math.log2(coarse / fine) == pytest.approx(1.0, abs=0.12)
+    # Without the first order, a tenth of it is left at most.
+    assert abs(2.0 * fine - coarse) < 0.12 * fine
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PROFILES)
+def test_first_order_throughout(name):
+    numbers = (100, 200, 400)
+    found = errors(Impact(RELAXING, PROFILES[name], 1.0, 1.0), numbers)
+    restitution = found["restitution_coefficient"]
+    order = -np.polyfit(np.log(numbers), np.log(np.abs(restitution)), 1)[0]
+    assert order == pytest.approx(1.0, abs=0.05)
+    assert abs(2.0 * restitution[-1] - restitution[-2]) < 4e-5
+    for quantity in ("max_indentation_depth", "max_force"):
+        assert np.abs(found[quantity] * numbers).max() < 1.0
+    # The last element leaves late by the depth of its width, (dx)^0.7 for the cusp.
+    assert np.abs(found["contact_time"] * np.power(numbers, 0.7)).max() < 0.8
+
+
+def test_elements_stay_within_a_table():
+    """The grid of elements reaches beyond the largest contact, and perhaps beyond what a table describes."""
+    r = np.linspace(0.0, 0.7, 15)
+    short, whole = Impact(SOLID, Tabulated(r, r**2 / 2.0), 1.0, 1.0), Impact(SOLID, Parabola(1.0), 1.0, 1.0)
+    found, wanted = (
+        solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole)
+    )
+    # The two start from unlike estimates of the depth, and so with unlike time steps.
+    assert found == pytest.approx(wanted, rel=1e-6)
+    deep = Impact(SOLID, Tabulated(r[:10], r[:10] ** 2 / 2.0), 1.0, 1.0)
+    with pytest.raises(ValueError, match=r"must be <= 0\.2025 m, where the table ends$"):
+        solve_elements(deep, n_elements=32)
