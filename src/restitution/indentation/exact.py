@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +48,7 @@ class Solution:
     def __init__(
         self, series: PronySeries, profile: Profile, history: History, name: str, rtol: float
     ) -> None:
-        self.history = history
+        self.history, self._profile = history, profile
         self.by_depth = name == "depth"
         tolerance = 0.05 * rtol
         part = contact_part(history, name)
@@ -81,9 +82,23 @@ class Solution:
         return self._time(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
 
     @property
+    def max_contact_radius(self) -> float:
+        """Contact radius as the contact ceases to grow [m]."""
+        if self._contact.path.exponent == 0.0:
+            return self.units.radius
+        return float(self._profile.contact_radius(self.units.length * self._past.elements.depths[-1]))
+
+    @property
     def end_time(self) -> float:
         """Time at which the contact ends [s]; infinite where it outlasts the history."""
         return self._time(self._past.end)
+
+    def times(self, n_points: int) -> Array:
+        """Even times [s], and the knots of the history, the turning and the end of the contact."""
+        start, stop = self.history.start, self.history.stop
+        special = np.array([self.turning_time, self.end_time])
+        even = np.linspace(start, stop, n_points)
+        return np.unique(np.concatenate([even, self.history.knots, special[special <= stop]]))
 
     @property
     def breaks(self) -> Array:
@@ -110,8 +125,11 @@ class Solution:
             found.append((columns[0] * self.units.length, columns[1] * self.units.force))
         return found
 
-    def at(self, times: ArrayLike) -> tuple[Array, Array, Array, Array]:
-        """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history."""
+    def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
+        """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
+
+        At a kink or a jump what is behind it, or what is before.
+        """
         from restitution.kernel.indentation import sample
 
         t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
@@ -122,16 +140,19 @@ class Solution:
         if order is not None:
             t = t[order]
         units = self.units
-        before = int(np.searchsorted(t, units.touch))
-        sampled = np.empty((4, t.size - before))
-        inside = np.minimum((t[before:] - units.touch) / units.time, 1.0)
+        early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))
+        sampled = np.empty((4, t.size - early))
+        inside = np.minimum((t[early:] - units.touch) / units.time, 1.0)
+        if before:
+            inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
-        if before:
-            early = np.zeros((4, before))
+        if early:
+            free = np.zeros((4, early))
             if self.by_depth:
-                early[0], early[1] = self.history(t[:before]), self.history.rate(t[:before])
-            sampled = np.concatenate([early, sampled], axis=1)
+                free[0], free[1] = self.history(t[:early]), self.history.rate(t[:early])
+                free[:, t[:early] == units.touch] = 0.0
+            sampled = np.concatenate([free, sampled], axis=1)
         if order is not None:
             unsorted = np.empty_like(sampled)
             unsorted[:, order] = sampled

@@ -20,11 +20,14 @@ def largest(solution: Solution, column: int) -> tuple[float, float]:
     """Largest value of a column of `Solution.at` up to the end of contact, and its time [s]."""
     breaks = solution.breaks
     low, high = breaks[:-1, None], breaks[1:, None]
-    # Values jump at kinks: also what is before one.
-    before = breaks[1:] - 1e-15 * (breaks[-1] - breaks[0])
-    times = np.sort(np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), before, breaks[-1:]]))
-    times = times[times >= breaks[0]]
+    times = np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]])
     best, moment = -np.inf, float(breaks[0])
+    # Values jump at kinks: also what is before one.
+    knots = solution.history.knots
+    knots = knots[(knots > breaks[0]) & (knots <= breaks[-1])]
+    if knots.size:
+        values = solution.at(knots, before=True)[column]
+        best, moment = float(values.max()), float(knots[np.argmax(values)])
     for _ in range(6):
         values = solution.at(times)[column]
         n = int(np.argmax(values))

@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.contact.profile import Parabola, Profile
+from restitution.contact.sphere import Sphere
+from restitution.contact.validity import quasi_static, small_strain
 from restitution.indentation.quadrature import largest, loop_work
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from restitution.contact.profile import Profile
     from restitution.indentation.exact import Solution
     from restitution.indentation.history import History
     from restitution.material.viscoelastic import Material
@@ -99,13 +101,20 @@ class IndentationResult:
         columns = (self.indentation_depth, self.velocity, self.force, self.contact_radius)
         return self._dataset(self.time, columns)
 
-    def sample(self, times: ArrayLike) -> xarray.Dataset:
+    def sample(
+        self, times: ArrayLike | None = None, *, n_points: int = 401, before: bool = False
+    ) -> xarray.Dataset:
         """History at other times.
 
         Parameters
         ----------
-        times : array_like, shape (n,)
+        times : array_like, optional
             Times [s] within the prescribed history.
+        n_points : int
+            Number of even times where none are given; those of the prescribed knots, of the turning and of the end of the
+            contact come on top.
+        before : bool
+            At a kink or a jump give what is before it, not what is behind.
 
         Returns
         -------
@@ -125,9 +134,10 @@ class IndentationResult:
         >>> print(float(result.sample([0.5]).indentation_depth[0]))
         5e-07
         """
-        moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        columns = self._solution.at(moments)
-        return self._dataset(moments, columns)
+        if n_points < 2:
+            raise ValueError(f"n_points = {n_points}: must be at least 2")
+        moments = self._solution.times(n_points) if times is None else np.atleast_1d(np.asarray(times, float))
+        return self._dataset(moments, self._solution.at(moments, before=before))
 
     @cached_property
     def max_force(self) -> float:
@@ -139,10 +149,10 @@ class IndentationResult:
         """Largest depth during contact [m]."""
         return largest(self._solution, 0)[0]
 
-    @cached_property
+    @property
     def max_contact_radius(self) -> float:
         """Largest contact radius [m]."""
-        return float(self._solution.at([self.turning_time * (1.0 - 1e-15)])[3][0])
+        return self._solution.max_contact_radius
 
     @cached_property
     def residual_indentation_depth(self) -> float:
@@ -164,6 +174,19 @@ class IndentationResult:
         """
         return self.work if self.status == IndentationStatus.SEPARATED else math.nan
 
+    @cached_property
+    def warnings(self) -> list[str]:
+        """Where small strain or quasi-static motion is doubtful, with the numbers."""
+        radius = self.profile.radius if isinstance(self.profile, (Parabola, Sphere)) else None
+        bodies = (self.material, self.counter_material)
+        speeds = [body.slowest_wave_speed for body in bodies if body is not None]
+        slowest = min((speed for speed in speeds if speed is not None), default=math.inf)
+        velocity = np.abs(self.velocity[np.isfinite(self.velocity)])
+        return [
+            *small_strain(self.max_contact_radius, self.max_indentation_depth, radius),
+            *quasi_static(velocity, slowest),
+        ]
+
     def plot(self) -> Figure:
         """Figure of the indentation: force, depth and contact radius over time, force over depth."""
         from importlib import import_module
@@ -175,7 +198,7 @@ class IndentationResult:
         """Plain numbers by name, SI."""
         names = (
             "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
-            "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error",
+            "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error", "warnings",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 

@@ -35,25 +35,23 @@ class Reloading(ValueError):
 
 def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
     """Segments of the shrinking contact and ascending times in them at which to look how it goes on."""
-    fastest = np.sort(1.0 / contact.rates)
+    m = contact.values.shape[0]
+    low = np.maximum(contact.knots[past.first : m], past.turning)[:, None]
+    high = contact.knots[past.first + 1 :, None]
+    width = high - low
     shares = np.linspace(0.0, 1.0, 9)
-    places: list[int] = []
-    times: list[Array] = []
-    for i in range(past.first, contact.values.shape[0]):
-        low, high = max(float(contact.knots[i]), past.turning), float(contact.knots[i + 1])
-        points = np.array([low])
-        if high > low:
-            points = low + (high - low) * (shares if high - low > 0.02 else shares[::4])
-            # A mode answers to a kink within its relaxation time.
-            near = fastest[(fastest < high - low) & (fastest > 1e-4 * (high - low))]
-            if near.size:
-                points = np.sort(np.concatenate([points, low + 0.25 * near, low + near]))
-            points[-1] = high
-        places += [i] * points.size
-        times.append(points)
-    if not times:
-        return np.empty(0, dtype=np.int64), np.empty(0)
-    return np.array(places, dtype=np.int64), np.concatenate(times)
+    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), shares, np.inf)
+    inner = np.where(width > 0.0, inner, np.where(shares == 0.0, 0.0, np.inf))
+    # A mode answers to a kink within its relaxation time.
+    modes = 1.0 / contact.rates
+    near = np.where((modes < width) & (modes > 1e-4 * width), modes, np.inf)
+    with np.errstate(invalid="ignore"):
+        offsets = np.concatenate([width * inner, 0.25 * near, near], axis=1)
+    offsets[np.isnan(offsets)] = np.inf
+    times = np.sort(np.minimum(low + offsets, np.where(np.isfinite(offsets), high, np.inf)), axis=1)
+    places = np.broadcast_to(np.arange(past.first, m)[:, None], times.shape)
+    given = np.isfinite(times)
+    return places[given].astype(np.int64), times[given]
 
 
 def end_of_force(contact: Contact) -> float:

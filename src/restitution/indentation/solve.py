@@ -98,14 +98,13 @@ def indent(
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
     solution = Solution(_reduced_modulus(material, counter_material), profile, prescribed, name, rtol)
-    times = _times(prescribed, solution) if time is None else np.atleast_1d(finite("time", time, "s"))
+    times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
     if first.size:
         # A time that is given twice: before and behind the jump.
-        before = solution.at(np.maximum(np.nextafter(times[first], -math.inf), prescribed.start))
-        for column, values in zip(columns, before, strict=True):
-            column[first] = np.where(times[first] > prescribed.start, values, 0.0)
+        for column, values in zip(columns, solution.at(times[first], before=True), strict=True):
+            column[first] = values
     end = solution.end_time
     return IndentationResult(
         times, *columns, end, solution.turning_time,
@@ -140,10 +139,3 @@ def _step(name: str, value: float, time: ArrayLike | None) -> History:
     times = np.atleast_1d(finite("time", time, "s"))
     first, last = float(times.min()), float(times.max())
     return History.from_points([first, first, last], [0.0, value, value], name=name)
-
-
-def _times(prescribed: History, solution: Solution) -> Any:
-    """Even times, the knots of the history, and the turning and the end of the contact."""
-    special = np.array([solution.turning_time, solution.end_time])
-    even = np.linspace(prescribed.start, prescribed.stop, _POINTS)
-    return np.unique(np.concatenate([even, prescribed.knots, special[special <= prescribed.stop]]))
