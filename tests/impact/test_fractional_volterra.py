@@ -1,0 +1,72 @@
+"""Fractional materials against the hereditary contact equations by direct quadrature, which know no Prony series."""
+
+import importlib.util
+import math
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from restitution.contact.power_law import Cone
+from restitution.contact.profile import Parabola
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.fractional import (
+    FractionalMaterial,
+    fractional_kelvin_voigt,
+    fractional_maxwell,
+    fractional_zener,
+    springpot,
+)
+
+
+def _script() -> ModuleType:
+    path = Path(__file__).resolve().parents[2] / "validation" / "fractional_volterra.py"
+    spec = importlib.util.spec_from_file_location("fractional_volterra", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+volterra = _script()
+# Contact radius a = d.
+CONE = Cone(math.atan(0.5 * math.pi))
+
+
+def test_quadrature_returns_an_elastic_body():
+    """E* = 1: all comes back, in the contact time of Hertz."""
+    elastic = volterra.Kernel(lambda t: 1.0 + 0.0 * t, lambda t: 1.0 * t, 2.0)
+    e, time = volterra.extrapolated(elastic, volterra.parabola, 0.005)
+    assert e == pytest.approx(1.0, abs=2e-6)
+    # 2.94328 d_m/v0, d_m = (15/16)^(2/5)
+    assert time == pytest.approx(2.9432751843 * (15.0 / 16.0) ** 0.4, rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("model", "kernel", "profile", "force_integral"),
+    [
+        (springpot(1.0, 0.3), volterra.springpot_kernel(1.0, 0.3), Parabola(1.0), volterra.parabola),
+        (
+            fractional_kelvin_voigt(1.0, 0.5, 0.7), volterra.springpot_kernel(0.5, 0.7, 1.0),
+            Parabola(1.0), volterra.parabola,
+        ),
+        (
+            fractional_zener(1.0, 5.0, 0.5, 0.5), volterra.zener_kernel(1.0, 5.0, 0.5),
+            Parabola(1.0), volterra.parabola,
+        ),
+        (fractional_maxwell(5.0, 0.5, 0.5), volterra.zener_kernel(0.0, 5.0, 0.5), CONE, volterra.cone),
+    ],
+    ids=["springpot", "Kelvin-Voigt", "Zener", "Maxwell on a cone"],
+)  # fmt: skip
+def test_prony_series_keep_what_they_state(model, kernel, profile, force_integral):
+    step = 2e-3
+    e, time = volterra.extrapolated(kernel, force_integral, step)
+    for rtol in (1e-2, 1e-4, 1e-6):
+        material, error = FractionalMaterial(model, math.inf).approximation((1e-4, 10.0), rtol)
+        found = solve(Impact(material, profile, 1.0, 1.0))
+        assert error <= rtol
+        # What 700 time steps leave, 1e-6, and for the singular kernel of exponent 0.7 twice that.
+        assert found.restitution_coefficient == pytest.approx(e, rel=error + 2e-6)
+        assert found.contact_time == pytest.approx(time, rel=error + 2e-6)
