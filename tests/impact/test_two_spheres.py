@@ -1,0 +1,69 @@
+"""Two equal spheres and one on a rigid wall: mirror images, so exactly the same motion, whatever the material."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.impact.collision import Body, collision
+from restitution.impact.solve import solve
+from restitution.material.classical import burgers, kelvin_voigt, standard_solid
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+MATERIALS = {
+    "standard solid": standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0),
+    "dashpot": kelvin_voigt(1e6, 300.0, poisson_ratio=0.3, density=1200.0),
+    "liquid": burgers(1e7, 1e4, 3e6, 500.0, bulk_modulus=1e9, density=1200.0),
+    "shear and bulk relax": Material(
+        PronySeries(1e5, [1e6, 3e6, 2e6], [1e-5, 3e-4, 1e-2]),
+        PronySeries(3e6, [2e7, 1e6], [1e-4, 1e-1]),
+        density=1200.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_mirror_images(name):
+    """Each ball sees the plane of symmetry as a rigid wall that it meets at half of the relative velocity."""
+    ball = Body(MATERIALS[name], radius=0.01)
+    pair = solve(collision(ball, ball, velocity=1.6))
+    wall = solve(collision(ball, Body(None), velocity=0.8))
+    assert 0.05 < wall.restitution_coefficient < 0.95
+    assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
+    assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-9)
+    # The same force on both, and the foundation of a pair is pressed in by both.
+    times = np.linspace(0.0, 1.0, 41) * min(pair.contact_time, wall.contact_time)
+    two, one = pair.sample(times), wall.sample(times)
+    for quantity, factor in (
+        ("indentation_depth", 2.0), ("velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),
+        ("kinetic_energy", 2.0), ("stored_energy", 2.0), ("dissipated_energy", 2.0),
+    ):  # fmt: skip
+        largest = float(np.abs(two[quantity]).max())
+        np.testing.assert_allclose(
+            two[quantity], factor * one[quantity], rtol=0.0, atol=2e-8 * largest, err_msg=quantity
+        )
+    r, t = np.linspace(0.0, 0.95, 7) * wall.max_contact_radius, 0.6 * wall.contact_time
+    np.testing.assert_allclose(pair.pressure(r, t), wall.pressure(r, t), rtol=1e-6)
+    np.testing.assert_allclose(
+        pair.surface_displacement(r, 1.5 * wall.contact_time),
+        2.0 * wall.surface_displacement(r, 1.5 * wall.contact_time),
+        rtol=1e-6,
+        atol=1e-8 * pair.max_indentation_depth,
+    )
+
+
+def test_a_pair_is_as_soft_as_both():
+    """A half-space against one of n times its modulus: compliances 1 and 1/n, one body of modulus n/(n + 1)."""
+    soft, factor = MATERIALS["shear and bulk relax"], 3.0
+
+    def scaled(share):
+        return Material(soft.shear.scaled(share), soft.bulk.scaled(share), density=soft.density)
+
+    ball = Body(soft, radius=0.01)
+    pair = solve(collision(ball, Body(scaled(factor)), velocity=0.8))
+    whole = solve(
+        collision(Body(scaled(factor / (factor + 1.0)), radius=0.01), Body(None, mass=math.inf), velocity=0.8)
+    )
+    assert pair.restitution_coefficient == pytest.approx(whole.restitution_coefficient, rel=2e-9)
+    assert pair.max_force == pytest.approx(whole.max_force, rel=1e-8)
