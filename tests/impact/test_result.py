@@ -167,7 +167,7 @@ def test_no_history_of_several_impacts_or_of_a_body_that_stays():
 
 def test_picture():
     figure = solve(BALL).plot()
-    assert len(figure.axes) == 5
+    assert len(figure.axes) == 6
 
 
 def test_statuses_have_words_and_failures_carry_them():

@@ -1,5 +1,3 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -21,12 +19,6 @@ def history() -> xr.Dataset:
         },
         {"time": t},
     )
-
-
-@pytest.fixture
-def result(history):
-    energy = SimpleNamespace(kinetic_in=2e-3, kinetic_out=1e-3, dissipated=6e-4, stored=4e-4, residual=1e-12)
-    return SimpleNamespace(history=history, energy=energy, restitution_coefficient=0.7071, contact_time=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -65,34 +57,8 @@ def test_histories_of_several_impacts_are_refused(history) -> None:
         plots.force_time(style.new_figure().add_subplot(), several)
 
 
-def test_energy_bars_fill_the_kinetic_energy_before(result) -> None:
-    ax = plots.energy_bar(style.new_figure().add_subplot(), result.energy)
-    edges = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in ax.patches]
-    assert np.ravel(edges) == pytest.approx([0.0, 1.0, 1.0, 1.6, 1.6, 2.0], abs=1e-12)
-    assert ax.get_xlabel() == "energy [mJ] (dashed: before the impact)"
-
-
-def test_overview_has_five_panels_and_says_the_result(result) -> None:
-    figure = plots.overview(result)
-    assert len(figure.axes) == 5
-    assert figure.get_suptitle() == "$e = 0.7071$,  contact time 2 ms"
-    assert [ax.get_title("left") for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
-
-
-def test_overview_draws_into_a_given_figure_and_leaves_settings_alone(result) -> None:
-    import matplotlib
-
-    before = dict(matplotlib.rcParams)
-    page = style.new_figure()
-    assert plots.overview(result, figure=page) is page
-    assert dict(matplotlib.rcParams) == before
-
-
-def test_tick_labels_keep_the_packages_font_outside_the_context(result) -> None:
-    figure = plots.overview(result)
-    figure.set_size_inches(20.0, 12.0)
-    figure.draw_without_rendering()
-    families = {
-        family for ax in figure.axes for tick in ax.get_xticklabels() for family in tick.get_fontfamily()
-    }
-    assert families == {"STIXGeneral"}
+def test_contact_radius_starts_at_zero(history) -> None:
+    flat = history.assign(contact_radius=("time", np.full(50, 1e-2)))
+    ax = plots.contact_radius_time(style.new_figure().add_subplot(), flat)
+    assert ax.get_ylim()[0] == 0.0
+    assert ax.get_ylim()[1] > 10.0

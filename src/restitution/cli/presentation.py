@@ -174,7 +174,7 @@ def write_dataset(table: xr.Dataset, path: Path) -> None:
 def write_plot(result: ImpactResult, path: Path) -> None:
     """Draw an impact and write the picture, whole or not at all."""
     _require_end(result, "--plot", path)
-    from restitution.plot.history import overview
+    from restitution.plot.impact import overview
     from restitution.plot.style import save_figure
 
     save_figure(overview(result), path)

@@ -319,11 +319,11 @@ class ImpactResult:
         return columns
 
     def plot(self) -> Figure:
-        """Figure of the impact: force over time, loop, contact radius, energy."""
+        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies."""
         from importlib import import_module
 
         # By name: pictures stand above this layer, which must not depend on them.
-        return import_module("restitution.plot.history").overview(self)
+        return import_module("restitution.plot.impact").overview(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""

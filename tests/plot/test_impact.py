@@ -1,0 +1,73 @@
+import matplotlib
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.plot import impact as plots
+from restitution.plot import style
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+IMPACT = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=0.1)
+
+
+@pytest.fixture(scope="module")
+def result() -> rs.ImpactResult:
+    return rs.solve(IMPACT)
+
+
+@pytest.fixture(scope="module")
+def figure(result):
+    return result.plot()
+
+
+def test_overview_has_six_panels_and_says_the_result(result, figure) -> None:
+    assert [ax.get_title("left") for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
+    time = 1e3 * result.contact_time
+    assert figure.get_suptitle() == f"$e = {result.restitution_coefficient:.4g}$,  contact time {time:.4g} ms"
+    assert [ax.get_ylabel().split(" [")[0] for ax in figure.axes] == [
+        "force $F$",
+        "force $F$",
+        "indentation depth $d$",
+        "contact radius $a$",
+        "pressure $p$",
+        "energy",
+    ]
+
+
+def test_energies_fill_the_kinetic_energy_at_impact(figure) -> None:
+    top = figure.axes[5].collections[-1].get_paths()[0].vertices[:, 1].max()
+    # m v0^2/2 = 25 uJ; what the quadratures leave is 1e-8 of it.
+    assert top == pytest.approx(25.0, rel=1e-7)
+
+
+def test_pressure_of_the_picture_carries_the_force(result, figure) -> None:
+    from restitution.plot.pressure import instants
+
+    for line, t in zip(figure.axes[4].lines, instants(result), strict=True):
+        r, p = line.get_xdata() * 1e-6, line.get_ydata() * 1e3
+        assert figure.axes[4].get_ylabel() == "pressure $p$ [kPa]"
+        force = np.trapezoid(2.0 * np.pi * r * p, r)
+        # Trapezoids through 241 points of an ellipse.
+        assert force == pytest.approx(float(result.sample([t]).force[0]), rel=1e-3)
+
+
+def test_tick_labels_keep_the_packages_font_outside_the_context(figure) -> None:
+    figure.set_size_inches(20.0, 12.0)
+    figure.draw_without_rendering()
+    families = {
+        family for ax in figure.axes for tick in ax.get_xticklabels() for family in tick.get_fontfamily()
+    }
+    assert families == {"STIXGeneral"}
+
+
+def test_overview_draws_into_a_given_figure_and_leaves_settings_alone(result) -> None:
+    before = dict(matplotlib.rcParams)
+    page = style.new_figure()
+    assert plots.overview(result, figure=page) is page
+    assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.parametrize(("method", "panels"), [("elements", 5), ("reference", 4)])
+def test_other_methods_show_what_they_know(method, panels) -> None:
+    options = {"n_elements": 40} if method == "elements" else {"rtol": 1e-4}
+    assert len(rs.solve(IMPACT, method, **options).plot().axes) == panels
