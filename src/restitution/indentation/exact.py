@@ -147,6 +147,8 @@ class Solution:
             inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
+        # Next to nothing is a small number of either sign; there is no adhesion.
+        np.maximum(sampled[2], 0.0, out=sampled[2])
         if early:
             free = np.zeros((4, early))
             if self.by_depth:

@@ -67,7 +67,7 @@ class IndentationResult:
     contact_end_time : float
         Time [s] at which the contact ends; infinite where it outlasts the history.
     turning_time : float
-        Time [s] at which the contact radius is largest: from there on the contact shrinks.
+        Time [s] at which the contact radius has become largest: from there on it stays or shrinks.
     status : IndentationStatus
         Whether the contact ended.
     material, counter_material, profile, prescribed, history_given

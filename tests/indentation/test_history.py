@@ -1,0 +1,97 @@
+"""What is prescribed: straight lines through points, fitted functions, and what is refused."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
+
+pytestmark = pytest.mark.plain
+
+
+def test_points_are_joined_by_straight_lines():
+    time, depth = [0.0, 0.5, 2.0, 3.0], [0.0, 2e-6, 1e-6, 0.0]
+    history = History.from_points(time, depth)
+    t = np.linspace(0.0, 3.0, 301)
+    assert history(t) == pytest.approx(np.interp(t, time, depth), abs=1e-21)
+    assert history.rate([0.25, 0.5, 1.0, 2.5]) == pytest.approx(
+        [4e-6, -2e-6 / 3, -2e-6 / 3, -1e-6], rel=1e-14
+    )
+    assert (history.start, history.stop) == (0.0, 3.0)
+
+
+def test_points_on_a_line_are_one_piece():
+    # A triangle sampled a thousand times has two pieces; a parabola sampled as often keeps all.
+    t = np.linspace(0.0, 2.0, 1001)
+    assert History.from_points(t, 1e-6 * (1.0 - np.abs(t - 1.0))).knots == pytest.approx([0.0, 1.0, 2.0])
+    assert History.from_points(t, 1e-6 * t * (2.0 - t)).knots.size == 1001
+
+
+def test_two_points_at_one_time_are_a_step():
+    history = History.from_points([0.0, 1.0, 1.0, 2.0], [0.0, 0.0, 3.0, 3.0])
+    assert history([0.5, 1.0, 1.5]) == pytest.approx([0.0, 3.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda t: 1e-6 * np.sin(math.pi * t / 3.0),
+        lambda t: 1e-6 * math.sin(math.pi * t / 3.0),
+        lambda t: 1e-9 * (1.0 - np.exp(-t / 0.05)),
+        lambda t: 2e-6 * (1.0 - abs(t - 1.2) / 1.8),
+    ],
+    ids=["sine", "of one number", "fast", "kink"],
+)
+@pytest.mark.parametrize("time", [[0.0, 3.0], np.linspace(0.0, 3.0, 61), np.linspace(0.0, 3.0, 6001)])
+def test_functions_are_followed_to_rounding(function, time):
+    history = History.from_function(function, time)
+    t = np.random.default_rng(1).uniform(0.0, 3.0, 1000)
+    known = np.array([function(x) for x in t])
+    assert history(t) == pytest.approx(known, abs=2e-12 * np.abs(known).max())
+    # Few pieces, however many times are wanted.
+    assert history.knots.size < 100
+
+
+def test_constructors_are_what_they_say():
+    t = np.linspace(0.0, 2.0, 9)
+    assert ramp(4.0, 2.0)(t) == pytest.approx(2.0 * t)
+    assert hold(4.0, 2.0)(t) == pytest.approx(4.0)
+    assert hold(4.0, 1.0, rise_time=1.0)(t) == pytest.approx(np.minimum(4.0 * t, 4.0))
+    assert triangle(4.0, 1.0)(t) == pytest.approx(4.0 - 4.0 * np.abs(t - 1.0))
+    assert triangle(4.0, 0.5, unloading_time=1.0, hold_time=0.5)(t) == pytest.approx(
+        np.interp(t, [0.0, 0.5, 1.0, 2.0], [0.0, 4.0, 4.0, 0.0])
+    )
+    assert sine_arch(4.0, 2.0)(t) == pytest.approx(4.0 * np.sin(0.5 * math.pi * t), abs=1e-11)
+
+
+def test_knots_are_put_where_the_history_changes_sign_and_turns():
+    cut = History.from_function(lambda t: np.sin(t) - 0.5, [0.0, 3.0]).cut()
+    for place in (math.pi / 6, math.pi / 2, 5 * math.pi / 6):
+        assert np.abs(cut.knots - place).min() < 1e-9
+    t = np.linspace(0.0, 3.0, 100)
+    assert cut(t) == pytest.approx(np.sin(t) - 0.5, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: History.from_points([0.0, 1.0], [0.0]), "time, values of shapes (2,), (1,): must be two columns of equal length >= 2"),
+        (lambda: History.from_points([0.0, 2.0, 1.0], [0.0, 1.0, 0.0]), "time[2] = 1 s after 2 s: must ascend"),
+        (lambda: History.from_points([0.0, np.nan], [0.0, 1.0]), "time[1] = nan s: must be finite"),
+        (lambda: History.from_points([0.0, 1.0], [0.0, np.inf], name="depth"), "depth[1] = inf: must be finite"),
+        (lambda: History.from_points([0, 1, 1, 1, 2], [0, 0, 1, 2, 0]), "time = 1 s three times: a jump has two values"),
+        (lambda: History.from_points([0, 1, 1], [0, 1, 2], name="depth"), "time[-1] = 1 s: depth jumps there; a jump needs a later time"),
+        (lambda: History.from_function(np.sin, [1.0]), "time: must hold at least two times, between which the history is given"),
+        (lambda: History.from_function(lambda t: np.where(t > 0.3, 1.0, 0.0), [0.0, 1.0], name="force"), "force: jumps near time = 0.3 s; a step is two points at the same time, in arrays"),
+        (lambda: History.from_function(lambda t: np.sin(1e5 * t), [0.0, 1.0], name="force"), "force: not smooth near time = 0 s; give a function that is smooth between few times"),
+        (lambda: ramp(-1.0, 1.0), "value = -1: must be finite and > 0"),
+        (lambda: triangle(1.0, 0.0), "loading_time = 0 s: must be finite and > 0"),
+        (lambda: hold(1.0, 1.0, rise_time=-1.0), "rise_time = -1 s: must be finite and >= 0"),
+        (lambda: ramp(1.0, 1.0)(2.0), "time: must be in [0, 1] s, where the history is given"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(make, message):
+    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
+        make()
