@@ -87,14 +87,16 @@ class AbelTransform:
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
-        x = np.hypot(self.face, y)
+        x = self._radius(y)
         values = np.empty((len(y), 3))
         near = x <= self._breaks[1]
         values[near] = self._integrated(y[near])
         far = np.flatnonzero(~near)
         if far.size:
             piece, root = self._located(x[far])
-            cell = np.searchsorted(self._cells[:, 0] + self._cells[:, 1], piece + root, side="right") - 1
+            # Just before a break the sum may round up to where the next piece begins.
+            place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
+            cell = np.searchsorted(self._cells[:, 0] + self._cells[:, 1], place, side="right") - 1
             cell = np.clip(cell, 0, len(self._cells) - 1)
             low, high = self._cells[cell, 1], self._cells[cell, 2]
             values[far] = _clenshaw(
@@ -105,6 +107,10 @@ class AbelTransform:
     def beyond_face(self, x: Array) -> Array:
         """Return y = sqrt(x^2 - b^2) [m], 0 under the face."""
         return np.sqrt(np.maximum((x - self.face) * (x + self.face), 0.0))
+
+    def _radius(self, y: Array) -> Array:
+        # Where the hypotenuse rounds beyond the last break, its root would be missing from the integrals.
+        return np.minimum(np.hypot(self.face, y), self._breaks[-1])
 
     def _located(self, x: Array) -> tuple[NDArray[np.intp], Array]:
         piece = np.clip(np.searchsorted(self._breaks, x, side="right") - 1, 1, len(self._breaks) - 2)
@@ -150,7 +156,7 @@ class AbelTransform:
 
     def _integrated_block(self, y: Array) -> Array:
         face = self.face
-        x = np.hypot(face, y)
+        x = self._radius(y)
         last = int(np.searchsorted(self._breaks[:-1], np.max(x), side="right"))
         far = x[:, None] > self._far_from[:last]
         row, piece = np.nonzero(~far & (x[:, None] > self._breaks[:last]))

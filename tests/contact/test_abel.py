@@ -1,0 +1,39 @@
+"""The transform of splines at and beside their breaks, where rounding decides which piece a point belongs to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.tabulated import Tabulated
+
+pytestmark = pytest.mark.plain
+
+
+def tables(kind: str):
+    """Tables of a shape at uneven radii, and its transform."""
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        r = np.append(0.0, np.cumsum(rng.uniform(0.3, 1.0, rng.integers(3, 12))))
+        r *= 10.0 ** rng.uniform(-6.0, 6.0) / r[-1]
+        size, face = float(r[-1]), float(r[1])
+        if kind == "truncated cone":
+            cone = TruncatedCone(face, math.atan(2.5))
+            yield r, np.maximum(r - face, 0.0) * 0.4, cone.transform
+        elif kind == "parabola":
+            yield r, r**2 / (2.0 * size), lambda x, size=size: x**2 / size
+        else:
+            yield r, 0.3 * r + r**2 / size, lambda x, size=size: 0.15 * math.pi * x + 2.0 * x**2 / size
+
+
+# The IndexErrors and falling transforms that this guards against came about once in 60 tables.
+@pytest.mark.parametrize("kind", ["truncated cone", "parabola", "cone and parabola"])
+def test_transform_beside_the_breaks(kind):
+    for r, f, transform in tables(kind):
+        tip = Tabulated(r, f)
+        x = np.concatenate([r, np.nextafter(r[1:], 0.0), np.nextafter(r[1:-1], np.inf), 0.999 * r[1:]])
+        wanted = transform(x)
+        np.testing.assert_allclose(tip.transform(x), wanted, rtol=1e-9, atol=1e-9 * float(transform(r[-1])))
+        flank = x > r[1] * (1.0 + 1e-6)
+        np.testing.assert_allclose(tip.contact_radius(tip.transform(x[flank])), x[flank], rtol=1e-9)
