@@ -40,7 +40,7 @@ def element_tolerance(rtol: float) -> float:
 
 def newton_tolerance(rtol: float) -> float:
     """Largest accepted error of the Newton iteration, relative; below 2e-14 there is nothing but rounding."""
-    return min(max(2e-3 * rtol, 2e-14), 1e-7)
+    return min(max(5e-2 * rtol, 2e-14), 1e-7)
 
 
 def kernel_path(block: ScaledBlock) -> Path:

@@ -11,6 +11,7 @@ Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 import math
 from typing import Any
 
+from restitution.kernel.approach import LAG
 from restitution.kernel.compile import part
 from restitution.kernel.dense import invert, invert_modes, times
 from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, spread, store
@@ -58,6 +59,7 @@ def rebound_element(
     u = load(work.vectors[UNKNOWN], 0)
     rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], 1e-12)
     previous = math.inf
+    largest_u = 0.0
     moved = 0.0
     factor = True
     last = False
@@ -112,8 +114,11 @@ def rebound_element(
                 own = own + weight
             else:
                 Wk = load(W[k], 0)
-                lack = start - Wk - (h / problem.times[k]) * times(A, u * Wk)
-                Wk = Wk + times(B[k], lack)
+                # After one round fast modes lag behind u by as much as the chord step, which then says nothing.
+                lags = not last and h * largest_u > LAG * problem.times[k]
+                for _ in range(2 if lags else 1):
+                    lack = start - Wk - (h / problem.times[k]) * times(A, u * Wk)
+                    Wk = Wk + times(B[k], lack)
             store(W[k], 0, Wk)
             q = q + E * Wk
         if last:
@@ -147,7 +152,7 @@ def rebound_element(
             factor = False
             continue
         chord = not factor
-        if chord and size > 2.0 * previous:
+        if chord and size > 2.0 * previous and size > 1e-3:
             return -1
         factor = chord and size > 0.25 * previous
         previous = size
