@@ -86,15 +86,15 @@ def largest_depth(series: PronySeries, profile: Profile, force: float, duration:
         return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
     most = float(profile.max_depth)
     low, high = -300.0, math.log(min(most, 1e100))
-    if float(profile.force_integral_at_depth(math.exp(high))) < integral:
+    if float(profile.force_integral_at_depth(min(math.exp(high), most))) < integral:
         return most
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if float(profile.force_integral_at_depth(math.exp(middle))) < integral:
+        if float(profile.force_integral_at_depth(min(math.exp(middle), most))) < integral:
             low = middle
         else:
             high = middle
-    return math.exp(high)
+    return min(math.exp(high), most)
 
 
 def scaled_contact(

@@ -156,7 +156,7 @@ def check_recontact(
     share = np.linspace(0.0, 1.0, 65)
     for i in range(past.first, contact.values.shape[0]):
         low, high = max(float(contact.knots[i]), past.end), float(contact.knots[i + 1])
-        if high < low:
+        if high <= low:
             continue
         moments = low + (high - low) * share
         found = caught(np.full(share.size, i), moments)
@@ -197,8 +197,9 @@ def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation
     """
     from restitution.kernel.shrinking import remembered
 
-    i = max(int(np.searchsorted(contact.knots, past.end, side="left")) - 1, past.first)
-    jumps = contact.knots[i + 1] == contact.knots[i]
+    n = int(np.searchsorted(contact.knots, past.end, side="left"))
+    jumps = n + 1 < contact.knots.size and contact.knots[n] == contact.knots[n + 1] == past.end
+    i = n if jumps else max(n - 1, past.first)
     depth = float(
         contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0]
     )

@@ -1,0 +1,193 @@
+"""What an indentation tells: history, largest values, work, doubts, its picture."""
+
+import math
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from restitution.contact.power_law import FlatPunch
+from restitution.contact.profile import Parabola
+from restitution.indentation.history import hold, sine_arch, triangle
+from restitution.indentation.result import IndentationStatus
+from restitution.indentation.solve import indent
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
+TIP = Parabola(2.5e-6)
+# Reduced modulus of the gel at once and in the end.
+GLASS, RUBBER = 4.0 / 3.0 * 1000.0, 4.0 / 3.0 * 200.0
+
+
+def pressed(**options):
+    return indent(GEL, TIP, depth=triangle(1e-6, 1.0), **options)
+
+
+def test_history_is_a_dataset_with_units():
+    result = pressed()
+    history = result.history
+    assert history.indentation_depth.attrs == {"units": "m", "long_name": "indentation depth d"}
+    assert history.force.attrs["units"] == "N"
+    assert history.time.attrs["units"] == "s"
+    assert history.attrs["prescribed"] == "depth"
+    assert history.sizes["time"] == result.time.size > 400
+    assert history.force.values is result.force or np.array_equal(history.force, result.force)
+    # What is special is among the times.
+    for moment in (0.0, 1.0, result.contact_end_time, 2.0):
+        assert moment in history.time
+
+
+def test_samples_agree_with_the_columns_in_any_order():
+    result = pressed()
+    order = np.random.default_rng(2).permutation(result.time.size)
+    sample = result.sample(result.time[order])
+    for name in ("indentation_depth", "velocity", "force", "contact_radius"):
+        np.testing.assert_array_equal(sample[name], getattr(result, name)[order])
+    assert result.sample(n_points=11).sizes["time"] == 12
+    with pytest.raises(ValueError, match=r"^n_points = 1: must be at least 2\Z"):
+        result.sample(n_points=1)
+    with pytest.raises(ValueError, match=r"^time: must be in \[0, 2\] s, where the history is given\Z"):
+        result.sample([2.5])
+
+
+def test_threads_may_sample_at_once():
+    result = pressed()
+    times = np.linspace(0.0, 2.0, 5001)
+    known = result.sample(times).force.values
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: result.sample(times).force.values, range(8)):
+            np.testing.assert_array_equal(found, known)
+
+
+def test_results_can_be_kept():
+    result = pressed()
+    again = pickle.loads(pickle.dumps(result))
+    assert again.max_force == result.max_force
+    np.testing.assert_array_equal(again.sample([0.5, 1.2]).force, result.sample([0.5, 1.2]).force)
+
+
+def test_velocity_is_the_rate_of_the_depth():
+    result = indent(GEL, TIP, force=triangle(1e-9, 1.0), rtol=1e-11)
+    for t in (0.3, 0.99, 1.3, 1.9):
+        step = 1e-5
+        depth = result.sample([t - step, t + step]).indentation_depth.values
+        assert result.sample([t]).velocity.item() == pytest.approx(
+            (depth[1] - depth[0]) / (2 * step), rel=1e-6
+        )
+
+
+def test_before_and_behind_a_step():
+    result = indent(GEL, TIP, force=[0.0, 1e-9, 1e-9, 0.0, 0.0], time=[0.0, 0.0, 1.0, 1.0, 3.0])
+    assert result.force == pytest.approx([0.0, 1e-9, 1e-9, 0.0, 0.0])
+    # The force is off: the depth springs back, and creeps on to nothing.
+    glass = (0.75 * 2.5e-6 * 1e-9 / GLASS) ** (1 / 3)
+    assert result.contact_radius == pytest.approx(
+        [0.0, glass, result.max_contact_radius, 0.0, 0.0], rel=1e-12
+    )
+    before, behind = (result.sample([1.0], before=x).indentation_depth.item() for x in (True, False))
+    assert result.indentation_depth[2:4] == pytest.approx([before, behind], rel=1e-14)
+    assert before == pytest.approx(result.max_indentation_depth, rel=1e-13)
+    assert result.residual_indentation_depth == pytest.approx(behind, rel=1e-14)
+    # Free of load, the surface of the gel rises with the retardation time tau E0/Einf.
+    assert result.indentation_depth[4] == pytest.approx(behind * math.exp(-2.0 / 1.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("history", [{"depth": triangle(1e-6, 1.0)}, {"force": triangle(1e-9, 1.0)}])
+def test_work_is_the_area_of_the_loop(history, rtol):
+    result = indent(GEL, TIP, rtol=rtol, **history)
+    end = min(result.contact_end_time, 2.0)
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    total = 0.0
+    # Graded towards touch, turning and end, where roots of time are.
+    half = 0.5 * 2.0 ** -np.arange(40.0)[::-1]
+    edges = np.concatenate([[0.0], half, 1.0 - half[-2::-1], [1.0]])
+    for low, high in ((0.0, 1.0), (1.0, result.turning_time), (max(1.0, result.turning_time), end)):
+        if high > low:
+            places = low + (high - low) * edges
+            width = 0.5 * np.diff(places)
+            t = places[:-1, None] + width[:, None] * (1.0 + nodes)
+            sample = result.sample(np.clip(t.ravel(), low, high))
+            total += np.sum((width[:, None] * weights).ravel() * sample.force.values * sample.velocity.values)
+    assert result.work == pytest.approx(
+        total, abs=10 * rtol * result.max_force * result.max_indentation_depth
+    )
+    assert result.dissipated_work == result.work > 0.0
+
+
+def test_work_of_steps():
+    """Through a step the gel is as stiff as glass; a held depth does no work."""
+    result = indent(GEL, TIP, depth=hold(1e-6, 3.0))
+    glass = 2.0 * GLASS * (4.0 / 15.0) * math.sqrt(2.5e-6) * (1e-6) ** 2.5
+    assert result.work == pytest.approx(glass, rel=1e-9)
+    # Half a second in, the depth is taken away at once: nothing is gained but what is still elastic.
+    punch = indent(GEL, FlatPunch(1e-6), depth=[0, 1e-6, 1e-6, 0.0, 0.0], time=[0, 0, 0.5, 0.5, 1.0])
+    stiffness = 2.0 * 1e-6
+    force = stiffness * (RUBBER + (GLASS - RUBBER) * math.exp(-0.5 / 0.3)) * 1e-6
+    inward = 0.5 * stiffness * GLASS * (1e-6) ** 2
+    outward = 0.5 * force**2 / (stiffness * GLASS)
+    assert punch.contact_end_time == pytest.approx(0.5, rel=1e-14)
+    assert punch.work == pytest.approx(inward - outward, rel=1e-9)
+
+
+def test_largest_values_need_no_point():
+    result = indent(GEL, TIP, depth=sine_arch(1e-6, 2.0), time=[0.0, 0.1, 2.0])
+    dense = result.sample(np.linspace(0.0, 2.0, 200001))
+    assert result.max_force == pytest.approx(float(dense.force.max()), rel=1e-9)
+    assert result.max_force >= float(dense.force.max()) * (1.0 - 1e-14)
+    assert result.max_indentation_depth == pytest.approx(1e-6, rel=1e-11)
+    assert result.max_contact_radius == pytest.approx(math.sqrt(2.5e-12), rel=1e-11)
+    # A creeping gel is deepest after the force is largest.
+    creeping = indent(GEL, TIP, force=triangle(1e-9, 1.0))
+    dense = creeping.sample(np.linspace(0.0, 2.0, 200001))
+    assert 1.0 < creeping.turning_time < 2.0
+    assert creeping.max_indentation_depth == pytest.approx(float(dense.indentation_depth.max()), rel=1e-9)
+    assert creeping.max_contact_radius == pytest.approx(float(dense.contact_radius.max()), rel=1e-9)
+
+
+def test_plain_numbers():
+    result = pressed()
+    numbers = result.to_dict()
+    assert numbers["max_force"] == result.max_force
+    assert numbers["status"] is IndentationStatus.SEPARATED
+    assert (numbers["prescribed"], numbers["rtol"], numbers["error"]) == ("depth", 1e-8, 1e-8)
+    assert numbers["residual_indentation_depth"] == pytest.approx(
+        2e-6 - 1e-6 * result.contact_end_time, rel=1e-9
+    )
+    assert IndentationStatus.IN_CONTACT.message.startswith("the bodies were still in contact")
+
+
+def test_doubts_are_told_with_numbers():
+    assert pressed().warnings == [
+        "small strain: contact radius over R reaches 0.632 (> 0.2), representative strain about 13 %"
+    ]
+    assert indent(GEL, TIP, depth=triangle(1e-8, 1.0)).warnings == []
+    fast = Material(GEL.shear, math.inf, density=1000.0)
+    # sqrt(G/rho) = 0.258 m/s
+    (warning,) = indent(fast, TIP, depth=triangle(1e-8, 1e-6)).warnings
+    assert warning.startswith("quasi-static: velocity over wave speed is 0.0387 (> 0.01)")
+    assert indent(fast, TIP, force=hold(1e-15, 1.0)).warnings == []
+
+
+def test_pictures_show_the_whole_loop():
+    for result in (
+        pressed(time=[0.0, 2.0]),
+        indent(GEL, TIP, force=hold(1e-9, 1.0)),
+        indent(GEL, TIP, force=[0.0, 1e-9, 1e-9, 0.0, 0.0], time=[0.0, 0.0, 1.0, 1.0, 3.0]),
+    ):
+        figure = result.plot()
+        labels = [ax.get_ylabel() for ax in figure.axes]
+        assert [label.split(" $")[0] for label in labels] == [
+            "indentation depth",
+            "force",
+            "contact radius",
+            "force",
+        ]
+        (line,) = (line for line in figure.axes[1].get_lines() if len(line.get_xdata()) > 2)
+        # The step and the peak are on the line, whatever times were asked for.
+        assert max(line.get_ydata()) == pytest.approx(result.max_force * 1e9, rel=1e-6)
+        filled = bool(figure.axes[3].patches)
+        assert filled == (result.prescribed == "depth")
+        assert f"prescribed {result.prescribed}" in figure.get_suptitle()

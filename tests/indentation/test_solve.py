@@ -1,0 +1,379 @@
+"""Indentations against closed forms, and what is refused."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import restitution as rs
+from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+from restitution.indentation.history import hold, ramp, sine_arch, triangle
+from restitution.indentation.result import IndentationStatus
+from restitution.indentation.solve import indent
+from restitution.material.prony import PronySeries
+from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import Material
+
+# E(t) = 200 + 800 exp(-t/0.3) Pa in tension, incompressible.
+GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
+TIP = Parabola(2.5e-6)
+ELASTIC = Material(1.0, 2.0)
+ELASTIC_MODULUS = 4.0 * 7.0 / 10.0
+PROFILES = [
+    Parabola(2.0),
+    Cone(1.1),
+    PowerLaw(3.3, 0.2),
+    FlatPunch(0.4),
+    Sphere(2.0),
+    TruncatedCone(0.3, 1.0),
+]
+
+
+def half_space(series):
+    """Incompressible half-space whose reduced modulus E* = 4 G is this series."""
+    return Material(series.scaled(0.25), math.inf)
+
+
+def names(profile):
+    return type(profile).__name__
+
+
+def test_the_gel_under_an_afm_tip():
+    """Two forces by quadrature of another program, to nine digits; the end of contact by its equation."""
+    result = indent(GEL, TIP, depth=triangle(1e-6, 1.0), time=[1.0, 1.25])
+    assert result.max_force == pytest.approx(1.38541713e-9, rel=3.6e-9)
+    assert result.force == pytest.approx([1.38541713e-9, 2.32146714e-10], rel=2e-9)
+
+    def elongation(t):
+        return 200.0 * t + 800.0 * 0.3 * (1.0 - math.exp(-t / 0.3))
+
+    # int_0^t E(t - t') d' dt' = 0
+    end = brentq(lambda t: elongation(t) - 2.0 * elongation(t - 1.0), 1.1, 1.9, xtol=1e-15)
+    assert end == pytest.approx(1.41, abs=0.005)
+    assert result.contact_end_time == pytest.approx(end, rel=1e-13)
+    assert result.status == IndentationStatus.SEPARATED
+    # The same as points, as a function and as a thousand samples.
+    t = np.linspace(0.0, 2.0, 1001)
+    for depth, time in (
+        ([0.0, 1e-6, 0.0], [0.0, 1.0, 2.0]),
+        (lambda t: 1e-6 * (1.0 - abs(t - 1.0)), t),
+        (1e-6 * (1.0 - np.abs(t - 1.0)), t),
+    ):
+        again = indent(GEL, TIP, depth=depth, time=time)
+        assert again.time.size == len(time)
+        assert again.contact_end_time == pytest.approx(result.contact_end_time, rel=1e-12)
+        assert again.sample([1.25]).force.item() == pytest.approx(result.force[1], rel=1e-10)
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=names)
+@pytest.mark.parametrize("history", [triangle(0.5, 1.0, hold_time=0.5), sine_arch(0.5, 2.0)])
+def test_elastic_bodies_remember_nothing(profile, history):
+    result = indent(ELASTIC, profile, depth=history)
+    force = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(np.maximum(result.indentation_depth, 0.0))
+    assert result.force == pytest.approx(force, abs=1e-13 * force.max())
+    assert result.contact_end_time == pytest.approx(history.stop, rel=1e-12)
+    assert abs(result.dissipated_work) <= 1e-8 * force.max() * 0.5
+    # And back: the depth that belongs to such a force.
+    peak = float(force.max())
+    known = indent(ELASTIC, profile, force=triangle(peak, 1.0), time=[0.25, 1.0, 1.6])
+    forces = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(known.indentation_depth)
+    assert forces == pytest.approx(peak * np.array([0.25, 1.0, 0.4]), rel=1e-11)
+    radii = profile.contact_radius(known.indentation_depth)
+    assert known.contact_radius == pytest.approx(radii, rel=1e-11)
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=names)
+def test_a_held_depth_relaxes(profile):
+    series = PronySeries(1.0, [3.0, 2.0], [0.05, 4.0])
+    time = np.array([0.0, 0.01, 0.4, 5.0])
+    result = indent(half_space(series), profile, depth=0.5, time=time)
+    assert result.force == pytest.approx(
+        2.0 * series.relaxation_modulus(time) * float(profile.force_integral_at_depth(0.5)), rel=1e-11
+    )
+    assert result.status == IndentationStatus.IN_CONTACT
+    assert math.isinf(result.contact_end_time)
+    assert math.isnan(result.dissipated_work)
+    assert math.isnan(result.residual_indentation_depth)
+    assert result.max_force == pytest.approx(result.force[0], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "series",
+    [
+        PronySeries(1.0, [3.0, 2.0], [0.05, 4.0]),
+        PronySeries(0.0, [3.0, 2.0], [0.05, 4.0]),
+        PronySeries(1.0, [3.0], [0.05], viscosity=0.5),
+        PronySeries(1.0, viscosity=0.5),
+        PronySeries(0.0, [3.0], [2.0]),
+        PronySeries(0.0, viscosity=2.0),
+    ],
+    ids=["solid", "liquid", "damped", "Kelvin-Voigt", "Maxwell", "Newton"],
+)
+def test_a_held_force_creeps(series):
+    """a^3 = (3 R/4) F J*(t)."""
+    time = np.array([0.0, 1e-3, 0.1, 3.0, 40.0])
+    result = indent(half_space(series), Parabola(2.0), force=0.01, time=time)
+    cubed = 0.75 * 2.0 * 0.01 * series.creep_compliance(time)
+    assert result.contact_radius**3 == pytest.approx(cubed, rel=1e-11, abs=1e-16)
+    assert result.indentation_depth == pytest.approx(result.contact_radius**2 / 2.0, rel=1e-12)
+    assert result.force == pytest.approx(0.01, rel=1e-15)
+    # A punch: d = F J*/(2 a).
+    punch = indent(half_space(series), FlatPunch(0.4), force=0.01, time=time)
+    assert punch.indentation_depth == pytest.approx(
+        0.01 * series.creep_compliance(time) / 0.8, rel=1e-11, abs=1e-16
+    )
+    assert punch.contact_radius == pytest.approx(0.4, rel=1e-14)
+
+
+def test_a_cone_on_a_maxwell_liquid():
+    """Everything in closed form: the approach, the instant of equal radius, the end."""
+    tau, speed = 0.7, 0.2
+    cone = Cone(1.2)
+    slope = float(cone.contact_radius(1.0))
+    result = indent(half_space(PronySeries(0.0, [5.0], [tau])), cone, depth=triangle(speed, 1.0))
+
+    def approach(t):
+        return 2.0 * 5.0 * slope * speed**2 * (tau * t - tau**2 * -np.expm1(-t / tau))
+
+    end = tau * math.log(2.0 * math.exp(1.0 / tau) - 1.0)
+    assert result.contact_end_time == pytest.approx(end, rel=1e-13)
+    t = np.linspace(0.01, 1.0, 20)
+    assert result.sample(t).force.values == pytest.approx(approach(t), rel=1e-10, abs=1e-12)
+    t = np.linspace(1.001, 0.999 * end, 20)
+    equal = t + tau * np.log(2.0 * np.exp(-(t - 1.0) / tau) - 1.0)
+    retract = result.sample(t)
+    assert retract.contact_radius.values == pytest.approx(slope * speed * equal, rel=1e-11)
+    assert retract.force.values == pytest.approx(np.exp(-(t - equal) / tau) * approach(equal), rel=1e-9)
+
+
+def test_a_parabola_on_kelvin_voigt():
+    """F = 2 (E Pi + eta a d') inward; outward E d1 = E d + eta d', F = 2 E Pi(d1)."""
+    modulus, eta, speed = 3.0, 0.6, 0.2
+    tip = Parabola(2.0)
+    result = indent(half_space(PronySeries(modulus, viscosity=eta)), tip, depth=triangle(speed, 1.0))
+    t = np.linspace(0.0, 0.999, 20)
+    inward = 2.0 * (
+        modulus * tip.force_integral_at_depth(speed * t) + eta * tip.contact_radius(speed * t) * speed
+    )
+    assert result.sample(t).force.values == pytest.approx(inward, rel=1e-12, abs=1e-14)
+    assert result.contact_end_time == pytest.approx(2.0 - eta / modulus, rel=1e-14)
+    t = np.linspace(1.0, 1.79, 20)
+    equal = speed * (2.0 - t) - eta / modulus * speed
+    outward = result.sample(t)
+    assert outward.force.values == pytest.approx(
+        2.0 * modulus * tip.force_integral_at_depth(equal), rel=1e-11
+    )
+    assert outward.contact_radius.values == pytest.approx(tip.contact_radius(equal), rel=1e-11)
+    # The force falls at once as the motion turns.
+    assert result.max_force == pytest.approx(
+        2.0 * (modulus * float(tip.force_integral_at_depth(0.2)) + eta * math.sqrt(0.4) * speed), rel=1e-12
+    )
+
+
+def test_a_newtonian_liquid_lets_go_at_once():
+    result = indent(half_space(PronySeries(0.0, viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
+    t = np.array([0.1, 0.5, 0.999])
+    assert result.sample(t).force.values == pytest.approx(2.0 * 2.0 * np.sqrt(0.4 * t) * 0.2, rel=1e-12)
+    assert result.contact_end_time == pytest.approx(1.0, rel=1e-14)
+
+
+def test_a_punch_holds_until_its_load_is_gone():
+    """F = 2 a int E* dd, with one constant contact radius."""
+    series, tau = PronySeries(1.0, [4.0], [0.5]), 0.5
+    result = indent(half_space(series), FlatPunch(0.4), depth=triangle(0.1, 1.0))
+
+    def step(t):
+        return t + 4.0 * tau * -np.expm1(-t / tau)
+
+    def load(t):
+        return 0.8 * 0.1 * (step(t) - 2.0 * step(np.maximum(t - 1.0, 0.0)))
+
+    end = brentq(load, 1.0, 2.0, xtol=1e-15)
+    assert result.contact_end_time == pytest.approx(end, rel=1e-13)
+    t = np.linspace(0.0, 0.999 * end, 30)
+    assert result.sample(t).force.values == pytest.approx(load(t), rel=1e-10, abs=1e-12)
+    assert np.all(result.contact_radius[(result.time > 0.0) & (result.time < end)] == 0.4)
+    assert np.all(result.force[result.time >= end] == 0.0)
+
+
+def test_both_bodies_may_deform():
+    soft, hard = (
+        Material(PronySeries(1.0, [2.0], [0.3]), 2.0),
+        Material(PronySeries(3.0, [1.0], [2.0]), math.inf),
+    )
+    result = indent(soft, Parabola(2.0), depth=0.1, time=[0.0, 0.5, 3.0], counter_material=hard)
+    series = reduced_modulus(soft, hard)
+    assert result.force == pytest.approx(
+        2.0 * series.relaxation_modulus(result.time) * 2.0 / 3.0 * math.sqrt(2.0) * 0.1**1.5, rel=1e-11
+    )
+
+
+def test_a_measured_tip_is_as_good_as_its_points():
+    r = np.linspace(0.0, 2e-6, 401)
+    result = indent(GEL, Tabulated(r, r**2 / 5e-6), depth=triangle(5e-7, 1.0))
+    exact = indent(GEL, TIP, depth=triangle(5e-7, 1.0))
+    assert result.error >= result.rtol
+    # Between its points the table is not quite the parabola.
+    assert result.max_force == pytest.approx(exact.max_force, rel=1e-5)
+    assert result.contact_end_time == pytest.approx(exact.contact_end_time, rel=1e-12)
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("name", ["depth", "force"])
+def test_tolerances_are_kept(rtol, name):
+    peak = 0.1 if name == "depth" else 0.3
+    tip, material = Parabola(1.0), half_space(PronySeries(1.0, np.full(8, 2.0), np.geomspace(1e-3, 1e2, 8)))
+    t = np.linspace(0.0, 3.0, 200)
+    history = {name: sine_arch(peak, 3.0) if name == "depth" else triangle(peak, 1.0, unloading_time=2.0)}
+    loose, tight = (indent(material, tip, time=t, rtol=r, **history) for r in (rtol, 1e-11))
+    for column in ("force", "indentation_depth", "contact_radius"):
+        known = getattr(tight, column)
+        assert np.abs(getattr(loose, column) - known).max() <= rtol * known.max()
+
+
+def test_before_touch_there_is_nothing():
+    result = indent(GEL, TIP, depth=[-1e-6, 1e-6, -1e-6], time=[-1.0, 1.0, 3.0])
+    same = indent(GEL, TIP, depth=triangle(1e-6, 1.0))
+    assert result.contact_end_time == pytest.approx(same.contact_end_time, rel=1e-12)
+    assert result.max_force == pytest.approx(same.max_force, rel=1e-12)
+    early = result.sample([-1.0, -0.5])
+    assert early.indentation_depth.values == pytest.approx([-1e-6, -5e-7], rel=1e-12)
+    assert early.velocity.values == pytest.approx(1e-6, rel=1e-12)
+    assert not early.force.values.any()
+    assert not early.contact_radius.values.any()
+
+
+def test_the_surface_that_comes_back_is_met():
+    """After the contact the surface of the gel rises as exp(-t/tau'), tau' = 1.5 s; a slow tip is met by it."""
+    # Pulled back fast to a thousandth of the depth, and held there.
+    fast = 0.02
+    with pytest.raises(ValueError, match="recovering surface") as caught:
+        indent(GEL, TIP, depth=[0.0, 1e-6, 1e-8, 1e-8], time=[0.0, 1.0, 1.0 + fast, 30.0])
+    speed = (1e-6 - 1e-8) / fast
+
+    def load(t):
+        def step(x):
+            return 200.0 * x + 240.0 * (1.0 - math.exp(-x / 0.3))
+
+        return 1e-6 * (step(t) - step(t - 1.0)) - speed * step(t - 1.0)
+
+    end = brentq(load, 1.0, 1.0 + fast, xtol=1e-16)
+    left = 1e-6 - speed * (end - 1.0)
+    met = end + 1.5 * math.log(left / 1e-8)
+    found = float(re.match(r"depth at time = (\S+) s", str(caught.value))[1])
+    assert found == pytest.approx(met, rel=1e-3)
+
+
+def test_the_surface_that_comes_back_after_a_step_is_met():
+    """Let go at once under the load L, the surface springs back by L/E0 and then rises."""
+    with pytest.raises(ValueError, match="recovering surface") as caught:
+        indent(GEL, TIP, depth=[0.0, 1e-6, 9e-7, 1e-7, 1e-7], time=[0.0, 1.0, 1.2, 1.2, 9.0])
+    lag = 1e-6 * 0.3 * (1.0 - math.exp(-1.0 / 0.3)) * math.exp(-0.2 / 0.3) - 5e-7 * 0.3 * (
+        1.0 - math.exp(-0.2 / 0.3)
+    )
+    left = 9e-7 - (200.0 * 9e-7 + 800.0 * lag) / 1000.0
+    met = 1.2 + 1.5 * math.log(left / 1e-7)
+    assert float(re.match(r"depth at time = (\S+) s", str(caught.value))[1]) == pytest.approx(met, rel=1e-3)
+    # Taken out of reach there is no second contact.
+    assert indent(
+        GEL, TIP, depth=[0, 1e-6, 9e-7, 0, 0], time=[0, 1, 1.2, 1.2, 9]
+    ).contact_end_time == pytest.approx(1.2)
+
+
+def test_one_who_loads_again_is_told_when():
+    cases = {
+        1.2: {"depth": [0.0, 1e-6, 8e-7, 1e-6], "time": [0.0, 1.0, 1.2, 2.0]},
+        2.0: {"force": [0.0, 1e-9, 5e-10, 5e-10], "time": [0.0, 1.0, 2.0, 3.0]},
+        2.5: {"force": [0.0, 1e-9, 0.0, 0.0, 1e-9], "time": [0.0, 1.0, 2.0, 2.5, 3.0]},
+    }
+    for when, history in cases.items():
+        with pytest.raises(ValueError, match="outside the theory") as caught:
+            indent(GEL, TIP, **history)
+        assert "\n" not in str(caught.value)
+        found = float(re.match(r"\w+ at time = (\S+) s: the contact", str(caught.value))[1])
+        assert found == pytest.approx(when, abs=2e-3)
+
+
+def test_a_punch_may_be_loaded_again():
+    """Its contact does not change, so that nothing has to be looked up in the past."""
+    series = PronySeries(1.0, [4.0], [0.5])
+    time, depth = np.array([0.0, 1.0, 1.5, 2.0]), np.array([0.0, 0.1, 0.08, 0.12])
+    result = indent(half_space(series), FlatPunch(0.4), depth=depth, time=time)
+
+    def step(t):
+        t = np.maximum(t, 0.0)
+        return t + 4.0 * 0.5 * -np.expm1(-t / 0.5)
+
+    t = np.linspace(0.0, 2.0, 21)
+    slopes = np.diff(depth) / np.diff(time)
+    known = 0.8 * (
+        slopes[0] * step(t)
+        + (slopes[1] - slopes[0]) * step(t - 1.0)
+        + (slopes[2] - slopes[1]) * step(t - 1.5)
+    )
+    assert result.sample(t).force.values == pytest.approx(known, rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "depth, force: must be given one of the two"),
+        ({"depth": ramp(1e-6, 1.0), "force": ramp(1.0, 1.0)}, "depth, force: must be given one of the two"),
+        ({"depth": [0.0, 1e-6]}, "time: must be given with depth as an array or a function"),
+        ({"force": 1e-9}, "time: must be given with force as a number; from its first to its last value it is held"),
+        ({"force": -1e-9, "time": [0.0, 1.0]}, "force = -1e-09 N: must be finite and > 0"),
+        ({"depth": [0.0, np.nan], "time": [0.0, 1.0]}, "depth[1] = nan: must be finite"),
+        ({"depth": [1e-6, 2e-6], "time": [0.0, 1.0]}, "depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
+        ({"depth": [-2e-6, -1e-6], "time": [0.0, 1.0]}, "depth <= 0 m throughout: the bodies do not touch"),
+        ({"force": [0.0, 1e-9, -1e-9], "time": [0.0, 1.0, 2.0]}, "force = -1e-09 N at time = 2 s: must be >= 0 (no adhesion)"),
+        ({"depth": ramp(1e-6, 1.0), "time": [0.0, 2.0]}, "time: must be in [0, 1] s, where the history is given"),
+        ({"depth": ramp(1e-6, 1.0), "rtol": 1e-13}, "rtol = 1e-13: must be in [1e-11, 0.01]"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_told_in_one_line(arguments, message):
+    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
+        indent(GEL, TIP, **arguments)
+
+
+def test_profiles_and_materials_that_cannot_be():
+    loading = {"depth": ramp(1e-6, 1.0)}
+    with pytest.raises(TypeError, match=r"^material = 3: must be a Material\Z"):
+        indent(3, TIP, **loading)
+    with pytest.raises(TypeError, match=r"^profile = 3: must be a Profile\Z"):
+        indent(GEL, 3, **loading)
+    with pytest.raises(TypeError, match=r"^counter_material = 3: must be a Material\Z"):
+        indent(GEL, TIP, counter_material=3, **loading)
+    with pytest.raises(
+        ValueError, match=r"^profile: has arrays for parameters; an indentation has one profile\Z"
+    ):
+        indent(GEL, Parabola([1.0, 2.0]), **loading)
+    r = np.linspace(0.0, 1e-6, 101)
+    short = Tabulated(r, r**2 / 5e-6)
+    deepest = float(short.max_depth)
+    with pytest.raises(
+        ValueError, match=rf"^depth = 1e-06 m: must be <= {deepest:g} m, where the profile ends\Z"
+    ):
+        indent(GEL, short, **loading)
+    with pytest.raises(
+        ValueError,
+        match=rf"^force: presses the tip deeper than {deepest:g} m, where the profile ends; must be less\Z",
+    ):
+        indent(GEL, short, force=ramp(1e-9, 1.0))
+    damped = half_space(PronySeries(1.0, viscosity=1.0))
+    message = "depth jumps at time = 0 s: takes an infinite force, as the material has a dashpot in parallel"
+    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
+        indent(damped, TIP, depth=hold(1e-6, 1.0))
+
+
+def test_the_public_names_are_these():
+    assert rs.indent is indent
+    assert rs.triangle is triangle
+    result = rs.indent(GEL, TIP, depth=rs.triangle(1e-6, 1.0))
+    assert isinstance(result, rs.IndentationResult)
+    assert result.status is rs.IndentationStatus.SEPARATED
