@@ -184,9 +184,7 @@ def approach(
     h = first
     # a(s) of parabola, cone and flat punch is smooth at s = 0; elsewhere the first element is no better than its tail.
     exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
-    # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
-    # With a dashpot the force is as rough as the table of a(s), which no step resolves.
-    force_scale = FORCE_WEIGHT * (first / FIRST) ** 2 if problem.viscosity == 0.0 else 0.0
+    force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
     if not exact_start:
         h *= 0.1
     element = 0
@@ -196,8 +194,8 @@ def approach(
     table[V_, 0] = 1.0
     for n in range(MODES_ + 1, rows, 2):
         table[n, 0] = 1.0
-    if problem.path.exponent == 0.0:
-        table[F_, 0] = problem.viscosity
+    # A flat face meets a dashpot at once.
+    table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
     sigma = 0.0
     attempts = 0
     while True:
@@ -232,9 +230,10 @@ def approach(
             stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + 10.0)
         stiff = min(abs(stiff) / max(table[F_, S], 1e-300), 1.0)
         error = (1.0 + STIFF * stiff) * _tail(scheme, table[V_]) / (tolerance * min(amplitude, 1.0))
-        error = max(error, force_scale * _tail(scheme, table[F_]) / tolerance)
         if element == 0 and not exact_start:
             error *= 20.0 * tolerance / accept
+        # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
+        error = max(error, force_scale * _tail(scheme, table[F_]) / tolerance)
         if not error <= 1.0:
             h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
