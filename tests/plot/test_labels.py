@@ -17,7 +17,7 @@ from restitution.plot.labels import quantity_label, scaled_unit
         ([0.0], 1.0, "N"),
         ([], 1.0, "N"),
         ([np.nan, 2e7, np.inf], 1e-6, "MN"),
-        ([1e-20], 1e12, "pN"),
+        ([1e-20], 1e18, "aN"),
         ([1e20], 1e-12, "TN"),
     ],
 )

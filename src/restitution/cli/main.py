@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import bounce, cite, material, presentation, sweep
+from restitution.cli import bounce, cite, indent, material, presentation, sweep
 from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
@@ -121,6 +121,7 @@ def solve(
 
 
 app.command("bounce")(bounce.bounce)
+app.command("indent")(indent.indent)
 app.command("cite")(cite.cite)
 app.command("material")(material.material)
 app.command("sweep")(sweep.sweep)

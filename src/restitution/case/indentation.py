@@ -1,0 +1,324 @@
+"""Case files of prescribed indentations: a TOML text becomes materials, a profile, and a history of depth or force."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Discriminator, StrictInt, Tag, ValidationError, ValidationInfo, model_validator
+
+from restitution.case.columns import read_columns
+from restitution.case.file import read_toml
+from restitution.case.material import AnyMaterial
+from restitution.case.profile import AnyProfile
+from restitution.case.quantity import FORCE, LENGTH, LIST, NUMBER, TIME, nonnegative, positive, refuse, within
+from restitution.case.schema import window_around
+from restitution.case.section import CaseError, Section, explain
+from restitution.contact.profile import Profile
+from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
+from restitution.material.viscoelastic import Material
+
+if TYPE_CHECKING:
+    from restitution.indentation.result import IndentationResult
+
+Duration = Annotated[float, positive(TIME)]
+_ANY = (-1e300, 1e300)
+
+
+def _number_or_list(value: Any) -> str:
+    is_list = isinstance(value, list) or (isinstance(value, str) and value.lstrip().startswith("["))
+    return "<list>" if is_list else "<number>"
+
+
+Depth = Annotated[
+    Annotated[float, positive(LENGTH), Tag("<number>")]
+    | Annotated[list[Annotated[float, within(LENGTH, *_ANY)]], LIST, Tag("<list>")],
+    Discriminator(_number_or_list),
+]
+Force = Annotated[
+    Annotated[float, positive(FORCE), Tag("<number>")]
+    | Annotated[list[Annotated[float, nonnegative(FORCE)]], LIST, Tag("<list>")],
+    Discriminator(_number_or_list),
+]
+
+# Keys that go with each shape: those that it needs, and those that it may have.
+_SHAPES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "triangle": (("loading_time",), ("unloading_time", "hold_time")),
+    "ramp": (("duration",), ()),
+    "hold": (("duration",), ("rise_time",)),
+    "sine_arch": (("duration",), ()),
+}
+_SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_time")
+
+
+class IndentationSection(Section):
+    """What is prescribed: a depth or a force as a shape, as points over time, or in a file with such columns."""
+
+    depth: Depth | None = None
+    force: Force | None = None
+    shape: Literal["triangle", "ramp", "hold", "sine_arch"] | None = None
+    loading_time: Duration | None = None
+    unloading_time: Duration | None = None
+    hold_time: Annotated[float, nonnegative(TIME)] | None = None
+    duration: Duration | None = None
+    rise_time: Annotated[float, nonnegative(TIME)] | None = None
+    time: Annotated[list[Annotated[float, within(TIME, *_ANY)]], LIST] | None = None
+    file: str | None = None
+    n_points: StrictInt = 401
+
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> IndentationSection:
+        if self.n_points < 2:
+            refuse("must be >= 2", "n_points")
+        if self.file is not None:
+            for key in self.given("depth", "force", "time", "shape", *_SHAPE_KEYS):
+                refuse("stands in the file already; leave one of the two out", key)
+            return self
+        name = self.one_of("depth", "force")
+        if isinstance(getattr(self, name), list):
+            self._check_points(name)
+        else:
+            self._check_shape(name)
+        return self
+
+    def _check_points(self, name: str) -> None:
+        if self.time is None:
+            refuse(f"is missing; it belongs to the list of {name}", "time")
+        for key in self.given("shape", *_SHAPE_KEYS):
+            refuse(f"belongs to one largest {name}; {name} is a list over time", key)
+
+    def _check_shape(self, name: str) -> None:
+        if self.time is not None:
+            refuse(f"belongs to a list of {name}; {name} is one number", "time")
+        if self.shape is None:
+            names = ", ".join(f'"{shape}"' for shape in _SHAPES)
+            refuse(f"is missing; one of {names}, or give lists of {name} and time", "shape")
+        needed, allowed = _SHAPES[self.shape]
+        for key in needed:
+            if getattr(self, key) is None:
+                refuse(f'is missing; shape = "{self.shape}" needs it', key)
+        for key in self.given(*_SHAPE_KEYS):
+            if key not in needed + allowed:
+                refuse(
+                    f'does not go with shape = "{self.shape}"; that takes {", ".join(needed + allowed)}', key
+                )
+
+    def read(self, folder: Path) -> tuple[str, History]:
+        """Which quantity is prescribed, and its history in SI.
+
+        Raises
+        ------
+        ValueError
+            If the file cannot be read, or the points are no history.
+        """
+        if self.file is not None:
+            name = _prescribed_in(folder, self.file)
+            kinds = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
+            columns: dict[str, NDArray[np.float64]] = read_columns(folder, self.file, kinds)
+            return name, History.from_points(columns["time"], columns[name], name=name)
+        name = self.one_of("depth", "force")
+        value = getattr(self, name)
+        if isinstance(value, list):
+            return name, History.from_points(np.array(self.time), np.array(value), name=name)
+        return name, self._shaped(value)
+
+    def _shaped(self, value: float) -> History:
+        duration, loading = self.duration or 0.0, self.loading_time or 0.0
+        match self.shape:
+            case "ramp":
+                return ramp(value, duration)
+            case "hold":
+                return hold(value, duration, rise_time=self.rise_time or 0.0)
+            case "sine_arch":
+                return sine_arch(value, duration)
+            case _:
+                return triangle(
+                    value, loading, unloading_time=self.unloading_time, hold_time=self.hold_time or 0.0
+                )
+
+
+def _prescribed_in(folder: Path, name: str) -> str:
+    """Which quantity the header of a file names; a file that cannot be read is told of when it is read."""
+    try:
+        text = Path(folder, name).read_text(encoding="utf-8-sig")
+    except (OSError, ValueError):
+        return "depth"
+    header = next(
+        (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), ""
+    )
+    return "force" if re.search(r"\bforce(\b|_)", header) else "depth"
+
+
+class IndentationSolverSection(Section):
+    """How accurately an indentation is solved."""
+
+    rtol: Annotated[float, positive(NUMBER)] | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of `indent`."""
+        return self.model_dump(exclude_none=True)
+
+
+class IndentationFile(Section):
+    """A whole case file of an indentation."""
+
+    title: str | None = None
+    profile: AnyProfile
+    material: AnyMaterial
+    counter_material: AnyMaterial | None = None
+    indentation: IndentationSection
+    solver: IndentationSolverSection = IndentationSolverSection()
+
+    @model_validator(mode="after")
+    def _check(self) -> IndentationFile:
+        if self.profile.needs_body_radius:
+            refuse("is missing; an indenter has no body to take it from", "profile", "radius")
+        return self
+
+
+@dataclass(frozen=True)
+class IndentationCase:
+    """A prescribed indentation as a case file describes it.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    title : str or None
+        What the file says that it describes.
+    material, profile, counter_material
+        The half-space, the indenter, and its material where it deforms; in SI.
+    prescribed : str
+        "depth" or "force".
+    history : History
+        What is prescribed.
+    n_points : int
+        Number of even times of the table that is written.
+    options : dict
+        Keyword arguments of `indent`.
+    """
+
+    path: Path
+    title: str | None
+    material: Material
+    profile: Profile
+    counter_material: Material | None
+    prescribed: str
+    history: History
+    n_points: int
+    options: dict[str, Any]
+
+    def solve(self) -> IndentationResult:
+        """Solve the indentation as the file asks.
+
+        Raises
+        ------
+        CaseError
+            If the contact is loaded again, which is outside the theory, or a number is out of its range.
+        """
+        # The solver takes a while to import, which a faulty file need not wait for.
+        from restitution.indentation.solve import indent
+
+        try:
+            return indent(
+                self.material,
+                self.profile,
+                counter_material=self.counter_material,
+                **{self.prescribed: self.history},
+                **self.options,
+            )
+        except ValueError as error:
+            raise CaseError(f"{self.path}: {_placed(str(error))}") from None
+
+    def notes(self) -> list[str]:
+        """What should be known of the materials: what was assumed, and whether their data cover the history."""
+        lines: list[str] = []
+        duration = self.history.stop - self.history.start
+        for material in (self.material, self.counter_material):
+            if material is None:
+                continue
+            name = material.name or "material"
+            if material.assumptions:
+                lines.append(f"{name}: {material.assumptions}")
+            if material.window and not material.window[0] <= duration <= material.window[1]:
+                low, high = material.window
+                lines.append(
+                    f"{name}: meant for {low:.3g} s to {high:.3g} s, and the history lasts {duration:.3g} s"
+                )
+        return lines
+
+
+def _placed(message: str) -> str:
+    """Message with the section of the key that it begins with."""
+    if message.startswith("rtol"):
+        return f"solver.{message}"
+    return f"indentation.{message}" if re.match(r"(depth|force|time)\b", message) else message
+
+
+def read_indentation(path: str | Path) -> IndentationCase:
+    """Read a case file of a prescribed indentation.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file. A quantity is a plain number in SI or a text with a unit such as "1 um".
+
+    Returns
+    -------
+    IndentationCase
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or describes no indentation: one line that names the file, the key, its value
+        and what is wanted instead.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = '''
+    ... [profile]
+    ... radius = "2.5 um"
+    ... [material]
+    ... model = "standard_solid"
+    ... equilibrium_modulus = "70 Pa"
+    ... branch_modulus = "270 Pa"
+    ... viscosity = "80 Pa s"
+    ... poisson_ratio = 0.5
+    ... [indentation]
+    ... depth = "1 um"
+    ... shape = "triangle"
+    ... loading_time = "1 s"
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "gel.toml").write_text(text)
+    ...     case = read_indentation(Path(folder, "gel.toml"))
+    >>> print(case.prescribed, case.history(0.5))
+    depth 5e-07
+    """
+    path = Path(path)
+    data = read_toml(path)
+    try:
+        case = IndentationFile.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise CaseError(explain(path, data, error)) from None
+    try:
+        name, history = case.indentation.read(path.parent)
+    except ValueError as error:
+        key = "indentation.file: " if case.indentation.file else ""
+        raise CaseError(f"{path}: {key or ''}{str(error) if key else _placed(str(error))}") from None
+    window = window_around(history.stop - history.start)
+    try:
+        counter = None if case.counter_material is None else case.counter_material.build(window)
+        material, profile = case.material.build(window), case.profile.build(None)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    section = case.indentation
+    return IndentationCase(
+        path, case.title, material, profile, counter, name, history, section.n_points, case.solver.options
+    )

@@ -1,0 +1,98 @@
+"""The command `restitution indent`: one prescribed indentation."""
+
+from __future__ import annotations
+
+import json as json_text
+import math
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import tell, user_input, warn
+from restitution.cli.patience import compilation
+
+if TYPE_CHECKING:
+    from restitution.indentation.result import IndentationResult
+
+_ROWS = (
+    ("largest force", "max_force", "F_max", "N"),
+    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
+    ("largest contact radius", "max_contact_radius", "a_max", "m"),
+    ("contact grows until", "turning_time", "t_m", "s"),
+    ("contact ends at", "contact_end_time", "t_end", "s"),
+    ("depth at the end of contact", "residual_indentation_depth", "d_end", "m"),
+    ("work of the indenter", "work", "W", "J"),
+)
+
+
+def indent(
+    case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
+    json: presentation.Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the indentation: .png, .pdf or .svg.", show_default=False),
+    ] = None,
+    history: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write depth, velocity, force, contact radius over time: .nc or .csv."
+        ),
+    ] = None,
+) -> None:
+    """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
+
+    The case file has the sections profile, material and indentation. Loading again before the bodies have parted is refused.
+    """
+    presentation.check_target("--plot", plot, presentation.PICTURES)
+    presentation.check_target("--history", history, presentation.TABLES)
+    with user_input():
+        from restitution.case.indentation import read_indentation
+
+        problem = read_indentation(case)
+        with compilation():
+            result = problem.solve()
+    if json:
+        sys.stdout.write(_as_json(result) + "\n")
+    else:
+        _print(result, problem.title or str(case))
+        for warning in result.warnings:
+            warn(warning)
+        for line in problem.notes():
+            tell("note", line, "cyan")
+    if history is not None:
+        presentation.write_dataset(result.sample(n_points=problem.n_points), history)
+    if plot is not None:
+        from restitution.plot.indentation import overview
+        from restitution.plot.style import save_figure
+
+        save_figure(overview(result), plot)
+
+
+def _as_json(result: IndentationResult) -> str:
+    content = {name: _plain(value) for name, value in result.to_dict().items()}
+    return json_text.dumps(content | {"version": presentation.version()}, indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.name
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print(result: IndentationResult, title: str) -> None:
+    from restitution.plot.labels import scaled_unit
+
+    rows: list[tuple[str, ...]] = []
+    for words, attribute, symbol, unit in _ROWS:
+        value = float(getattr(result, attribute))
+        if math.isfinite(value):
+            scale = scaled_unit(value, unit)
+            rows.append((words, symbol, f"{value * scale.factor:.6g}", scale.unit))
+        else:
+            rows.append((words, symbol, "-", ""))
+    presentation.print_rows(title, ("quantity", "symbol", "value", "unit"), rows)
+    print(f"prescribed {result.prescribed}, {result.status.message}, rtol {result.rtol:g}")
