@@ -1,6 +1,10 @@
-"""Sphinx configuration; nothing here runs a solve."""
+"""Sphinx configuration. The examples of the gallery run when the pages are built."""
 
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "restitution"
 author = "The restitution developers"
@@ -13,6 +17,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
     "numpydoc",
+    "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "_templates"]
 templates_path = ["_templates"]
@@ -27,6 +32,20 @@ autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "inherited-members": "Exception,tuple,int"}
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "filename_pattern": "/plot_",
+    "within_subsection_order": "FileNameSortKey",
+    "reset_modules": ("matplotlib", "gallery_look.look"),
+    "abort_on_example_error": True,
+    "capture_repr": (),
+    "download_all_examples": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 1e9,
+}
 
 # Names of other projects are not resolved, so that the build needs no network; our own must resolve.
 nitpick_ignore_regex = [(r"py:.*", r"(?!restitution\.).*")]

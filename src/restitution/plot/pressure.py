@@ -86,9 +86,10 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
         )
     finite = max(float(curve[np.isfinite(curve)].max()) for curve in curves)
     ax.set_ylim(0.0, 1.05 * min(finite, 1.1 * top) * up.factor)
-    ax.set_xlim(0.0, 1.02 * float(extents.max()) * across.factor)
+    # Beyond the contact there is room for the legend.
+    ax.set_xlim(0.0, 1.45 * float(extents.max()) * across.factor)
     ax.set_xlabel(f"radius $r$ [{across.unit}]")
     ax.set_ylabel(f"pressure $p$ [{up.unit}]")
     ax.grid(True)
-    ax.legend(title="$t$", loc="best")
+    ax.legend(title="$t$", loc="upper right")
     return ax

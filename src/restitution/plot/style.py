@@ -84,6 +84,22 @@ def context() -> Generator[None]:
         yield
 
 
+def use() -> None:
+    """Give every figure from now on the look of the package, as `context` does for some; at the resolution of a screen.
+
+    Examples
+    --------
+    >>> import matplotlib
+    >>> with context():
+    ...     use()
+    ...     matplotlib.rcParams["figure.dpi"]
+    150.0
+    """
+    import matplotlib
+
+    matplotlib.rcParams.update({**_SETTINGS, "figure.dpi": 150})
+
+
 def new_figure(width: float = PAGE_WIDTH, height: float = 4.4) -> Figure:
     """Return an empty figure that pyplot does not know of, so that it needs no display and no closing.
 

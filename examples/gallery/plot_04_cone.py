@@ -1,0 +1,44 @@
+r"""
+Cone against sphere
+===================
+
+How much the shape of the tip matters. A body on an elastic half-space follows :math:`F \sim d^{1+p}` with :math:`p =
+1/2` for the sphere and 1 for the cone; with relaxation, the exponent alone tells how the loss differs.
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.special import beta
+
+import restitution as rs
+
+modulus, mass, velocity = 1e6, 0.01, 1.0
+tips = {"sphere": (rs.Parabola(0.02), 0.5), "cone": (rs.Cone(half_angle=math.radians(75.0)), 1.0)}
+
+# %%
+# On a Maxwell material the shapes are compared at equal ratios of the elastic contact time to the relaxation time.
+
+ratios = np.geomspace(1e-3, 10.0, 41)
+fig, ax = plt.subplots(layout="constrained")
+loss = {}
+for name, (tip, p) in tips.items():
+    glass = rs.solve(rs.Impact(rs.elastic(shear_modulus=modulus, poisson_ratio=0.5), tip, mass, velocity))
+    # Elastic contact time: T v0/d_m = 2/(2 + p) B(1/(2 + p), 1/2).
+    duration = 2.0 / (2.0 + p) * beta(1.0 / (2.0 + p), 0.5) * glass.max_indentation_depth / velocity
+    assert abs(glass.contact_time / duration - 1.0) < 1e-8
+    materials = [rs.maxwell(modulus, modulus * duration / ratio, bulk_modulus=math.inf) for ratio in ratios]
+    e = rs.solve([rs.Impact(one, tip, mass, velocity) for one in materials]).restitution_coefficient
+    loss[name] = (1.0 - e[0]) / ratios[0]
+    ax.semilogx(ratios, e, label=name)
+ax.set_xlabel(r"elastic contact time over relaxation time $T/\tau$")
+ax.set_ylabel("restitution coefficient $e$")
+ax.legend()
+
+# %%
+# Where little is lost, :math:`1 - e = \frac{2}{4 + p}\,T/\tau`: 4/9 for the sphere (Hunter 1960), 2/5 for the cone.
+
+print({name: round(value, 6) for name, value in loss.items()})
+assert abs(loss["sphere"] - 4.0 / 9.0) < 1e-3
+assert abs(loss["cone"] - 2.0 / 5.0) < 1e-3

@@ -1,0 +1,36 @@
+r"""
+What the Poisson ratio does
+===========================
+
+Taking a nearly incompressible material as incompressible is common, and can be wrong by a factor. The relative error
+of that assumption over the Poisson ratio, for a sphere on the standard solid.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import restitution as rs
+
+nu = 0.5 - np.geomspace(1e-6, 1.5, 121)
+fig, ax = plt.subplots(layout="constrained")
+for p3 in (0.1, 1.0, 10.0):
+    e = rs.standard_solid_restitution(nu, 1e-3, p3)
+    assumed = rs.standard_solid_restitution(0.5, 1e-3, p3)
+    ax.loglog(0.5 - nu, np.abs(assumed / e - 1.0), label=f"$p_3 = {p3:g}$")
+ax.invert_xaxis()
+ax.set_xlabel(r"$\frac{1}{2} - \nu$")
+ax.set_ylabel(r"relative error of $e$ from assuming $\nu = \frac{1}{2}$")
+ax.set_title(r"$\log_{10} p_2 = -3$")
+ax.legend()
+
+# %%
+# At the other end of the axis, :math:`\nu = -1`, the material has no bulk stiffness and the reduced modulus is that
+# of an incompressible one of a quarter of the shear modulus. Hence :math:`e(-1, p_2, p_3) = e(\tfrac12, p_2, 4^{-2/5}
+# p_3)`, exactly. For :math:`p_2 = 1`, :math:`p_3 = 0.3` an independent integration at rtol 1e-11 found 0.705453556065
+# (``tests/data/standard_solid.csv``).
+
+left = rs.standard_solid_restitution(-1.0, 1.0, 0.3)
+right = rs.standard_solid_restitution(0.5, 1.0, 0.3 * 4.0**-0.4)
+print(f"e = {left:.12f} = {right:.12f}")
+assert abs(left - right) < 1e-9
+assert abs(left - 0.705453556065) < 1e-9

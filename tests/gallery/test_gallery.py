@@ -1,0 +1,55 @@
+"""Every example of the gallery runs, and its number is the one that its source gives."""
+
+import ast
+import os
+import re
+import runpy
+from pathlib import Path
+
+import matplotlib
+import pytest
+from matplotlib import pyplot as plt
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
+
+
+def test_there_are_enough_of_them() -> None:
+    assert len(EXAMPLES) >= 8
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_holds(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(matplotlib.rcParams, "backend", "agg")
+    monkeypatch.chdir(ROOT)
+    before = os.listdir()
+    try:
+        runpy.run_path(str(path))
+        assert plt.get_fignums()
+    finally:
+        plt.close("all")
+    assert capsys.readouterr().out
+    assert os.listdir() == before
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_compares_a_number(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert any(isinstance(node, ast.Assert) for node in ast.walk(tree))
+    title, line = (ast.get_docstring(tree) or "").splitlines()[:2]
+    assert line == "=" * len(title)
+
+
+def test_numbers_from_scipy_are_those_of_the_script_that_made_them() -> None:
+    """Each number of the table is quoted by an example, and none is quoted that is not there."""
+    table = (ROOT / "validation" / "gallery_numbers.md").read_text(encoding="utf-8")
+    known = set(re.findall(r"\| (0\.\d{10}) \|$", table, flags=re.MULTILINE))
+    assert len(known) >= 5
+    quoted = set()
+    for path in EXAMPLES:
+        text = path.read_text(encoding="utf-8")
+        if "validation/gallery_numbers.py" in text:
+            quoted |= set(re.findall(r"\b0\.\d{10}\b", text))
+    assert quoted == known
