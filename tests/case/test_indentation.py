@@ -1,0 +1,178 @@
+"""Case files of prescribed indentations: every form against the same in Python, and what they may not say."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case.indentation import (
+    IndentationFile,
+    IndentationSection,
+    IndentationSolverSection,
+    read_indentation,
+)
+from restitution.case.section import CaseError
+from restitution.contact.profile import Parabola
+from restitution.indentation.history import hold, ramp, sine_arch, triangle
+from restitution.indentation.solve import indent
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+HEAD = """
+title = "A gel"
+[profile]
+radius = "2.5 um"
+[material]
+shear = { equilibrium_modulus = "60 Pa", branch_moduli = "[250] Pa", relaxation_times = "[300] ms" }
+bulk_modulus = "incompressible"
+"""
+GEL = Material(PronySeries(60.0, [250.0], [0.3]), math.inf)
+TRIANGLE = 'depth = "1 um"\nshape = "triangle"\nloading_time = "1 s"\n'
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def read(section, *, head=HEAD, tail=""):
+    Path("gel.toml").write_text(f"{head}\n[indentation]\n{section}\n{tail}", encoding="utf-8")
+    return read_indentation("gel.toml")
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "history"),
+    [
+        (TRIANGLE, "depth", triangle(1e-6, 1.0)),
+        (
+            'force = "2 nN"\nshape = "triangle"\nloading_time = 1\nunloading_time = "500 ms"\nhold_time = "2 s"',
+            "force",
+            triangle(2e-9, 1.0, unloading_time=0.5, hold_time=2.0),
+        ),
+        ('depth = "1 um"\nshape = "ramp"\nduration = "3 s"', "depth", ramp(1e-6, 3.0)),
+        ('force = 1e-9\nshape = "hold"\nduration = "3 s"', "force", hold(1e-9, 3.0)),
+        (
+            'depth = "1 um"\nshape = "hold"\nduration = "3 s"\nrise_time = "10 ms"',
+            "depth",
+            hold(1e-6, 3.0, rise_time=0.01),
+        ),
+        ('depth = "1 um"\nshape = "sine_arch"\nduration = "2 s"', "depth", sine_arch(1e-6, 2.0)),
+        ('depth = "[0, 1, 0] um"\ntime = "[0, 1, 2] s"', "depth", triangle(1e-6, 1.0)),
+        ('depth = [0, 1e-6, "0 nm"]\ntime = [0, 1, "2000 ms"]', "depth", triangle(1e-6, 1.0)),
+    ],
+)
+def test_forms_are_those_of_python(section, name, history):
+    case = read(section)
+    assert (case.title, case.prescribed) == ("A gel", name)
+    np.testing.assert_allclose(case.history.knots, history.knots, rtol=1e-15)
+    np.testing.assert_allclose(case.history.coefficients, history.coefficients, rtol=1e-14)
+    assert case.profile == Parabola(2.5e-6)
+    assert case.material.shear == GEL.shear
+    found, known = case.solve(), indent(GEL, Parabola(2.5e-6), **{name: history})
+    assert found.max_force == pytest.approx(known.max_force, rel=1e-13)
+    assert found.contact_end_time == pytest.approx(known.contact_end_time, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [("time_s,depth_um", "depth"), ("force [nN],time [ms]", "force"), ("depth,time", "depth")],
+)
+def test_a_file_names_what_it_prescribes(header, name):
+    unit = {"time_s": 1.0, "depth_um": 1e6, "force [nN]": 1e9, "time [ms]": 1e3, "depth": 1.0, "time": 1.0}
+    peak = 1e-6 if name == "depth" else 1e-9
+    columns = [
+        np.array([0.0, 1.0, 2.0]) * unit[cell] if "time" in cell else np.array([0.0, peak, 0.0]) * unit[cell]
+        for cell in header.split(",")
+    ]
+    rows = [",".join(map(repr, row)) for row in np.array(columns).T.tolist()]
+    Path("curve.csv").write_text("\n".join(["# measured", header, *rows]) + "\n", encoding="utf-8")
+    case = read('file = "curve.csv"\nn_points = 11', tail="[solver]\nrtol = 1e-6")
+    assert (case.prescribed, case.n_points, case.options) == (name, 11, {"rtol": 1e-6})
+    np.testing.assert_allclose(case.history.knots, [0.0, 1.0, 2.0])
+    assert case.history(1.0) == pytest.approx(peak, rel=1e-14)
+    assert case.solve().rtol == 1e-6
+
+
+def test_fractional_materials_hold_for_the_history():
+    head = HEAD.split("[material]")[0] + (
+        '[material]\nmodel = "springpot"\ncoefficient = 100.0\nexponent = 0.3\nbulk_modulus = inf\n'
+        "approximation_rtol = 1e-4\n"
+    )
+    case = read('force = "1 nN"\nshape = "hold"\nduration = "100 s"', head=head)
+    assert case.material.window[0] <= 1e-4
+    assert case.material.window[1] >= 100.0
+    # J(t) = t^alpha/(V Gamma(1 + alpha)) of the springpot; a^3 = (3 R/4) F J/4.
+    result = case.solve()
+    t = np.array([0.1, 1.0, 99.0])
+    creep = t**0.3 / (100.0 * math.gamma(1.3))
+    found = result.sample(t).contact_radius.values
+    assert found**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
+
+
+def test_what_is_assumed_is_noted():
+    head = HEAD.split("[material]")[0] + '[material]\nlibrary = "polyisobutylene"\n'
+    assert read(TRIANGLE, head=head).notes()[0].startswith("polyisobutylene: ")
+    assert read(TRIANGLE).notes() == []
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("", "indentation: give exactly one of depth and force; none is given"),
+        (TRIANGLE + 'force = "1 nN"\n', "indentation: give exactly one of depth and force; depth and force are given"),
+        ('depth = "1 um"\n', 'indentation.shape: is missing; one of "triangle", "ramp", "hold", "sine_arch", or give lists of depth and time'),
+        ('depth = "1 um"\nshape = "square"', 'indentation.shape = "square": must be one of "triangle", "ramp", "hold", "sine_arch"'),
+        ('depth = "1 um"\nshape = "triangle"', 'indentation.loading_time: is missing; shape = "triangle" needs it'),
+        ('depth = "1 um"\nshape = "ramp"\nduration = 1\nhold_time = 1', 'indentation.hold_time = 1: does not go with shape = "ramp"; that takes duration'),
+        (TRIANGLE + "time = [0, 1]", "indentation.time = [0, 1]: belongs to a list of depth; depth is one number"),
+        ("depth = [0, 1e-6]", "indentation.time: is missing; it belongs to the list of depth"),
+        ('depth = [0, 1e-6]\ntime = [0, 1]\nshape = "ramp"', 'indentation.shape = "ramp": belongs to one largest depth; depth is a list over time'),
+        ("depth = [0, 1e-6]\ntime = [1, 0]", "indentation.time[1] = 0 s after 1 s: must ascend"),
+        ("depth = [0, 1e-6]\ntime = [0]", "indentation.time, depth of shapes (1,), (2,): must be two columns of equal length >= 2"),
+        ("force = [0, -1e-9]\ntime = [0, 1]", "indentation.force[1] = -1e-09: must be finite and >= 0"),
+        ('depth = "1 nN"\nshape = "ramp"\nduration = 1', 'indentation.depth = "1 nN": is a force, not a length; write e.g. "10 mm", or a plain number in m'),
+        ('depth = "[0, 1] s"\ntime = [0, 1]', 'indentation.depth[0] = "0 s": is a time, not a length; write e.g. "10 mm", or a plain number in m (and 1 more error)'),
+        ('depth = -1\nshape = "ramp"\nduration = 1', "indentation.depth = -1: must be finite and > 0"),
+        (TRIANGLE + "n_points = 1", "indentation.n_points = 1: must be >= 2"),
+        (TRIANGLE + "loadingtime = 1", "indentation.loadingtime = 1: unknown key; did you mean loading_time?"),
+        ('file = "curve.csv"\ndepth = 1', "indentation.depth = 1: stands in the file already; leave one of the two out"),
+        ('file = "curve.csv"', "indentation.file: no such file: curve.csv"),
+        (TRIANGLE + "[solver]\nrtol = 1.0", "solver.rtol = 1: must be in [1e-11, 0.01]"),
+        (TRIANGLE + "[body]\nmass = 1", "body: unknown key; known are title, profile, material, counter_material, indentation, solver"),
+        ("depth = [1e-6, 2e-6]\ntime = [0, 1]", "indentation.depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
+        ("depth = [0, 1e-6, 8e-7, 1e-6]\ntime = [0, 1, 1.2, 2]", "indentation.depth at time = 1.2 s: the contact grows again before it has ended, which is outside the theory"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(section, message):
+    with pytest.raises(CaseError, match=rf"^gel\.toml: {re.escape(message)}\Z"):
+        read(section).solve()
+
+
+def test_an_indenter_has_its_own_radius():
+    head = HEAD.replace('radius = "2.5 um"', 'type = "sphere"')
+    with pytest.raises(
+        CaseError, match=r"^gel\.toml: profile\.radius: is missing; an indenter has no body to take it from\Z"
+    ):
+        read(TRIANGLE, head=head)
+
+
+def test_every_key_is_explained():
+    text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    for section in (IndentationSection, IndentationFile, IndentationSolverSection):
+        for key in section.model_fields:
+            assert re.search(rf"`{key}\b|\[{key}\]", text), key
+
+
+def test_the_examples_are_solved():
+    result = read_indentation(EXAMPLES / "afm_indent.toml").solve()
+    # Independent quadrature, nine digits.
+    assert result.max_force == pytest.approx(1.38541713e-9, rel=3.6e-9)
+    creep = read_indentation(EXAMPLES / "creep_indent.toml")
+    assert creep.n_points == 801
+    result = creep.solve()
+    assert result.contact_end_time == pytest.approx(10.01, rel=1e-12)
+    assert result.max_contact_radius > 2e-4
+    assert result.max_force == pytest.approx(0.02, rel=1e-12)

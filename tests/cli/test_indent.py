@@ -1,0 +1,128 @@
+"""What `restitution indent` prints and writes."""
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+from restitution.cli.main import app
+
+CASE = """
+title = "A [bold] gel"
+[profile]
+radius = "2.5 um"
+[material]
+name = "gel"
+bulk_modulus = "incompressible"
+shear = { equilibrium_modulus = 66.66666666666667, branch_moduli = [266.6666666666667], relaxation_times = [0.3] }
+[indentation]
+depth = "1 um"
+shape = "triangle"
+loading_time = "1 s"
+n_points = 21
+"""
+HELD = CASE.replace('shape = "triangle"\nloading_time', 'shape = "hold"\nduration')
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("gel.toml").write_text(CASE, encoding="utf-8")
+    Path("held.toml").write_text(HELD, encoding="utf-8")
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["indent", *arguments], catch_exceptions=False)
+
+
+def test_the_table() -> None:
+    answer = run("gel.toml")
+    assert answer.exit_code == 0
+    lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
+    assert lines[0] == "A [bold] gel"
+    # Forces to nine digits by an independent quadrature: 1.38541713e-9 N.
+    assert "largest force F_max 1.38542 nN" in lines
+    assert "largest indentation depth d_max 1 µm" in lines
+    # sqrt(2.5) um
+    assert "largest contact radius a_max 1.58114 µm" in lines
+    assert "contact grows until t_m 1 s" in lines
+    assert "contact ends at t_end 1.40701 s" in lines
+    assert "depth at the end of contact d_end 592.994 nm" in lines
+    assert lines[-1] == "prescribed depth, the contact ended within the prescribed history, rtol 1e-08"
+    assert answer.stderr.startswith("warning: small strain: contact radius over R reaches 0.632 (> 0.2)")
+
+
+def test_a_contact_that_lasts() -> None:
+    answer = run("held.toml")
+    lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
+    assert answer.exit_code == 0
+    assert "contact ends at t_end -" in lines
+    assert "the bodies were still in contact when the prescribed history ended" in lines[-1]
+    content = json.loads(run("held.toml", "--json").stdout)
+    assert content["contact_end_time"] is None
+    assert content["status"] == "IN_CONTACT"
+
+
+def test_json() -> None:
+    answer = run("gel.toml", "--json")
+    content = json.loads(answer.stdout)
+    assert answer.stderr == ""
+    assert content["max_force"] == pytest.approx(1.38541713e-9, rel=3.6e-9)
+    assert content["max_contact_radius"] == pytest.approx(math.sqrt(2.5) * 1e-6, rel=1e-12)
+    assert (content["status"], content["prescribed"], content["rtol"]) == ("SEPARATED", "depth", 1e-8)
+    assert len(content["warnings"]) == 1
+
+
+def test_histories_hold_every_column_with_units() -> None:
+    assert run("gel.toml", "--history", "h.csv").exit_code == 0
+    with Path("h.csv").open() as file:
+        header, *rows = csv.reader(file)
+    assert header == [
+        "time [s]",
+        "indentation_depth [m]",
+        "velocity [m/s]",
+        "force [N]",
+        "contact_radius [m]",
+    ]
+    numbers = np.array(rows, dtype=float)
+    # 21 even times, which meet the turning, and the end of the contact.
+    assert numbers.shape == (22, 5)
+    assert numbers[:, 1] == pytest.approx(1e-6 * (1.0 - np.abs(numbers[:, 0] - 1.0)), abs=1e-20)
+    assert numbers[numbers[:, 0] == 1.0, 3] == pytest.approx(1.38541713e-9, rel=3.6e-9)
+    assert run("gel.toml", "--history", "h.nc").exit_code == 0
+    with xr.open_dataset("h.nc") as table:
+        assert table.force.attrs["units"] == "N"
+        np.testing.assert_array_equal(table.force, numbers[:, 3])
+
+
+def test_a_picture_is_written() -> None:
+    assert run("gel.toml", "--plot", "gel.png").exit_code == 0
+    assert Path("gel.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_bad_input_ends_with_one_line_and_code_2() -> None:
+    Path("again.toml").write_text(
+        CASE.replace(
+            '"1 um"\nshape = "triangle"\nloading_time = "1 s"', '"[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]'
+        ),
+        encoding="utf-8",
+    )
+    for arguments, message in (
+        (("gel.toml", "--plot", "g.txt"), "--plot g.txt: must end in .png or .pdf or .svg"),
+        (("gel.toml", "--history", "g.txt"), "--history g.txt: must end in .nc or .csv"),
+        (("other.toml",), "other.toml: no such file"),
+        (
+            ("again.toml",),
+            "again.toml: indentation.depth at time = 1.1 s: the contact grows again before it has ended, which is "
+            "outside the theory",
+        ),
+    ):
+        answer = run(*arguments)
+        assert answer.exit_code == 2
+        assert answer.stderr == f"error: {message}\n"
+        assert answer.stdout == ""
