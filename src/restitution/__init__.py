@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from restitution.material.shift import ShiftTable as ShiftTable
     from restitution.material.viscoelastic import Material as Material
     from restitution.surrogate.build import surrogate as surrogate
+    from restitution.surrogate.standard_solid import standard_solid_surrogate as standard_solid_surrogate
     from restitution.surrogate.velocity import Surrogate as Surrogate
     from restitution.sweep.axis import Linear as Linear
     from restitution.sweep.axis import Logarithmic as Logarithmic
@@ -138,6 +139,7 @@ _HOME = {
     "springpot": "material.fractional",
     "standard_solid": "material.classical",
     "standard_solid_restitution": "impact.solve",
+    "standard_solid_surrogate": "surrogate.standard_solid",
     "surrogate": "surrogate",
     "sweep": "sweep",
     "tension_from_shear": "material.conversion",

@@ -1,17 +1,9 @@
 """Surrogates over the velocity, against solves that did not make them and against closed forms."""
 
-import json
-import math
-import threading
 from dataclasses import replace
-from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from strategies import logarithmic, materials
 
 import restitution as rs
 

@@ -16,12 +16,13 @@ from restitution.surrogate.pieces import Pieces
 Array = NDArray[np.float64]
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    compiled: Any = numba.njit(nogil=True, error_model="numpy")(function)
+def compiled(function: Callable[..., Any], **flags: Any) -> Any:
+    """Compile a function on its first call, and keep its machine code where that is possible."""
+    made: Any = numba.njit(nogil=True, error_model="numpy", **flags)(function)
     # Where no folder is writable it is compiled anew in each process; where numba is switched off, not at all.
     with suppress(RuntimeError, AttributeError):
-        compiled.enable_caching()
-    return compiled
+        made.enable_caching()
+    return made
 
 
 class Table(NamedTuple):
@@ -67,7 +68,7 @@ def table(pieces: Pieces, function: int, low: float, high: float, most: float) -
     )  # fmt: skip
 
 
-@_compiled
+@compiled
 def value(
     v: float, low: float, high: float, origin: float, per_cell: float, cells: Any, middle: Any, inverse: Any,
     coefficients: Any, most: float,
@@ -84,7 +85,7 @@ def value(
     return min(math.exp((coefficients[piece, 0] - before) + t * last), most)
 
 
-@_compiled
+@compiled
 def values(
     v: Any, out: Any, low: float, high: float, origin: float, per_cell: float, cells: Any, middle: Any,
     inverse: Any, coefficients: Any, most: float,
