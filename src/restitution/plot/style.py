@@ -95,9 +95,9 @@ def use() -> None:
     ...     matplotlib.rcParams["figure.dpi"]
     150.0
     """
-    import matplotlib
+    from matplotlib import style
 
-    matplotlib.rcParams.update({**_SETTINGS, "figure.dpi": 150})
+    style.use([_SETTINGS, {"figure.dpi": 150}])
 
 
 def new_figure(width: float = PAGE_WIDTH, height: float = 4.4) -> Figure:
