@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,10 +106,19 @@ def surrogate(
         ) from None
     from restitution.sweep.description import describe
 
-    problem = describe(replace(impact, velocity=1.0))
+    problem = _plain(describe(replace(impact, velocity=1.0)))
     del problem["velocity"]
     errors = {name: float(one) + accuracy for name, one in zip(OUTPUTS, error, strict=True)}
     return Surrogate((low, high), tolerance, errors, warnings, problem, pieces)
+
+
+def _plain(value: Any) -> Any:
+    """Return a description in which an infinite modulus is the text "inf", for JSON has no such number."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value if not isinstance(value, float) or np.isfinite(value) else str(value)
 
 
 def _deviation(approximate: Array, exact: Array) -> Array:
