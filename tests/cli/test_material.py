@@ -1,6 +1,7 @@
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,3 +122,105 @@ def test_bad_input_is_one_line(arguments: list[str], message: str) -> None:
     answer = run(*arguments)
     assert (answer.exit_code, answer.stdout) == (2, "")
     assert re.fullmatch(f"error: {message}\n", answer.stderr), answer.stderr
+
+
+def factors(text: str = "T,log aT\ndegC,-\n0,2.0\n20,0.0\n40,-1.5\n") -> None:
+    Path("shift.csv").write_text(text)
+
+
+def test_a_file_at_a_temperature_of_its_shift_factors() -> None:
+    Path("terms.csv").write_text("relaxation_time_s,shear_modulus_MPa\n1e-3,2\n1.0,3\n")
+    factors()
+    plain = json.loads(run("terms.csv", "--json").stdout)
+    content = json.loads(run("terms.csv", "--at", "10 degC", "--shift", "shift.csv", "--json").stdout)
+    # Half way between 0 and 20 degrees: log10 aT = 1.
+    assert content["shift_factor"] == pytest.approx(10.0, rel=1e-12)
+    assert content["temperature_K"] == 283.15
+    np.testing.assert_allclose(content["prony_shear"]["relaxation_times_s"], [1e-2, 10.0], rtol=1e-12)
+    assert content["prony_shear"]["branch_moduli_Pa"] == plain["prony_shear"]["branch_moduli_Pa"]
+
+
+@pytest.mark.parametrize("kind", ["relaxation", "dynamic"])
+def test_data_are_shifted_with_what_was_fitted_to_them(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.plot import material as pictures
+
+    x = np.geomspace(1e-3, 1e3, 31)
+    if kind == "relaxation":
+        header, columns = "t,G\ns,MPa", (x, 3 + 4 * np.exp(-x))
+    else:
+        header = "frequency,storage,loss\nrad/s,MPa,MPa"
+        columns = (x, 3 + 4 * x**2 / (1 + x**2), 4 * x / (1 + x**2))
+    rows = "\n".join(",".join(f"{number:.9g}" for number in row) for row in zip(*columns, strict=True))
+    Path("data.csv").write_text(f"{header}\n{rows}\n")
+    factors()
+    drawn: list[Any] = []
+    keep = pictures.overview
+    monkeypatch.setattr(pictures, "overview", lambda *given: (drawn.append(given[2]), keep(*given))[1])
+    answer = run("data.csv", "--at", "313.15", "--shift", "shift.csv", "--json", "--plot", "p.png")
+    # log10 aT = -1.5 at 40 degrees.
+    factor = 10.0**-1.5
+    assert json.loads(answer.stdout)["window_s"] == pytest.approx([1e-3 * factor, 1e3 * factor], rel=1e-6)
+    (data,) = drawn
+    found, known = (data.time, x * factor) if kind == "relaxation" else (data.angular_frequency, x / factor)
+    np.testing.assert_allclose(found, known, rtol=1e-8)
+
+
+def test_a_shift_table_says_its_factor_at_a_temperature() -> None:
+    factors()
+    assert json.loads(run("shift.csv", "--at", "40 degC", "--json").stdout)["shift_factor"] == pytest.approx(
+        10.0**-1.5, rel=1e-12
+    )
+
+
+CASE = """
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+name = "block"
+shear = { equilibrium_modulus = "1 MPa", branch_moduli = "[2] MPa", relaxation_times = "[3] ms" }
+bulk_modulus = "1 GPa"
+shift = { reference_temperature = "20 degC", c1 = 10.0, c2 = "100 K" }
+[counter_material]
+library = "steel"
+[impact]
+velocity = "1 m/s"
+"""
+
+
+def test_the_materials_of_a_case_at_a_temperature() -> None:
+    Path("case.toml").write_text(CASE)
+    block, steel = json.loads(run("case.toml", "--at", "45 degC", "--json", "--plot", "p.png").stdout)
+    # log10 aT = -10 * 25/(100 + 25) = -2.
+    assert block["prony_shear"]["relaxation_times_s"] == pytest.approx([3e-5], rel=1e-12)
+    assert (block["kind"], block["temperature_K"]) == ("material of case.toml", 318.15)
+    assert steel["kind"] == "counter_material of case.toml"
+    assert Path("p.png").exists()
+    printed = words(run("case.toml"))
+    assert ["block"] in printed
+    assert ["steel"] in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["terms.csv", "--at", "300"],
+            "--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE",
+        ),
+        (["terms.csv", "--shift", "shift.csv"], "--shift shift.csv: give --at TEMPERATURE as well"),
+        (
+            ["terms.csv", "--shift", "terms.csv", "--at", "300"],
+            "--shift terms.csv: must hold temperatures and shift factors",
+        ),
+        (
+            ["terms.csv", "--shift", "shift.csv", "--at", "400"],
+            "temperature = 400 K: must be in [273.15, 313.15] K, the table's range",
+        ),
+    ],
+)
+def test_bad_temperatures_of_files(arguments: list[str], message: str) -> None:
+    Path("terms.csv").write_text("relaxation_time_s,shear_modulus_MPa\n1e-3,2\n1.0,3\n")
+    factors()
+    answer = run(*arguments)
+    assert (answer.exit_code, answer.stderr) == (2, f"error: {message}\n")

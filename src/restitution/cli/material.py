@@ -24,6 +24,12 @@ def material(
             show_default=False,
         ),
     ] = None,
+    shift: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Shift factors over temperature, for a file of moduli.", show_default=False
+        ),
+    ] = None,
     json: presentation.Json = False,
     plot: Annotated[
         Path | None,
@@ -33,8 +39,8 @@ def material(
     """Read a material, whatever the kind of its file, and say what it is.
 
     Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors and the
-    decks of ANSYS and Abaqus are read too.
+    decks of ANSYS and Abaqus are read too. Of a case file, its materials.
     """
     from restitution.cli import material_report
 
-    material_report.material(source, list_, at, json, plot)
+    material_report.material(source, list_, at, shift, json, plot)

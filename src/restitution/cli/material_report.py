@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -50,6 +50,12 @@ def material(
             show_default=False,
         ),
     ] = None,
+    shift: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Shift factors over temperature, for a file of moduli.", show_default=False
+        ),
+    ] = None,
     json: presentation.Json = False,
     plot: Annotated[
         Path | None,
@@ -59,7 +65,7 @@ def material(
     """Read a material, whatever the kind of its file, and say what it is.
 
     Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors and the
-    decks of ANSYS and Abaqus are read too.
+    decks of ANSYS and Abaqus are read too. Of a case file, its materials.
     """
     presentation.check_target("--plot", plot, presentation.PICTURES)
     with user_input():
@@ -68,13 +74,15 @@ def material(
             return
         if source is None:
             raise BadInput("material: give a file or a name, or --list")
-        report = _report(source, at)
+        reports = _reports(source, at, shift)
     if json:
-        _print_json(report)
+        contents = [_content(report) for report in reports]
+        _write(contents[0] if len(contents) == 1 else contents)
     else:
-        _print(report)
+        for report in reports:
+            _print(report)
     if plot is not None:
-        _draw(report, plot)
+        _draw(reports, plot)
 
 
 def _list(in_json: bool) -> None:
@@ -91,44 +99,101 @@ def _list(in_json: bool) -> None:
         )
 
 
-def _report(source: str, at: str | None) -> Report:
+def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
+    """What a source says: one report, of a case file one for each of its materials."""
     from restitution.material import library
     from restitution.material.readers import read
 
+    kelvin = None if at is None else _kelvin(at)
+    law = None if shift is None else _law(shift)
+    if law is not None and kelvin is None:
+        raise BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
     if source in library.names() and not Path(source).exists():
-        return _of_material(library.get(source), source, at)
+        return [_of_material(library.get(source), source, "material of the library", kelvin, law)]
+    if Path(source).suffix == ".toml":
+        return _of_case(source, kelvin, law)
     if not Path(source).exists() and not Path(source).suffix:
         raise BadInput(
             f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
         )
     content = read(source)
-    if at is not None:
-        raise BadInput("--at: a file has no law of the shift; give it in a case file as shift")
+    if isinstance(content, ShiftTable):
+        return [_of_shift(content, source, kelvin)]
+    if kelvin is not None and law is None:
+        raise BadInput(
+            "--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE"
+        )
     match content:
         case RelaxationTable() | DynamicTable():
-            return _of_data(content, source)
+            report = _of_data(content, source)
         case PronyTerms():
-            return _of_terms(content, source)
+            report = _of_terms(content, source)
         case ViscoelasticDeck():
-            return _of_deck(content, source)
-        case ShiftTable():
-            return _of_shift(content, source)
+            report = _of_deck(content, source)
+    return [report if law is None or kelvin is None else _shifted(report, law, kelvin)]
 
 
-def _of_material(material: Material, name: str, at: str | None) -> Report:
-    if at is not None:
-        from restitution.case.quantity import TEMPERATURE, to_si
+def _kelvin(at: str) -> float:
+    from restitution.case.quantity import TEMPERATURE, to_si
 
+    try:
+        return float(at)
+    except ValueError:
         try:
-            kelvin = float(at)
-        except ValueError:
-            try:
-                kelvin = to_si(at, TEMPERATURE)
-            except ValueError as error:
-                raise BadInput(f'--at "{at}": {error}') from None
+            return to_si(at, TEMPERATURE)
+        except ValueError as error:
+            raise BadInput(f'--at "{at}": {error}') from None
+
+
+def _law(path: Path) -> ShiftTable:
+    from restitution.material.readers import read
+
+    table = read(path)
+    if not isinstance(table, ShiftTable):
+        raise BadInput(f"--shift {path}: must hold temperatures and shift factors")
+    return table
+
+
+def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[Report]:
+    from restitution.case.file import read_case
+
+    impact = read_case(source).impact
+    parts = {"material": impact.material, "counter_material": impact.counter_material}
+    return [
+        # Beside a viscoelastic partner, an elastic one needs no law of the shift.
+        _of_material(
+            part, part.name or name, f"{name} of {source}", None if _is_elastic(part) else kelvin, law
+        )
+        for name, part in parts.items()
+        if part is not None
+    ]
+
+
+def _shifted(report: Report, law: ShiftTable, kelvin: float) -> Report:
+    """What was read at the reference temperature of a law, at another one."""
+    factor = law.factor(kelvin)
+    data = report.data
+    if isinstance(data, RelaxationTable):
+        data = replace(data, time=data.time * factor)
+    elif isinstance(data, DynamicTable):
+        data = replace(data, angular_frequency=data.angular_frequency / factor)
+    window = None if report.window is None else (report.window[0] * factor, report.window[1] * factor)
+    facts: dict[str, Any] = {"temperature_K": kelvin, "shift_factor": factor}
+    if "window_s" in report.facts:
+        facts["window_s"] = window
+    series = {name: one.scaled(1.0, time_factor=factor) for name, one in report.series.items()}
+    return Report(report.title, report.facts | facts, series, window, data)
+
+
+def _of_material(
+    material: Material, title: str, kind: str, kelvin: float | None, law: ShiftTable | None
+) -> Report:
+    if law is not None and kelvin is not None:
+        material = replace(material, shift=law, temperature=law.reference_temperature)
+    if kelvin is not None:
         material = material.at(kelvin)
     facts: dict[str, Any] = {
-        "kind": "material of the library",
+        "kind": kind,
         "source": material.source,
         "assumptions": material.assumptions,
         "temperature_K": material.temperature,
@@ -141,7 +206,12 @@ def _of_material(material: Material, name: str, at: str | None) -> Report:
     series = {"shear": material.shear}
     if isinstance(material.bulk, PronySeries):
         series["bulk"] = material.bulk
-    return Report(name, facts, series, material.window or _window(series))
+    return Report(title, facts, series, material.window or _window(series))
+
+
+def _is_elastic(material: Material) -> bool:
+    bulk = material.bulk
+    return material.shear.is_elastic and (not isinstance(bulk, PronySeries) or bulk.is_elastic)
 
 
 def _of_data(data: RelaxationTable | DynamicTable, source: str) -> Report:
@@ -204,14 +274,16 @@ def _of_deck(deck: ViscoelasticDeck, source: str) -> Report:
     return Report(source, facts, series, _window(series))
 
 
-def _of_shift(table: ShiftTable, source: str) -> Report:
-    facts = {
+def _of_shift(table: ShiftTable, source: str, kelvin: float | None) -> Report:
+    facts: dict[str, Any] = {
         "kind": "shift factors over temperature",
         "points": int(table.temperatures.size),
         "lowest_temperature_K": float(table.temperatures[0]),
         "highest_temperature_K": float(table.temperatures[-1]),
         "reference_temperature_K": table.reference_temperature,
     }
+    if kelvin is not None:
+        facts |= {"temperature_K": kelvin, "shift_factor": table.factor(kelvin)}
     return Report(source, facts, data=table)
 
 
@@ -220,7 +292,7 @@ def _window(series: Mapping[str, PronySeries]) -> tuple[float, float] | None:
     return (float(times.min()) / 10.0, float(times.max()) * 10.0) if times.size else None
 
 
-def _print_json(report: Report) -> None:
+def _content(report: Report) -> dict[str, Any]:
     content = {key: value for key, value in report.facts.items() if value is not None}
     for name, one in report.series.items():
         content[f"prony_{name}"] = {
@@ -232,7 +304,7 @@ def _print_json(report: Report) -> None:
     if isinstance(report.data, ShiftTable):
         content["temperatures_K"] = report.data.temperatures.tolist()
         content["log10_factors"] = report.data.log10_factors.tolist()
-    _write(content)
+    return content
 
 
 def _write(content: Any) -> None:
@@ -295,12 +367,19 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _draw(report: Report, path: Path) -> None:
+def _draw(reports: list[Report], path: Path) -> None:
     from restitution.plot import material as pictures
     from restitution.plot.style import save_figure
 
-    if isinstance(report.data, ShiftTable):
-        save_figure(pictures.shift_factors(report.data), path)
+    first = reports[0]
+    if isinstance(first.data, ShiftTable):
+        save_figure(pictures.shift_factors(first.data), path)
         return
-    window = report.window or (1e-6, 1.0)
-    save_figure(pictures.overview(report.series, window, report.data), path)
+    series = {
+        f"{report.title}, {name}" if len(reports) > 1 else name: one
+        for report in reports
+        for name, one in report.series.items()
+    }
+    windows = [report.window for report in reports if report.window is not None] or [(1e-6, 1.0)]
+    window = min(low for low, _ in windows), max(high for _, high in windows)
+    save_figure(pictures.overview(series, window, first.data), path)

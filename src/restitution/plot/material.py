@@ -12,7 +12,7 @@ from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.plot.labels import scaled_unit
-from restitution.plot.style import BLUE, GREEN, GREY, VERMILION, context, new_figure
+from restitution.plot.style import BLUE, GREEN, GREY, ORANGE, VERMILION, context, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_COLORS = (BLUE, VERMILION, GREEN)
+_COLORS = (BLUE, VERMILION, GREEN, ORANGE)
 
 
 def relaxation(
@@ -83,7 +83,7 @@ def overview(
     Parameters
     ----------
     series
-        Relaxation functions by their names, at most three.
+        Relaxation functions by their names, at most four.
     window
         Shortest and longest time [s].
     data
