@@ -274,7 +274,60 @@ def test_any_solid_and_profile(material, profile, mass, velocity):
     result = solve(Impact(material, profile, mass, velocity))
     assert result.status is Status.SEPARATED
     assert 0.0 < result.restitution_coefficient <= 1.0 + RTOL
-    assert abs(result.energy.residual) < 1e-6
+    assert abs(result.energy.residual) < 10.0 * RTOL
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 0.1])
+@pytest.mark.parametrize("exponent", [1.3, 2.5, 4.0, 10.0])
+def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
+    # a = s^(2/n): its infinite slope at the end of the contact of a blunt tip is where a plain quadrature fails.
+    solid = PronySeries(1.0, [2.0], [0.1], viscosity=viscosity)
+    result = solve(Impact(Material(solid, math.inf), PowerLaw(exponent, 1.0), 1.0, 1.0))
+    assert abs(result.energy.residual) < RTOL
+
+
+@pytest.mark.parametrize(
+    ("series", "profile"),
+    [
+        (PronySeries(2e-6, [5.0], [0.09]), Cone(math.atan(math.pi / 2.0))),
+        (PronySeries(1e-8, viscosity=0.6), Cone(math.atan(math.pi / 2.0))),
+        (PronySeries(0.0, [4e5, 7e-13], [2e-7, 200.0]), Parabola(1.0)),
+    ],
+    ids=["fast branch", "dashpot", "liquid"],
+)
+@pytest.mark.parametrize("rtol", [1e-8, 1e-11])
+def test_body_that_hardly_comes_back(series, profile, rtol):
+    """After a contact of a thousand times what stopped the body, time is known to fewer digits than its steps."""
+    impact = Impact(Material(series, math.inf), profile, 1.0, 1.0)
+    result = solve(impact, rtol=rtol)
+    assert 0.0 < result.restitution_coefficient < 1e-5
+    assert result.restitution_coefficient == pytest.approx(
+        solve(impact, rtol=1e-9).restitution_coefficient, abs=1e-3 * (rtol + 1e-9)
+    )
+    assert abs(result.energy.residual) < 1e-12
+
+
+@pytest.mark.parametrize("radius", [0.265, 0.05])
+def test_sphere_pressed_beyond_its_equator(radius):
+    material = Material(PronySeries(1.0, [109.0, 14.3, 16.4, 10.5], [1.9e-6, 1.1e-5, 0.8, 2.0]), math.inf)
+    impact = Impact(material, Sphere(radius), 1.0, 1.0)
+    fine = solve(impact, rtol=1e-12).restitution_coefficient
+    for rtol in (1e-7, 1e-8, 1e-9, 1e-10):
+        result = solve(impact, rtol=rtol)
+        assert result.restitution_coefficient == pytest.approx(fine, rel=rtol)
+        assert abs(result.energy.residual) < rtol
+
+
+@pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
+def test_flat_face_meets_a_dashpot_at_once(profile):
+    # F = 2 eta* a v with eta* = 4 eta of an incompressible half-space.
+    viscous = Material(PronySeries(1.0, viscosity=0.1), math.inf)
+    result = solve(Impact(viscous, profile, 1.0, 1.0))
+    assert result.sample(0.0).force.item() == pytest.approx(2.0 * 0.4 * 0.3, rel=1e-12)
+    early = result.sample(np.linspace(0.0, 0.02, 7) * result.contact_time)
+    # Momentum: what the force has taken so far, by Simpson's rule on an even grid.
+    weights = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0]) * float(early.time[1]) / 3.0
+    assert 1.0 - float(early.velocity[-1]) == pytest.approx(float(weights @ early.force.values), rel=1e-6)
 
 
 @settings(max_examples=60, deadline=None)
@@ -317,8 +370,7 @@ def test_tolerance_is_kept(rtol):
     nu, p2, p3 = rng.uniform(-1.0, 0.5, 400), 10 ** rng.uniform(-4, 2, 400), 10 ** rng.uniform(-3, 3, 400)
     fine = standard_solid_restitution(nu, p2, p3, rtol=1e-12)
     error = np.abs(standard_solid_restitution(nu, p2, p3, rtol=rtol) - fine)
-    # Twice: the tolerance rests on an estimate, which one point in a thousand exceeds by some.
-    assert np.all(error <= 2.0 * rtol * np.maximum(fine, 1e-3))
+    assert np.all(error <= rtol * np.maximum(fine, 1e-3))
 
 
 # Bodies that stay
@@ -345,6 +397,12 @@ def test_viscous_half_space_stops_the_body():
     result = solve(unit_impact(PronySeries(0.0, viscosity=0.25)))
     assert result.status is Status.SINKS_IN
     assert result.restitution_coefficient == 0.0
+    assert result.max_indentation_depth == pytest.approx(0.75 ** (2.0 / 3.0), rel=1e-12)
+    assert result.residual_indentation_depth == result.max_indentation_depth
+    assert result.max_contact_radius == pytest.approx(0.75 ** (1.0 / 3.0), rel=1e-12)
+    # F = 2 s (1 - (4/3) s^3) is largest at s^3 = 3/16.
+    s = (3.0 / 16.0) ** (1.0 / 3.0)
+    assert result.max_force == pytest.approx(2.0 * s * 0.75, rel=1e-9)
 
 
 def test_weight_slows_the_rebound():

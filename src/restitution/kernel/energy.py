@@ -41,8 +41,8 @@ from restitution.kernel.workspace import (
     Work,
 )
 
-# Rows of `nodes`: contact radius, depth, stored energy per length, power.
-A, D, DENSITY, POWER, N_ROWS = range(5)
+# Rows of `nodes`: depth, stored energy per length of an element that leaves, its slope.
+D, DENSITY, SLOPE, N_ROWS = range(4)
 
 
 class Ledger(NamedTuple):
@@ -52,14 +52,17 @@ class Ledger(NamedTuple):
     ----------
     memory : ndarray, shape (E, 3 N, S + 1)
         H_k, Y_k, Z_k along the approach.
-    nodes : ndarray, shape (4, S + 1)
+    history : ndarray, shape (N, S + 1)
+        H_k along an element of the rebound.
+    nodes : ndarray, shape (3, S + 1)
     past : ndarray, shape (3 N, S)
         The memory at the instants t1 of a rebound element's nodes.
     present : ndarray, shape (3 N,)
-        H_k now, in every third place.
+        The memory at the turning point.
     """
 
     memory: Any
+    history: Any
     nodes: Any
     past: Any
     present: Any
@@ -69,6 +72,7 @@ def allocate_ledger(N: int, elements: int) -> Ledger:
     """Scratch space of the energy budget."""
     return Ledger(
         np.zeros((elements, 3 * N, WIDTH + 1)),
+        np.zeros((N, WIDTH + 1)),
         np.zeros((N_ROWS, WIDTH + 1)),
         np.zeros((3 * N, WIDTH)),
         np.zeros(3 * N),
@@ -136,22 +140,30 @@ def approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger
     return dissipated
 
 
-@stage
-def _stored(
-    problem: Problem, scheme: Scheme, work: Work, nodes: Any, is_last: bool, sigma: float, h: float
-) -> float:
-    """Energy stored by the elements that a rebound element leaves: - int density da = int a d(density).
-
-    The second form has no singular a'(s) and includes a flat core. At separation a(s) of a blunt tip has an infinite
-    slope, so the last element is divided towards its end.
-    """
-    density, slope = nodes[DENSITY], nodes[POWER]
+@part
+def _slope_of_density(scheme: Scheme, nodes: Any) -> None:
+    """Write d(density)/dlambda over the length of the element into `nodes[SLOPE]`."""
+    density = nodes[DENSITY]
     for i in range(WIDTH + 1):
         row = scheme.derivative[i]
-        slope[i] = row[0] * density[0] + total(load(row, 1) * load(density, 1))
-    weights, a = load(scheme.A[WIDTH - 1], 0), load(nodes[A], 1)
-    if not is_last:
-        return total(weights * a * load(slope, 1))
+        nodes[SLOPE, i] = row[0] * density[0] + total(load(row, 1) * load(density, 1))
+
+
+@stage
+def _last_element(
+    problem: Problem, scheme: Scheme, work: Work, ledger: Ledger, sigma: float, h: float
+) -> tuple[float, float]:
+    """Energy dissipated and stored along the last element, which begins at `sigma`.
+
+    It ends where a(s) of a blunt tip has an infinite slope and is divided towards there: what is smooth, H_k, X_k, the
+    velocity and the density, comes from the nodes, the contact radius and what belongs to it from its own place.
+    """
+    N = problem.moduli.shape[0]
+    past, history, nodes = ledger.past, ledger.history, ledger.nodes
+    element = work.counts[N_REBOUND]
+    table, slopes = work.rebound[element], work.slopes[element]
+    weights = load(scheme.A[WIDTH - 1], 0)
+    dissipated = 0.0
     stored = 0.0
     low = 0.0
     place = work.counts[N_APPROACH]
@@ -159,13 +171,32 @@ def _stored(
     for n in range(parts):
         high = 1.0 if n == parts - 1 else 0.5 * (low + 1.0)
         x = low + (high - low) * load(scheme.c, 1)
-        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
-        value = combine(work.basis, WIDTH + 1, slope)
-        place = interpolate_lanes(scheme, work, work.approach, at_least(sigma - h * x, 0.0), place, work.past)
+        there = at_least(sigma - h * x, 0.0)
+        interpolate_lanes(scheme, work, ledger.memory, there, place, past)
+        place = interpolate_lanes(scheme, work, work.approach, there, place, work.past)
         a = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[0]
-        stored += (high - low) * total(weights * a * value)
+        lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
+        pace = combine(work.basis, WIDTH, slopes)
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
+        v = combine(work.basis, WIDTH + 1, table[V_])
+        power = problem.viscosity * (a * v * v)
+        for k in range(N):
+            H = combine(work.basis, WIDTH + 1, history[k])
+            X = combine(work.basis, WIDTH + 1, table[MODES_ + 2 * k])
+            power = power + (problem.moduli[k] / problem.times[k]) * _squares(past, k, a, H, X)
+        dissipated += h * (high - low) * total(weights * power * pace)
+        stored += (high - low) * total(weights * a * combine(work.basis, WIDTH + 1, nodes[SLOPE]))
         low = high
-    return stored
+    return dissipated, stored
+
+
+@part
+def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
+    """Integral of w_k^2 over the elements in contact."""
+    H1 = load(past[3 * k], 0)
+    P = a * H1 - load(past[3 * k + 1], 0)
+    Q = a * (H1 * H1) - load(past[3 * k + 2], 0)
+    return a * (H * H) - 2.0 * (H * X * P) + X * X * Q
 
 
 @kernel
@@ -178,6 +209,9 @@ def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger)
     place = work.counts[N_APPROACH]
     x = (sigma_m - work.places[START, place]) / work.places[LENGTH, place]
     interpolate(scheme, work, memory[place], x, present)
+    for k in range(N):
+        ledger.history[k, WIDTH] = present[3 * k]
+    weights = load(scheme.A[WIDTH - 1], 0)
     dissipated = 0.0
     stored = 0.0
     nodes[D, WIDTH] = work.turning[S_] ** 2
@@ -194,25 +228,30 @@ def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger)
         place = interpolate_lanes(scheme, work, work.approach, sigma, place, work.past)
         s1, v, pace = load(work.past[S_], 0), load(table[V_], 1), load(work.slopes[element], 0)
         a = radii_and_integrals(problem.path, s1, work.vectors[VALUES:])[0]
-        store(nodes[A], 1, a)
         source = pace * v
-        power = problem.viscosity * (a * v * source)
+        power = problem.viscosity * (a * v * v)
         d = nodes[D, 0] + h * times(scheme.columns, source)
         density = (0.5 * problem.equilibrium) * ((d - s1 * s1) * (d - s1 * s1))
         for k in range(N):
             rate = 1.0 / problem.times[k]
+            history = ledger.history[k]
+            history[0] = history[WIDTH]
             _decay_matrix(scheme, work, pace, rate, h)
-            H = _propagated(scheme, work, source, h, present[3 * k])
-            present[3 * k] = H[WIDTH - 1]
-            X, H1 = load(table[MODES_ + 2 * k], 1), load(past[3 * k], 0)
-            P = a * H1 - load(past[3 * k + 1], 0)
-            Q = a * (H1 * H1) - load(past[3 * k + 2], 0)
-            square = a * (H * H) - 2.0 * (H * X * P) + X * X * Q
-            power = power + (problem.moduli[k] * rate) * (square * pace)
-            left = H - X * H1
+            H = _propagated(scheme, work, source, h, history[0])
+            store(history, 1, H)
+            X = load(table[MODES_ + 2 * k], 1)
+            power = power + (problem.moduli[k] * rate) * _squares(past, k, a, H, X)
+            left = H - X * load(past[3 * k], 0)
             density = density + (0.5 * problem.moduli[k]) * (left * left)
         store(nodes[D], 1, d)
         store(nodes[DENSITY], 1, density)
-        dissipated += _integral(scheme, work, power, h, 1.0)
-        stored += _stored(problem, scheme, work, nodes, element == last, start, h)
+        _slope_of_density(scheme, nodes)
+        # Leaving elements store - int density da = int a d(density): no singular a'(s), and with a flat core.
+        if element < last:
+            dissipated += h * total(weights * power * pace)
+            stored += total(weights * a * load(nodes[SLOPE], 1))
+        else:
+            end = _last_element(problem, scheme, work, ledger, start, h)
+            dissipated += end[0]
+            stored += end[1]
     return dissipated, stored

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from restitution.kernel.approach import approach_element
 from restitution.kernel.compile import kernel, part, stage
-from restitution.kernel.dense import combine, lagrange, lagrange_lanes
+from restitution.kernel.dense import combine, lagrange, lagrange_lanes, times
 from restitution.kernel.lanes import WIDTH, at_least, from_lane, largest, load, smallest, spread, store, total
 from restitution.kernel.path import Path, radii_and_integrals, radius_and_integral
 from restitution.kernel.radau import Scheme
@@ -35,7 +35,7 @@ MAX_ELEMENTS = 2000
 # Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a
 # body that loses much, and of one that loses little.
 KAPPA, KAPPA_ELASTIC = 0.03, 0.3
-# Weight of an error of the time in the rebound, as F_max dt, beside that of the velocity.
+# Weight of an error of the time in the rebound, as F dt, beside that of the velocity.
 TIME_WEIGHT = 0.4
 # Weight of an error of the force in the approach, times the scale of the depth.
 FORCE_WEIGHT = 0.1
@@ -246,6 +246,10 @@ def approach(
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
         if problem.equilibrium == 0.0 and table[V_, S] < 1e-14:
+            for n in range(rows):
+                work.turning[n] = table[n, S]
+            work.counts[N_APPROACH] = element - 1
+            work.turning_place[0] = sigma
             return SINKS_IN
         # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
         rest = 1e-7 * problem.load
@@ -265,7 +269,7 @@ def approach(
 
 @stage
 def rebound(
-    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, F_max: float
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float
 ) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
     S = WIDTH
@@ -290,7 +294,7 @@ def rebound(
     share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
     amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * share) * math.sqrt(recoverable)
     for k in range(N):
-        if F_max * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
+        if work.turning[F_] * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
             h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
     position = 0.0
     delay = 0.0
@@ -325,9 +329,13 @@ def rebound(
             h *= 0.3
             continue
         scale = max(abs(table[V_, S]), amplitude)
-        error = max(_tail(scheme, table[V_]), TIME_WEIGHT * F_max * _tail(scheme, table[T_])) / (
-            tolerance * scale
-        )
+        # Taken from the pace: as a difference of times it would be rounding after a long contact.
+        duration = work.vectors[VALUES]
+        duration[0] = 0.0
+        store(duration, 1, h * times(scheme.columns, load(work.vectors[UNKNOWN], 0)))
+        # An error of the time shifts all that follows, which the force now turns into velocity.
+        lateness = max(TIME_WEIGHT * table[F_, 0] / scale, 1.0 / table[T_, S]) * _tail(scheme, duration)
+        error = max(_tail(scheme, table[V_]) / scale, lateness) / tolerance
         if not error <= 1.0:
             h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
@@ -482,12 +490,14 @@ def solve_block(
             if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
             status = approach(problem, scheme, work, finer, accept, FIRST * firsts[n])
-            if status == SEPARATED:
+            # A constant force drives a body into a liquid for ever; without one it comes to rest.
+            if status == SEPARATED or (status == SINKS_IN and loads[n] == 0.0):
                 outcome[2] = work.turning[S_] ** 2
                 outcome[3] = _peak_force(scheme, work)
                 outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
                 outcome[6] = work.turning[T_]
-                status = rebound(problem, scheme, work, finer, accept, outcome[3])
+            if status == SEPARATED:
+                status = rebound(problem, scheme, work, finer, accept)
             finer *= 1e-2
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
@@ -503,5 +513,7 @@ def solve_block(
             outcome[5] = depth
         elif status in (SINKS_IN, CAPTURED):
             outcome[0] = 0.0
+            if status == SINKS_IN:
+                outcome[5] = outcome[2]
         outcome[7] = status
         outcome[8] = work.counts[N_FACTOR]
