@@ -123,7 +123,7 @@ def energy_columns(
     outcomes = solve_scaled(block, finer, workers=workers, budget=True)
     # Rounding may keep the finer solve from its end; the residual of the reported one is as honest.
     for n in np.flatnonzero((outcomes[:, 7] >= Status.TOO_MANY_STEPS) & np.isfinite(restitution)):
-        outcomes[n] = solve_scaled(block.part(n, n + 1), rtol, workers=1, budget=True)[0]
+        outcomes[n] = solve_scaled(block.part(int(n), int(n) + 1), rtol, workers=1, budget=True)[0]
     # A row that failed is NaN, or too large to be squared.
     with np.errstate(invalid="ignore", over="ignore"):
         kinetic = 0.5 * mass * velocity**2
