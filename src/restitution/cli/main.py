@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import bounce, cite, indent, material, presentation, sweep
+from restitution.cli import bounce, cite, indent, material, presentation, surrogate, sweep
 from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
@@ -124,6 +124,7 @@ app.command("bounce")(bounce.bounce)
 app.command("indent")(indent.indent)
 app.command("cite")(cite.cite)
 app.command("material")(material.material)
+app.command("surrogate")(surrogate.surrogate)
 app.command("sweep")(sweep.sweep)
 app.command("plot")(sweep.plot)
 app.command("map")(sweep.map_)

@@ -17,6 +17,8 @@ from restitution.kernel.validation import finite, positive, within
 from restitution.surrogate.pieces import DEEPEST, Pieces
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from restitution.surrogate.lookup import Table
 
 Array = NDArray[np.float64]
@@ -118,6 +120,37 @@ class Surrogate:
         from restitution.surrogate.lookup import scalar_function
 
         return scalar_function(self._table(output))
+
+    def sample(self, n: int = 400) -> xr.Dataset:
+        """Outputs at n velocities from one end of the range to the other, as the Dataset of a sweep.
+
+        Parameters
+        ----------
+        n : int
+            Number of velocities, spaced by ratios.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> ball = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=1.0)
+        >>> dict(rs.surrogate(ball, velocity=(0.1, 1.0)).sample(50).sizes)
+        {'velocity': 50}
+        """
+        import xarray as xr
+
+        from restitution.sweep.schema import OUTPUTS as VARIABLES
+        from restitution.sweep.schema import input_variable
+
+        speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
+        attributes = input_variable("velocity").attributes | {"scale": "logarithmic"}
+        return xr.Dataset(
+            {
+                name: ("velocity", self._evaluate(name, speeds), VARIABLES[name].attributes)
+                for name in OUTPUTS
+            },
+            {"velocity": ("velocity", speeds, attributes)},
+        )
 
     def save(self, path: str | Path) -> Path:
         """Write a JSON file, whole or not at all.

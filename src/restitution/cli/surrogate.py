@@ -1,0 +1,163 @@
+"""The command `restitution surrogate`: an interpolant over the velocity is made, looked into, asked."""
+
+from __future__ import annotations
+
+import json as json_text
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from restitution.cli import presentation
+from restitution.cli.outcome import BadInput, tell, user_input, warn
+from restitution.cli.patience import progress_bar
+
+if TYPE_CHECKING:
+    from restitution.case.file import Case
+    from restitution.impact.problem import Impact
+    from restitution.surrogate.velocity import Surrogate
+
+_SAVED = ".json"
+_RANGE = ("1e-3", "10")
+_RTOL = 1e-6
+_COLUMNS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
+
+
+def surrogate(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CASE.toml|FILE.json",
+            help="Case file, or a surrogate that was saved.",
+            show_default=False,
+        ),
+    ],
+    velocity: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="LOW HIGH",
+            help="Range of velocities, such as 1mm/s 10m/s. Default: 1e-3 10, in m/s.",
+            show_default=False,
+        ),
+    ] = None,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help=f"Largest relative error. Default: {_RTOL:g}.", show_default=False),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", help="Save it.", show_default=False)
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="VELOCITY", help="Evaluate it there; may be repeated.", show_default=False),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw it: .png, .pdf or .svg.", show_default=False),
+    ] = None,
+    json: presentation.Json = False,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+) -> None:
+    """Replace an impact by an interpolant over its velocity, with a stated error: restitution, contact time, peak force.
+
+    The velocity of the case file does not matter.
+    """
+    presentation.check_target("--plot", plot, presentation.PICTURES)
+    presentation.check_target("--out", out, (_SAVED,))
+    with user_input():
+        speeds = [_speed("--at", text) for text in at or ()]
+        if source.suffix.lower() == _SAVED:
+            made, notes = _saved(source, {"--velocity": velocity, "--rtol": rtol, "--out": out}), []
+        else:
+            low, high = (_speed("--velocity", text) for text in velocity or _RANGE)
+            made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
+        rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
+    if out is not None:
+        made.save(out)
+    if json:
+        sys.stdout.write(_as_json(made, rows) + "\n")
+    else:
+        _print(made, out or source, rows)
+        for warning in made.warnings:
+            warn(warning)
+        for line in notes:
+            tell("note", line, "cyan")
+    if plot is not None:
+        from restitution.plot.dataset import plot_sweep
+        from restitution.plot.style import save_figure
+
+        save_figure(plot_sweep(made.sample()), plot)
+
+
+def _saved(path: Path, options: dict[str, Any]) -> Surrogate:
+    from restitution.surrogate.velocity import Surrogate
+
+    for name, value in options.items():
+        if value is not None:
+            raise BadInput(f"{name}: belongs to a case file; {path} is a surrogate already")
+    return Surrogate.load(path)
+
+
+def _build(
+    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None
+) -> tuple[Surrogate, list[str]]:
+    """Build the surrogate of a case, and say what should be known of its materials."""
+    from restitution.case.file import read_case
+    from restitution.impact.solve import solve
+    from restitution.surrogate.build import surrogate
+
+    case = read_case(path)
+    with progress_bar("building") as progress:
+        impact = _impact(case, velocity)
+        made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
+        ends = [solve(replace(impact, velocity=v), rtol=1e-6) for v in velocity]
+    return made, list(dict.fromkeys(line for end in ends for line in case.notes(end)))
+
+
+def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
+    """Impact of a case; fractional models hold for the contact times of all velocities."""
+    if not case.sections.needs_window:
+        return case.impact
+    from restitution.impact.window import for_contact
+
+    return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))
+
+
+def _speed(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        from restitution.case.quantity import VELOCITY, to_si
+
+        try:
+            return to_si(text, VELOCITY)
+        except ValueError as error:
+            raise BadInput(f"{option} {text}: {error}") from None
+
+
+def _as_json(made: Surrogate, rows: list[tuple[float, ...]]) -> str:
+    names = ("velocity", *made.error)
+    content = {
+        "velocity": list(made.velocity),
+        "rtol": made.rtol,
+        "error": made.error,
+        "pieces": made.pieces.edges.size - 1,
+        "values": [dict(zip(names, row, strict=True)) for row in rows],
+        "warnings": made.warnings,
+        "version": presentation.version(),
+    }
+    return json_text.dumps(content, indent=2, allow_nan=False)
+
+
+def _print(made: Surrogate, path: Path, rows: list[tuple[float, ...]]) -> None:
+    pieces = made.pieces.edges.size - 1
+    print(
+        f"{path}: {made.velocity[0]:g} to {made.velocity[1]:g} m/s in {pieces} piece{'s' if pieces > 1 else ''}, "
+        f"rtol {made.rtol:g}"
+    )
+    errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
+    print(f"largest error: {errors}")
+    if rows:
+        presentation.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])
