@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from restitution.impact.solve import standard_solid_restitution as standard_solid_restitution
     from restitution.impact.status import SolverError as SolverError
     from restitution.impact.status import Status as Status
+    from restitution.impact.window import for_contact as for_contact
     from restitution.indentation.history import History as History
     from restitution.indentation.history import hold as hold
     from restitution.indentation.history import ramp as ramp
@@ -119,6 +120,7 @@ _HOME = {
     "drop": "impact.bounces",
     "elastic": "material.classical",
     "fit_prony": "material.fit",
+    "for_contact": "impact.window",
     "fractional_kelvin_voigt": "material.fractional",
     "fractional_maxwell": "material.fractional",
     "fractional_zener": "material.fractional",

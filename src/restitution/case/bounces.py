@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from pydantic import StrictInt, model_validator
 
 from restitution.case.quantity import LENGTH, nonnegative, refuse
@@ -13,7 +12,6 @@ from restitution.case.section import CaseError, Section
 if TYPE_CHECKING:
     from restitution.case.file import Case
     from restitution.impact.bounces import Bounces
-    from restitution.impact.problem import Impact
 
 
 class BouncesSection(Section):
@@ -47,38 +45,29 @@ def bounces_of(case: Case) -> Bounces:
     SolverError
         If the solve of a bounce fails.
     """
-    from restitution.case.schema import window_around
+    from restitution.impact.bounces import bounces
+    from restitution.impact.window import for_contact
 
-    impact, sections = case.sections.impact, case.sections
-    if impact.force is not None:
+    motion, sections = case.sections.impact, case.sections
+    if motion.force is not None:
         raise CaseError(f"{case.path}: impact.force: a body that bounces has its weight alone; give weight")
     if sections.solver.method != "exact":
         raise CaseError(
             f'{case.path}: solver.method = "{sections.solver.method}": bounces are solved by method = "exact"'
         )
-    found = _found(case, case.impact)
+    impact = case.impact
     if sections.needs_window:
-        # Slow bounces touch for longer than the first, for which the window was chosen.
-        touches = found.contact_time[np.isfinite(found.contact_time)]
-        if touches.size:
-            low, high = window_around(float(touches.min())), window_around(float(touches.max()))
-            found = _found(case, sections.build(low._replace(high=high.high)))
-    return found
-
-
-def _found(case: Case, impact: Impact) -> Bounces:
-    from restitution.impact.bounces import bounces
-
-    motion, section = case.sections.impact, case.sections.bounces
-    rtol = case.sections.solver.rtol
+        # What a touch leaves has the time of a flight to recover.
+        impact = for_contact(sections.build, longest=2.0 * motion.impact_velocity / motion.gravity)
+    rtol = sections.solver.rtol
     try:
         return bounces(
             impact,
             height=motion.drop_height,
             gravity=motion.gravity,
             with_weight=motion.weight is not False,
-            max_bounces=section.max_bounces,
-            min_height=section.min_height,
+            max_bounces=sections.bounces.max_bounces,
+            min_height=sections.bounces.min_height,
             **({} if rtol is None else {"rtol": rtol}),
         )
     except ValueError as error:

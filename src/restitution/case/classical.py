@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import model_validator
 
-from restitution.case.material_form import MaterialSection, Window
+from restitution.case.material_form import MaterialSection
 from restitution.case.quantity import NUMBER, VISCOSITY, nonnegative, positive, refuse, within
 from restitution.case.relaxation import (
     Bulk,
@@ -19,6 +19,7 @@ from restitution.case.relaxation import (
     Viscosity,
 )
 from restitution.material import classical, fractional
+from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
 
 _COMMON = frozenset({"model", *MaterialSection.model_fields})
@@ -196,13 +197,4 @@ class FractionalSection(MaterialSection):
             model = fractional.fractional_maxwell(*constants)
         else:
             model = getattr(fractional, self.model)(*constants)
-        rtol = max(window.rtol, self.approximation_rtol)
-        approximation = fractional.FractionalMaterial(model, self._bulk()).approximation(window[:2], rtol)
-        material = approximation.material
-        return Material(
-            material.shear,
-            material.bulk,
-            window=material.window,
-            assumptions=f"{material.shear.n_branches} Prony terms stand for the fractional model, "
-            f"relative error {approximation.error:.1e}",
-        )
+        return fractional.FractionalMaterial(model, self._bulk(), rtol=self.approximation_rtol).within(window)

@@ -12,17 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from restitution.case.schema import CaseFile, window_around
+from restitution.case.schema import CaseFile
 from restitution.case.section import CaseError, explain
 from restitution.impact.problem import Impact
 
 if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
-
-
-# The first window is that of a solution to a per cent; a second one is all that was ever needed.
-_ROUNDS = 5
 
 
 @dataclass(frozen=True)
@@ -62,15 +58,8 @@ class Case:
         # The solver takes 0.3 s to import, which a faulty file need not wait for.
         from restitution.impact.solve import solve
 
-        impact = self.impact
         try:
-            result = solve(impact, **self.options)
-            for _ in range(_ROUNDS):
-                if not self.sections.needs_window or not _outside(impact, float(result.contact_time), 1e4):
-                    break
-                impact = self.sections.build(window_around(float(result.contact_time)))
-                result = solve(impact, **self.options)
-            return result
+            return solve(self.impact, **self.options)
         except ValueError as error:
             option = str(error).split(" = ")[0]
             section = "solver." if option in self.options else ""
@@ -108,9 +97,7 @@ class Case:
             name = material.name or "material"
             if material.assumptions:
                 lines.append(f"{name}: {material.assumptions}")
-            uncovered = [
-                float(t) for t in durations if material.window and not _covers(material.window, t, 1.0)
-            ]
+            uncovered = [float(t) for t in durations if material.window and not _covers(material.window, t)]
             if material.window and uncovered:
                 low, high = material.window
                 # The first bounce is the shortest; one line is enough.
@@ -120,15 +107,8 @@ class Case:
         return lines
 
 
-def _outside(impact: Impact, contact_time: float, share: float) -> bool:
-    """Whether a material does not cover the contact time, and down to that share of it."""
-    parts = (impact.material, impact.counter_material)
-    windows = [part.window for part in parts if part is not None and part.window is not None]
-    return not all(_covers(window, contact_time, share) for window in windows)
-
-
-def _covers(window: tuple[float, float], contact_time: float, share: float) -> bool:
-    return not math.isfinite(contact_time) or window[0] * share <= contact_time <= window[1]
+def _covers(window: tuple[float, float], contact_time: float) -> bool:
+    return not math.isfinite(contact_time) or window[0] <= contact_time <= window[1]
 
 
 def read_case(path: str | Path) -> Case:

@@ -16,9 +16,9 @@ from restitution.case.file import read_toml
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import FORCE, LENGTH, LIST, NUMBER, TIME, nonnegative, positive, refuse, within
-from restitution.case.schema import window_around
 from restitution.case.section import CaseError, Section, explain
 from restitution.contact.profile import Profile
+from restitution.impact.window import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
 

@@ -16,9 +16,10 @@ from restitution.case.classical import (
     StandardSolidSection,
 )
 from restitution.case.material_file import FileSection, LibrarySection
-from restitution.case.material_form import MaterialSection, Window
+from restitution.case.material_form import MaterialSection
 from restitution.case.quantity import refuse
 from restitution.case.relaxation import Bulk, BulkRelaxation, PoissonRatio, PronySection, ShearRelaxation
+from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
 

@@ -8,13 +8,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import InstanceOf, ValidationInfo, field_validator, model_validator
 
-from restitution.case.material_form import MaterialSection, Window
+from restitution.case.material_form import MaterialSection
 from restitution.case.quantity import MODULUS, NUMBER, nonnegative, positive, refuse, within
 from restitution.case.relaxation import Bulk, Modulus, PoissonRatio, read_file
 from restitution.material import library
 from restitution.material.conversion import shear_from_tension
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.fit import PronyFit, fit_prony
+from restitution.material.fractional import Window
 from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable

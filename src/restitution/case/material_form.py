@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag, ValidationInfo
 
@@ -18,18 +18,11 @@ from restitution.case.quantity import (
 )
 from restitution.case.relaxation import read_file
 from restitution.case.section import Section
+from restitution.material.fractional import Window
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
 
 Temperature = Annotated[float, positive(TEMPERATURE)]
-
-
-class Window(NamedTuple):
-    """Times [s] within which a fractional model is replaced by a Prony series, and the error allowed."""
-
-    low: float
-    high: float
-    rtol: float
 
 
 class ShiftSection(Section):

@@ -9,7 +9,6 @@ from pydantic import StrictBool, StrictInt, model_validator
 
 from restitution.case.bounces import BouncesSection
 from restitution.case.material import AnyMaterial
-from restitution.case.material_form import Window
 from restitution.case.profile import AnyProfile, ParabolaSection
 from restitution.case.quantity import (
     ACCELERATION,
@@ -26,26 +25,10 @@ from restitution.case.quantity import (
 )
 from restitution.case.section import Section
 from restitution.impact.problem import Impact
+from restitution.impact.window import for_contact
+from restitution.material.fractional import Window
 
 STANDARD_GRAVITY = 9.80665
-
-
-# Any contact lasts less than a year and more than a picosecond; only its duration is wanted.
-_WIDE = Window(1e-12, 1e7, 1e-2)
-
-
-def window_around(contact_time: float) -> Window:
-    """Times that matter to an impact: from a millionth of its contact time [s] to twice that."""
-    if not math.isfinite(contact_time):
-        # A body that never leaves has no contact time.
-        return _WIDE._replace(rtol=0.0)
-    return Window(1e-6 * contact_time, 2.0 * contact_time, 0.0)
-
-
-def _contact_time(impact: Impact) -> float:
-    from restitution.impact.solve import solve
-
-    return float(solve(impact, rtol=1e-6).contact_time)
 
 
 class BodySection(Section):
@@ -147,10 +130,10 @@ class CaseFile(Section):
         Parameters
         ----------
         window
-            Where fractional models have to hold; found from a first solution if left out.
+            Where fractional models have to hold; that of the contact if left out.
         """
         if window is None and self.needs_window:
-            window = window_around(_contact_time(self.build(_WIDE)))
+            return for_contact(self.build)
         mass = self.body.kilograms
         return Impact(
             material=self.material.build(window),

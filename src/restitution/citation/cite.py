@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from functools import singledispatch
 from typing import Any
 
-from restitution.case.classical import FractionalSection
 from restitution.case.file import Case
 from restitution.case.material_file import FileSection
 from restitution.citation.bibliography import entries
@@ -160,8 +159,6 @@ def _(subject: Case) -> Iterator[Reason]:
     yield from _METHODS[subject.sections.solver.method]
     yield from _contact(subject.impact)
     for section in (subject.sections.material, subject.sections.counter_material):
-        if isinstance(section, FractionalSection):
-            yield "mainardi2010", "fractional model"
         if isinstance(section, FileSection) and section.fit is not None:
             yield "lawson1974", "Prony fit by non-negative least squares"
 
@@ -178,6 +175,8 @@ def _(subject: Material) -> Iterator[Reason]:
     for name, keys in _SOURCES.items():
         if _is(subject, library.get(name)):
             yield from ((key, f"data of {name}") for key in keys)
+    if subject.assumptions is not None and "fractional model" in subject.assumptions:
+        yield "mainardi2010", "fractional model"
     shift = subject.shift
     if shift is not None and subject.temperature != shift.reference_temperature:
         if isinstance(shift, WLF):

@@ -10,6 +10,7 @@ import numpy as np
 
 from restitution.contact.profile import Profile
 from restitution.kernel.validation import Numeric, nonnegative, positive
+from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.reduced_modulus import reduced_modulus
 from restitution.material.viscoelastic import Material
@@ -102,5 +103,9 @@ def _profile_shape(profile: Profile) -> tuple[int, ...]:
 
 
 def _of_type(name: str, value: Any, kind: type) -> None:
+    if isinstance(value, FractionalMaterial):
+        raise TypeError(
+            f"{name}: a fractional one holds within a window of time, {name}.within(window); for_contact chooses it"
+        )
     if not isinstance(value, kind):
         raise TypeError(f"{name} = {value!r}: must be a {kind.__name__}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,22 @@ from restitution.material.spectrum import discretise, relaxation_by_quadrature
 from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
+
+
+class Window(NamedTuple):
+    """Times within which a Prony series has to stand for a fractional model.
+
+    Attributes
+    ----------
+    low, high
+        Shortest and longest time [s].
+    rtol
+        Relative error that suffices; 0 for that of the material.
+    """
+
+    low: float
+    high: float
+    rtol: float = 0.0
 
 
 class PronyApproximation(NamedTuple):
@@ -209,25 +225,41 @@ class FractionalMaterial:
         Mass density [kg/m3].
     name
         What to call the material.
+    rtol
+        Relative error of the Prony series that stand for it, in [1e-10, 0.1].
+
+    Notes
+    -----
+    An impact or an indentation takes a `Material`, which `within` makes for a window of time; `for_contact`
+    chooses that of an impact.
 
     Examples
     --------
-    >>> gel = FractionalMaterial(springpot(1e4, 0.2), bulk=2e9)
-    >>> material, error = gel.approximation((1e-4, 1e-1), rtol=1e-5)
-    >>> error <= 1e-5, material.window
-    (True, (0.0001, 0.1))
+    >>> gel = FractionalMaterial(springpot(1e4, 0.2), bulk=2e9, rtol=1e-5)
+    >>> print(gel.within((1e-4, 1e-1)).assumptions)
+    20 Prony terms stand for the fractional model, relative error ...e-06
     """
 
     shear: FractionalModel
     bulk: FractionalModel | PronySeries | float
     density: float | None = None
     name: str | None = None
+    rtol: float = 1e-6
 
-    def approximation(self, window: tuple[float, float], rtol: float = 1e-6) -> ApproximateMaterial:
+    def within(self, window: Window | tuple[float, float]) -> Material:
+        """Material that holds within a window of time [s], and says so in its `assumptions`."""
+        low, high, rtol = Window(*window)
+        material, error = self.approximation((low, high), max(rtol, self.rtol))
+        terms = material.shear.n_branches
+        assumptions = f"{terms} Prony terms stand for the fractional model, relative error {error:.1e}"
+        return replace(material, assumptions=assumptions)
+
+    def approximation(self, window: tuple[float, float], rtol: float | None = None) -> ApproximateMaterial:
         """Material of Prony series, of prescribed and verified relative error within a window of time [s].
 
         E* inherits the error: it is homogeneous of degree one in G and K, and grows with both.
         """
+        rtol = self.rtol if rtol is None else rtol
         shear = self.shear.prony(window, rtol)
         bulk, error = self.bulk, shear.error
         if isinstance(bulk, FractionalModel):
