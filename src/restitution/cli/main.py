@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import bounce, cite, indent, material, presentation, surrogate, sweep
+from restitution.cli import benchmark, bounce, cite, indent, material, presentation, surrogate, sweep
 from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
@@ -128,6 +128,7 @@ app.command("surrogate")(surrogate.surrogate)
 app.command("sweep")(sweep.sweep)
 app.command("plot")(sweep.plot)
 app.command("map")(sweep.map_)
+app.command("benchmark")(benchmark.benchmark)
 
 
 @app.command("reproduce")

@@ -1,0 +1,1 @@
+"""How long an impact takes on this machine, and with what error."""

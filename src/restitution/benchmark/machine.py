@@ -1,0 +1,58 @@
+"""What a measurement ran on."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+_PACKAGES = ("numpy", "numba", "llvmlite", "scipy")
+
+
+class Machine(NamedTuple):
+    """Processor, cores that this process may use, system, and versions of what computes."""
+
+    processor: str
+    cores: int
+    system: str
+    versions: dict[str, str]
+
+    def lines(self) -> tuple[str, str]:
+        """The machine and the versions, in words."""
+        cores = f"{self.cores} core{'s' if self.cores > 1 else ''}"
+        return (
+            f"{self.processor}, {cores}, {self.system}",
+            ", ".join(f"{name} {number}" for name, number in self.versions.items()),
+        )
+
+
+def describe() -> Machine:
+    """Describe this machine."""
+    versions = {"restitution": version("restitution"), "Python": platform.python_version()}
+    versions |= {name: version(name) for name in _PACKAGES}
+    return Machine(_processor(), os.cpu_count() or 1, f"{platform.system()} {platform.machine()}", versions)
+
+
+def _processor() -> str:
+    """Name of the processor; its architecture where the system does not tell."""
+    try:
+        if sys.platform == "linux":
+            return _from_cpuinfo(Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+        if sys.platform == "darwin":
+            command = ["sysctl", "-n", "machdep.cpu.brand_string"]
+            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, KeyError, subprocess.CalledProcessError):
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _from_cpuinfo(text: str) -> str:
+    pairs = (line.partition(":") for line in text.splitlines())
+    fields = {name.strip(): value.strip() for name, _, value in pairs}
+    name = fields["model name"]
+    # Virtual machines often hide the number of the model, but not the family that tells its generation.
+    return f"{name} (family {fields['cpu family']}, model {fields['model']})"

@@ -1,0 +1,119 @@
+"""The short table: the paper's plane, a long Prony series, all cores, and SciPy beside."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+from restitution.benchmark.problems import Problems, StandardSolids, even_prony, plane
+from restitution.benchmark.timing import EXACT, Speed, clock, one_by_one, speed
+from restitution.impact.solve import standard_solid_restitution
+
+Progress = Callable[[int, int], None]
+
+DEFAULT_RTOL = 1e-9
+RTOL = 1e-8
+TERMS = 20
+
+
+class Size(NamedTuple):
+    """How much is measured: impacts in array calls, impacts one by one, repeats, solves by SciPy.
+
+    Of the Prony series, which take longer, a tenth and a quarter.
+    """
+
+    impacts: int
+    alone: int
+    repeats: int
+    reference: int
+
+
+FULL = Size(20_000, 300, 3, 6)
+QUICK = Size(4_000, 50, 2, 2)
+
+
+class Summary(NamedTuple):
+    """Speed by name of the problem and tolerance, the time with all cores, and SciPy's.
+
+    Attributes
+    ----------
+    speeds : dict of (str, float) to Speed
+        By problem and rtol.
+    cores : int
+        Threads of the measurement with all cores.
+    parallel : float
+        Mean time [s] of an impact of the plane with them at rtol 1e-8, by the clock on the wall.
+    reference : float
+        Mean time [s] of an impact of the plane by SciPy's implicit Radau method at rtol 1e-8.
+    reference_error : float
+        Largest error of e of those.
+    reference_same : float
+        Mean time [s] of the same impacts by the exact method at rtol 1e-8, each in a call of many copies.
+    """
+
+    speeds: dict[tuple[str, float], Speed]
+    cores: int
+    parallel: float
+    reference: float
+    reference_error: float
+    reference_same: float
+
+
+def measure(size: Size, progress: Progress = lambda done, total: None) -> Summary:
+    """Measure what the command `restitution benchmark` shows."""
+    points = plane(size.impacts)
+    long_series = even_prony(TERMS, size.impacts // 10)
+    cases: dict[tuple[str, float], tuple[Problems, int]] = {
+        ("paper's plane", RTOL): (points, size.alone),
+        ("paper's plane", DEFAULT_RTOL): (points, size.alone),
+        (f"Prony series, {TERMS} terms", RTOL): (long_series, size.alone // 4),
+    }
+    # An impact by SciPy takes as long as some ten thousand by the kernel, an impact one by one some hundred.
+    weight = 30
+    total = sum(alone + 2 for _, alone in cases.values()) + size.repeats + weight * size.reference
+    done = 0
+
+    def advance(steps: int = 1) -> None:
+        nonlocal done
+        done += steps
+        progress(done, total)
+
+    # Compiled, or loaded, before anything is timed.
+    plane(1).solve(RTOL)
+    progress(0, total)
+    speeds = {
+        (name, rtol): speed(problems, rtol, alone=alone, copies=128, repeats=size.repeats, advance=advance)
+        for (name, rtol), (problems, alone) in cases.items()
+    }
+    cores = os.cpu_count() or 1
+    parallel = _on_the_wall(points, cores, size.repeats, advance)
+    by_scipy = _by_scipy(plane(size.reference, seed=7), lambda: advance(weight))
+    return Summary(speeds, cores, parallel, *by_scipy)
+
+
+def _on_the_wall(points: StandardSolids, workers: int, repeats: int, advance: Callable[[], None]) -> float:
+    """Mean time [s] of an impact, by the clock on the wall."""
+    shortest = float("inf")
+    for _ in range(repeats):
+        start = time.perf_counter()
+        points.solve(RTOL, workers)
+        shortest = min(shortest, time.perf_counter() - start)
+        advance()
+    return shortest / points.size
+
+
+def _by_scipy(points: StandardSolids, advance: Callable[[], None]) -> tuple[float, float, float]:
+    """Mean time [s] of an impact by SciPy, the largest error of e, and the mean time [s] by the exact method."""
+    exact = points.solve(EXACT)
+    seconds, errors = [], []
+    for n in range(points.size):
+        nu, p2, p3 = (float(column[n]) for column in (points.nu, points.p2, points.p3))
+        start = clock()
+        e = standard_solid_restitution(nu, p2, p3, method="reference", rtol=RTOL)
+        seconds.append(clock() - start)
+        errors.append(abs(e - exact[n]))
+        advance()
+    same = one_by_one(points, range(points.size), RTOL, copies=256, repeats=3)
+    return sum(seconds) / points.size, float(max(errors)), float(same.mean())
