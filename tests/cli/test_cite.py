@@ -61,3 +61,21 @@ def test_json_and_file() -> None:
     assert run("tip.toml", "--out", "more.bib").stdout == ""
     answer = run("tip.toml", "--out", "refs.txt")
     assert (answer.exit_code, answer.stderr) == (2, "error: --out refs.txt: must end in .bib\n")
+
+
+def test_indentations_and_sweeps() -> None:
+    material = '[material]\nlibrary = "polyisobutylene"\n'
+    profile = '[profile]\ntype = "cone"\nhalf_angle = "70 deg"\n'
+    shape = '[indentation]\ndepth = "1 um"\nshape = "triangle"\nloading_time = "1 s"\n'
+    Path("press.toml").write_text(material + profile + shape)
+    text = run("press.toml").stdout
+    assert "@article{catsiff1955," in text
+    assert "@article{love1939," in text
+    assert "hairer1996" not in text
+    axes = '[axes]\n"impact.velocity" = { linear = ["0.1 m/s", "1 m/s"], n = 3 }\n'
+    Path("sweep.toml").write_text(CASE.replace('[impact]\nvelocity = "1 m/s"\n', "") + axes)
+    answer = run("sweep.toml")
+    assert answer.exit_code == 0, answer.stderr
+    assert {"simon2000", "love1939", "hairer1996"} < set(
+        re.findall(r"^@\w+\{(\w+),", answer.stdout, flags=re.M)
+    )

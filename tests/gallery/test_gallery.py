@@ -12,13 +12,21 @@ from matplotlib import pyplot as plt
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
+# Each point of its curves is a material of its own.
+SLOW = ("plot_12_power_law",)
 
 
 def test_there_are_enough_of_them() -> None:
     assert len(EXAMPLES) >= 8
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in SLOW else ())
+        for path in EXAMPLES
+    ],
+)
 def test_example_holds(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

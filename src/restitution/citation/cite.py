@@ -7,7 +7,7 @@ from functools import singledispatch
 from typing import Any
 
 from restitution.case.file import Case
-from restitution.case.material_file import FileSection
+from restitution.case.indentation import IndentationCase
 from restitution.citation.bibliography import entries
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
@@ -22,6 +22,7 @@ from restitution.material import library
 from restitution.material.prony import PronySeries
 from restitution.material.shift import WLF, Arrhenius
 from restitution.material.viscoelastic import Material
+from restitution.sweep.plan import Plan
 
 Reason = tuple[str, str]
 
@@ -64,6 +65,11 @@ _SOURCES = {
     "steel": ("en1993",),
     "tungsten": ("kaye1995",),
 }
+# What the assumptions of a material say that it was made by.
+_ASSUMED = {
+    "fractional model": ("mainardi2010", "fractional model"),
+    "fitted to the data": ("lawson1974", "Prony fit by non-negative least squares"),
+}
 _OWN = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
 
 
@@ -73,7 +79,8 @@ def cite(*subjects: Any) -> str:
     Parameters
     ----------
     *subjects : Impact, ImpactResult, IndentationResult, Bounces, Case, Material or Profile
-        Problems, results, or parts of them. Without any, the program and the paper that it reproduces.
+        Problems, results, or parts of them; what case files of impacts, indentations and sweeps become.
+        Without any, the program and the paper that it reproduces.
 
     Returns
     -------
@@ -147,8 +154,9 @@ def _(subject: Bounces) -> Iterator[Reason]:
     yield from _contact(subject.impact)
 
 
-@_reasons.register
-def _(subject: IndentationResult) -> Iterator[Reason]:
+@_reasons.register(IndentationResult)
+@_reasons.register(IndentationCase)
+def _(subject: IndentationResult | IndentationCase) -> Iterator[Reason]:
     yield _OWN[0]
     yield from _contact(subject)
 
@@ -158,9 +166,13 @@ def _(subject: Case) -> Iterator[Reason]:
     yield _OWN[0]
     yield from _METHODS[subject.sections.solver.method]
     yield from _contact(subject.impact)
-    for section in (subject.sections.material, subject.sections.counter_material):
-        if isinstance(section, FileSection) and section.fit is not None:
-            yield "lawson1974", "Prony fit by non-negative least squares"
+
+
+@_reasons.register
+def _(subject: Plan) -> Iterator[Reason]:
+    yield _OWN[0]
+    yield from _METHODS["exact"]
+    yield from _contact(subject.template.prepare({}).impact)
 
 
 @_reasons.register
@@ -175,8 +187,9 @@ def _(subject: Material) -> Iterator[Reason]:
     for name, keys in _SOURCES.items():
         if _is(subject, library.get(name)):
             yield from ((key, f"data of {name}") for key in keys)
-    if subject.assumptions is not None and "fractional model" in subject.assumptions:
-        yield "mainardi2010", "fractional model"
+    for words, reason in _ASSUMED.items():
+        if subject.assumptions is not None and words in subject.assumptions:
+            yield reason
     shift = subject.shift
     if shift is not None and subject.temperature != shift.reference_temperature:
         if isinstance(shift, WLF):
@@ -186,7 +199,7 @@ def _(subject: Material) -> Iterator[Reason]:
             yield "ferry1980", "time-temperature shift"
 
 
-def _contact(subject: Impact | IndentationResult) -> Iterator[Reason]:
+def _contact(subject: Impact | IndentationResult | IndentationCase) -> Iterator[Reason]:
     yield from _CONTACT
     yield from _reasons(subject.profile)
     materials = [part for part in (subject.material, subject.counter_material) if part is not None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_text
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,7 +16,9 @@ from restitution.cli.outcome import user_input
 def cite(
     cases: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="CASE.toml...", help="Case files.", show_default=False),
+        typer.Argument(
+            metavar="CASE.toml...", help="Files of impacts, indentations, sweeps.", show_default=False
+        ),
     ] = None,
     json: presentation.Json = False,
     out: Annotated[
@@ -30,11 +32,10 @@ def cite(
     """
     presentation.check_target("--out", out, (".bib",))
     with user_input():
-        from restitution.case.file import read_case
         from restitution.citation.bibliography import entries
         from restitution.citation.cite import citations, cite
 
-        subjects = [read_case(case) for case in cases or []]
+        subjects = [_read(case) for case in cases or []]
         if json:
             content = [
                 {"key": key, "used_for": uses, "bibtex": entries()[key]}
@@ -49,3 +50,15 @@ def cite(
             partial.write_text(text, encoding="utf-8")
     elif not json:
         sys.stdout.write(text)
+
+
+def _read(path: Path) -> Any:
+    """What a case file describes: an impact, an indentation, or a sweep."""
+    from restitution.case.file import read_case, read_toml
+    from restitution.case.indentation import read_indentation
+    from restitution.case.sweep import read_sweep
+
+    content = read_toml(path)
+    if "indentation" in content:
+        return read_indentation(path)
+    return read_sweep(path) if {"axes", "samples"} & content.keys() else read_case(path)
