@@ -97,19 +97,20 @@ def ready(boxes: Boxes) -> Grid:
     )  # fmt: skip
 
 
-# Multiplications and additions may be fused, which compiled code elsewhere need not repeat to the last bit.
-_part = partial(compiled, fastmath={"contract"})
+# Multiplications and additions may be fused: nothing else has to repeat them to the last bit.
+_FLAGS: dict[str, Any] = {"fastmath": {"contract"}, "forceinline": True}
 
 
-@_part
-def _chebyshev(t: float, out: Any) -> None:
-    out[0] = 1.0
-    out[1] = t
+@partial(compiled, **_FLAGS)
+def _chebyshev(t: float, terms: Any, variable: int) -> None:
+    """Write the polynomials of one variable into their row; a slice for it would be counted as a reference."""
+    terms[variable, 0] = 1.0
+    terms[variable, 1] = t
     for k in range(2, TERMS):
-        out[k] = 2.0 * t * out[k - 1] - out[k - 2]
+        terms[variable, k] = 2.0 * t * terms[variable, k - 1] - terms[variable, k - 2]
 
 
-@_part
+@partial(compiled, fastmath={"contract"})
 def restitution(
     nu: Any, p2: Any, p3: Any, low: Any, scale: Any, cells: Any, middle: Any, inverse: Any, c: Any, out: Any
 ) -> None:
@@ -127,13 +128,13 @@ def restitution(
         j = min(max(int((y - low[1]) * scale[1]), 0), cells.shape[1] - 1)
         k = min(max(int((z - low[2]) * scale[2]), 0), cells.shape[2] - 1)
         box = cells[i, j, k]
-        _chebyshev((x - middle[box, 0]) * inverse[box, 0], terms[0])
-        _chebyshev((y - middle[box, 1]) * inverse[box, 1], terms[1])
-        _chebyshev((z - middle[box, 2]) * inverse[box, 2], terms[2])
+        _chebyshev((x - middle[box, 0]) * inverse[box, 0], terms, 0)
+        _chebyshev((y - middle[box, 1]) * inverse[box, 1], terms, 1)
+        _chebyshev((z - middle[box, 2]) * inverse[box, 2], terms, 2)
         out[n] = _series(c, box, terms, rows)
 
 
-@_part
+@partial(compiled, **_FLAGS)
 def _series(c: Any, box: int, terms: Any, rows: Any) -> float:
     """Value of the tensor series of a box; `terms` are the polynomials, `rows` is scratch."""
     t0, t1, t2, t3 = terms[0, 0], terms[0, 1], terms[0, 2], terms[0, 3]
