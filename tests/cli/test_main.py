@@ -237,6 +237,29 @@ def test_plot(folder: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> Non
     assert Path(f"p.{suffix}").read_bytes().startswith(start)
 
 
+def test_the_pressure_is_drawn_when_it_is_wanted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.plot import impact as pictures
+
+    drawn: list[Any] = []
+    monkeypatch.setattr(pictures, "overview", lambda result, times: drawn.append(times))
+    monkeypatch.setattr("restitution.plot.style.save_figure", lambda figure, path: None)
+    fake(monkeypatch)
+    at = ("--pressure-at", "0.5 ms", "--pressure-at", "1e-3")
+    assert run("solve", "ball.toml", "--plot", "p.png", *at).exit_code == 0
+    assert run("solve", "ball.toml", "--plot", "p.png").exit_code == 0
+    assert drawn == [[5e-4, 1e-3], None]
+    assert error(run("solve", "ball.toml", *at)) == "error: --pressure-at: give --plot FILE as well"
+    answer = run("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "2 m")
+    assert error(answer).startswith('error: --pressure-at "2 m": is a length, not a time; write e.g.')
+
+
+def test_times_outside_the_contact_are_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake(monkeypatch)
+    answer = run("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "1 s", "--json")
+    assert answer.exit_code == 2
+    assert answer.stderr == "error: times = 1 s: must be within the contact, which lasts 0.00123457 s\n"
+
+
 def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -34,6 +34,13 @@ def test_overview_has_six_panels_and_says_the_result(result, figure) -> None:
     ]
 
 
+@pytest.mark.slow
+def test_the_pressure_is_shown_when_it_is_wanted(result) -> None:
+    times = [0.3 * result.contact_time, 0.6 * result.contact_time]
+    legend = result.plot(times).axes[4].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == [f"{1e3 * t:.3g} ms" for t in times]
+
+
 def test_energies_fill_the_kinetic_energy_at_impact(figure) -> None:
     top = figure.axes[5].collections[-1].get_paths()[0].vertices[:, 1].max()
     # m v0^2/2 = 25 uJ; what the quadratures leave is 1e-8 of it.

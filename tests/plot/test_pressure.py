@@ -65,6 +65,14 @@ def test_infinite_edges_do_not_set_the_scale() -> None:
     assert ax.get_ylabel() == "pressure $p$ [kPa]"
 
 
+@pytest.mark.parametrize("time", [0.0, 3e-3, 0.1])
+def test_times_outside_the_contact_are_refused(time: float) -> None:
+    with pytest.raises(
+        ValueError, match=rf"^times = {time:g} s: must be within the contact, which lasts 0\.003 s"
+    ):
+        plots.pressure_radius(style.new_figure().add_subplot(), contact(hertz), [1e-3, time])
+
+
 def test_too_many_curves_are_refused() -> None:
     with pytest.raises(ValueError, match="times: 8 of them, must be at most 7"):
         plots.pressure_radius(style.new_figure().add_subplot(), contact(hertz), np.linspace(1e-4, 2e-3, 8))

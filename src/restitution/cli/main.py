@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import warnings
+from contextlib import nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +15,7 @@ from typing import Annotated
 import typer
 
 from restitution.cli import benchmark, bounce, cite, indent, material, presentation, surrogate, sweep
-from restitution.cli.outcome import INTERRUPTED, Commands, tell, user_input, warn
+from restitution.cli.outcome import INTERRUPTED, BadInput, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 
 app = typer.Typer(
@@ -94,6 +95,14 @@ def solve(
         Path | None,
         typer.Option(metavar="FILE", help="Draw the impact: .png, .pdf or .svg.", show_default=False),
     ] = None,
+    pressure_at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TIME",
+            help='When to draw the pressure, e.g. "0.2 ms"; may be repeated. Four instants if not given.',
+            show_default=False,
+        ),
+    ] = None,
     history: Annotated[
         Path | None,
         typer.Option(
@@ -106,7 +115,11 @@ def solve(
     presentation.check_target("--history", history, presentation.TABLES)
     with user_input():
         from restitution.case.file import read_case
+        from restitution.case.quantity import TIME
 
+        times = [presentation.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
+        if times and plot is None:
+            raise BadInput("--pressure-at: give --plot FILE as well")
         problem = read_case(case)
         with compilation():
             result = problem.solve()
@@ -117,7 +130,8 @@ def solve(
     if history is not None:
         presentation.write_history(result, history)
     if plot is not None:
-        presentation.write_plot(result, plot)
+        with user_input() if times else nullcontext():
+            presentation.write_plot(result, plot, times or None)
 
 
 app.command("bounce")(bounce.bounce)

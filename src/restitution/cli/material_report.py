@@ -101,10 +101,11 @@ def _list(in_json: bool) -> None:
 
 def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
     """What a source says: one report, of a case file one for each of its materials."""
+    from restitution.case.quantity import TEMPERATURE
     from restitution.material import library
     from restitution.material.readers import read
 
-    kelvin = None if at is None else _kelvin(at)
+    kelvin = None if at is None else presentation.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else _law(shift)
     if law is not None and kelvin is None:
         raise BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
@@ -131,18 +132,6 @@ def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
         case ViscoelasticDeck():
             report = _of_deck(content, source)
     return [report if law is None or kelvin is None else _shifted(report, law, kelvin)]
-
-
-def _kelvin(at: str) -> float:
-    from restitution.case.quantity import TEMPERATURE, to_si
-
-    try:
-        return float(at)
-    except ValueError:
-        try:
-            return to_si(at, TEMPERATURE)
-        except ValueError as error:
-            raise BadInput(f'--at "{at}": {error}') from None
 
 
 def _law(path: Path) -> ShiftTable:

@@ -19,6 +19,7 @@ from restitution.impact.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
+    from restitution.case.quantity import Kind
     from restitution.impact.result import ImpactResult
 
 _ROWS = (
@@ -131,6 +132,19 @@ def _for_people(value: float, unit: str) -> tuple[str, str]:
     return f"{value * scale.factor:.6g}", scale.unit
 
 
+def read_quantity(option: str, text: str, kind: Kind) -> float:
+    """Return in SI what a user wrote: a number, or a text with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        from restitution.case.quantity import to_si
+
+        try:
+            return to_si(text, kind)
+        except ValueError as error:
+            raise BadInput(f'{option} "{text}": {error}') from None
+
+
 def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:
     """Refuse, before any work is done, a file that could not be written in the end."""
     if path is None:
@@ -171,10 +185,10 @@ def write_dataset(table: xr.Dataset, path: Path) -> None:
             rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
 
 
-def write_plot(result: ImpactResult, path: Path) -> None:
-    """Draw an impact and write the picture, whole or not at all."""
+def write_plot(result: ImpactResult, path: Path, times: Sequence[float] | None = None) -> None:
+    """Draw an impact and write the picture, whole or not at all; with the pressure at some times [s]."""
     _require_end(result, "--plot", path)
     from restitution.plot.impact import overview
     from restitution.plot.style import save_figure
 
-    save_figure(overview(result), path)
+    save_figure(overview(result, times), path)

@@ -318,12 +318,18 @@ class ImpactResult:
             )
         return columns
 
-    def plot(self) -> Figure:
-        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies."""
+    def plot(self, times: ArrayLike | None = None) -> Figure:
+        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
+
+        Parameters
+        ----------
+        times : array_like, optional
+            Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
+        """
         from importlib import import_module
 
         # By name: pictures stand above this layer, which must not depend on them.
-        return import_module("restitution.plot.impact").overview(self)
+        return import_module("restitution.plot.impact").overview(self, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""

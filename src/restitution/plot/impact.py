@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
+
 from restitution.plot import style
 from restitution.plot.energy import energy_area, energy_bar
 from restitution.plot.history import contact_radius_time, depth_time, force_indentation, force_time
@@ -17,8 +19,8 @@ if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
 
 
-def overview(result: ImpactResult, *, figure: Figure | None = None) -> Figure:
-    """Draw one impact on a page: force, loop, depth, contact radius, pressure at four instants, energies.
+def overview(result: ImpactResult, times: ArrayLike | None = None, *, figure: Figure | None = None) -> Figure:
+    """Draw one impact on a page: force, loop, depth, contact radius, pressure at some instants, energies.
 
     Only the exact method tells pressure and energy over time. With the element method a bar shows where the
     energy went in the end.
@@ -27,6 +29,8 @@ def overview(result: ImpactResult, *, figure: Figure | None = None) -> Figure:
     ----------
     result : ImpactResult
         The result of one impact, not of an array of them.
+    times : array_like, optional
+        Times [s] at which to show the pressure, at most seven; four where left out.
     figure : matplotlib.figure.Figure, optional
         An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; by default a new one, which needs no
         display.
@@ -50,7 +54,7 @@ def overview(result: ImpactResult, *, figure: Figure | None = None) -> Figure:
         contact_radius_time(panels[3], history)
         if exact:
             panels += [page.add_subplot(grid[2, column]) for column in (0, 1)]
-            pressure_radius(panels[4], result)
+            pressure_radius(panels[4], result, times)
             energy_area(panels[5], history)
         elif budget:
             panels.append(page.add_subplot(grid[2, :]))

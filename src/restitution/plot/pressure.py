@@ -67,6 +67,11 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
     if moments.size > len(_COLORS):
         raise ValueError(f"times: {moments.size} of them, must be at most {len(_COLORS)} to be told apart")
+    if not np.all((moments > 0.0) & (moments < float(result.contact_time))):
+        bad = moments[~((moments > 0.0) & (moments < float(result.contact_time)))][0]
+        raise ValueError(
+            f"times = {bad:g} s: must be within the contact, which lasts {float(result.contact_time):g} s"
+        )
     extents = np.asarray(result.sample(moments)["contact_radius"].values)
     turning = turning_time(result)
     # Close to the edge, where the pressure falls or rises fast, the points are dense.
