@@ -1,0 +1,34 @@
+"""The page on surrogates: its code runs, and its table is what the benchmark writes."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_code_of_the_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (ROOT / "docs" / "surrogates.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, "surrogates.md", "exec"), names)
+    first, last = (1.0 + 0.2) / 2, names["restitution"](0.8) * 0.8 / 2
+    # Momentum is kept, and the relative velocity is turned round and multiplied by e.
+    assert names["velocities"] == pytest.approx([first - last, first + last])
+    assert np.shape(names["picture"]) == (300, 300)
+    assert capsys.readouterr().out
+
+
+def test_table_of_the_page_keeps_what_is_stated() -> None:
+    lines = (ROOT / "benchmarks" / "surrogate.md").read_text().splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| ")]
+    heads, rows = rows[0], rows[1:]
+    assert len(rows) == 5
+    for row in rows:
+        value = dict(zip(heads, row, strict=True))
+        assert float(value["measured"]) <= 2.0 * float(value["error, stated"]) <= 2e-6
+        assert float(value["file, kB"]) < 2000
+        assert float(value["ratio"]) > 20
