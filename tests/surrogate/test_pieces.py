@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.surrogate.lookup import scalar_function, table, value, values
+from restitution.surrogate.lookup import compiled, scalar_function, table, value, values
 from restitution.surrogate.pieces import DEGREE, NotMet, build_pieces
 
 
@@ -89,3 +89,14 @@ def test_out_of_range_is_not_a_number():
 def test_most_is_not_exceeded():
     pieces, _ = build_pieces(lambda x: (1e-3 + 0.0 * x)[None], difference, 0.0, 1.0, 1e-6)
     assert value(2.0, *table(pieces, 0, 1.0, math.e, 1.0)) == 1.0
+
+
+@pytest.mark.plain
+def test_without_a_folder_for_machine_code_it_is_compiled_anew(monkeypatch):
+    from numba.core.dispatcher import Dispatcher
+
+    def refuse(*_):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr(Dispatcher, "enable_caching", refuse)
+    assert compiled(lambda x: 2.0 * x)(3.0) == 6.0

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -143,6 +144,12 @@ def test_threads_see_the_same(ball: rs.Surrogate) -> None:
     with ThreadPoolExecutor(4) as pool:
         rows = list(pool.map(lambda _: fresh(v), range(8)))
     assert all(np.array_equal(row, ball(v)) for row in rows)
+
+
+def test_other_processes_get_the_same(ball: rs.Surrogate) -> None:
+    v = drawn(1e-3, 10.0, 20)
+    expected = ball(v)
+    assert np.array_equal(pickle.loads(pickle.dumps(ball))(v), expected)
 
 
 def test_workers_do_not_matter() -> None:
