@@ -377,3 +377,25 @@ def test_the_public_names_are_these():
     result = rs.indent(GEL, TIP, depth=rs.triangle(1e-6, 1.0))
     assert isinstance(result, rs.IndentationResult)
     assert result.status is rs.IndentationStatus.SEPARATED
+
+
+def test_fast_modes_that_answer_to_a_kink_are_not_missed():
+    """Depth and radius just after the force has ceased to rise, with modes ten thousand times faster than the contact."""
+    series = PronySeries(0.25, [0.5, 17.0, 2.0], [2e-5, 0.3, 7.0])
+    history = triangle(1.0, 1.0, unloading_time=0.8, hold_time=1.0)
+    t = np.concatenate([1.0 + np.geomspace(1e-6, 1.0, 30), np.linspace(2.0, 2.8, 40)])
+    known = indent(half_space(series), Parabola(1.0), force=history, time=t, rtol=1e-11)
+    # While the contact grows, a^3 = (3 R/4) int J* dF in closed form.
+    creep = series.retardation
+    total = creep.instantaneous_compliance * np.minimum(t, 1.0)
+    for compliance, tau in zip(creep.branch_compliances, creep.retardation_times, strict=True):
+        ramp_part = tau * (np.exp(-(t - 1.0) / tau) - np.exp(-t / tau))
+        total += compliance * (1.0 - ramp_part)
+    growing = t <= known.turning_time
+    assert growing.sum() >= 30
+    assert known.contact_radius[growing] ** 3 == pytest.approx(0.75 * total[growing], rel=1e-11)
+    for rtol in (1e-4, 1e-8):
+        loose = indent(half_space(series), Parabola(1.0), force=history, time=t, rtol=rtol)
+        for name in ("indentation_depth", "contact_radius"):
+            exact = getattr(known, name)
+            assert np.abs(getattr(loose, name) - exact).max() <= rtol * exact.max()

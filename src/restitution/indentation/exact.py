@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +15,6 @@ from restitution.indentation.scaling import contact_part, scaled_contact
 from restitution.indentation.shrinkage import Reloading, check_recontact, recover_depth, shrink_contact
 from restitution.kernel.validation import finite
 from restitution.material.prony import PronySeries
-
-if TYPE_CHECKING:
-    from restitution.kernel.prescribed import Contact
-    from restitution.kernel.shrinking import Past
 
 Array = NDArray[np.float64]
 
@@ -58,9 +54,7 @@ class Solution:
                 _check_jumps(part)
         self._contact, self.units = scaled_contact(series, profile, part, name)
         work = scratch(self._contact)
-        past = grow_contact(self._contact, work, tolerance)
-        if not self.by_depth:
-            _check_depth(past, self._contact, profile)
+        past = grow_contact(self._contact, work, tolerance, float(np.min(profile.max_depth)))
         try:
             past, places, times = shrink_contact(self._contact, past, work, rtol)
             if self.by_depth and past.end < 1.0:
@@ -79,7 +73,7 @@ class Solution:
     @property
     def turning_time(self) -> float:
         """Time at which the contact starts to shrink [s]; the end of the history where it does not."""
-        return self._time(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
+        return self._moment(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
 
     @property
     def max_contact_radius(self) -> float:
@@ -91,7 +85,7 @@ class Solution:
     @property
     def end_time(self) -> float:
         """Time at which the contact ends [s]; infinite where it outlasts the history."""
-        return self._time(self._past.end)
+        return self._moment(self._past.end)
 
     def times(self, n_points: int) -> Array:
         """Even times [s], and the knots of the history, the turning and the end of the contact."""
@@ -161,6 +155,12 @@ class Solution:
             sampled = unsorted
         return sampled[0], sampled[1], sampled[2], sampled[3]
 
+    def _moment(self, scaled: float) -> float:
+        """Time [s]; at a knot of the history the knot itself, without the rounding of the units."""
+        knots = self.history.knots
+        same = np.flatnonzero((knots - self.units.touch) / self.units.time == scaled)
+        return float(knots[same[0]]) if same.size else float(self._time(scaled))
+
     def _time(self, scaled: Any) -> Any:
         return self.units.touch + self.units.time * scaled
 
@@ -170,15 +170,6 @@ def _check_reach(part: History, profile: Profile) -> None:
     most = float(np.min(profile.max_depth))
     if deepest > most:
         raise ValueError(f"depth = {deepest:g} m: must be <= {most:g} m, where the profile ends")
-
-
-def _check_depth(past: Past, contact: Contact, profile: Profile) -> None:
-    """Refuse a force that presses a body deeper than its profile is known."""
-    if contact.path.exponent < 0.0 and past.elements.integrals.max() > contact.path.integral[-1].sum():
-        most = float(np.min(profile.max_depth))
-        raise ValueError(
-            f"force: presses the tip deeper than {most:g} m, where the profile ends; must be less"
-        )
 
 
 def _check_jumps(part: History) -> None:

@@ -28,13 +28,22 @@ def scratch(contact: Contact) -> Scratch:
     )
 
 
-def grow_contact(contact: Contact, work: Scratch, tolerance: float) -> Past:
+def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
     """Growing contact and its memory; the end of contact is not yet known.
+
+    Parameters
+    ----------
+    contact, work
+        What is pressed into what; scratch space.
+    tolerance : float
+        Of depth and force over the largest.
+    deepest : float
+        Depth [m] at which the profile ends, for the message.
 
     Raises
     ------
     ValueError
-        If the history has more pieces than there is room for.
+        If the history has more pieces than there is room for, or a force presses the body deeper than its profile is known.
     """
     from restitution.kernel.growing import turning_point
     from restitution.kernel.memory import TERMS, allocate, quadrature, remember
@@ -59,7 +68,7 @@ def grow_contact(contact: Contact, work: Scratch, tolerance: float) -> Past:
     else:
         first = _turning_segment(contact, tolerance)
         turning = float(contact.knots[first])
-    elements = _no_elements() if punch else _cut(contact, work, first, turning, tolerance)
+    elements = _no_elements() if punch else _cut(contact, work, first, turning, tolerance, deepest)
     all_lengths, all_rates, jumps = elements.lengths, elements.depth_rates, np.diff(elements.depths)
     if by_depth and first < m:
         segment_rates(contact, quadrature(), first, rates, levels)
@@ -83,8 +92,10 @@ def _turning_segment(contact: Contact, tolerance: float) -> int:
     return int(np.argmax(ends[: fallen[0]])) + 1
 
 
-def _cut(contact: Contact, work: Scratch, first: int, turning: float, tolerance: float) -> Elements:
-    from restitution.kernel.growing import Elements, grow
+def _cut(
+    contact: Contact, work: Scratch, first: int, turning: float, tolerance: float, deepest: float
+) -> Elements:
+    from restitution.kernel.growing import TOO_DEEP, Elements, grow
     from restitution.kernel.memory import TERMS, quadrature
 
     m = contact.values.shape[0]
@@ -97,6 +108,10 @@ def _cut(contact: Contact, work: Scratch, first: int, turning: float, tolerance:
             np.empty(room + 1), np.empty((room, TERMS)), np.empty((room, TERMS)),
         )  # fmt: skip
         count = grow(contact, quadrature(), work, segments, turning, tolerance, elements)
+        if count == TOO_DEEP:
+            raise ValueError(
+                f"force: presses the tip deeper than {deepest:g} m, where the profile ends; must be less"
+            )
         if count >= 0:
             starts, lengths, places, depths, integrals, depth_rates, integral_rates = elements
             return Elements(

@@ -15,9 +15,9 @@ from restitution.kernel.validation import finite, nonnegative, positive
 
 Array = NDArray[np.float64]
 
-_DEGREE = 7
+_DEGREE = 9
 # Error of a fitted piece over the largest value, and the most pieces.
-_FIT = 1e-12
+_FIT = 2e-14
 _MOST_PIECES = 4096
 _FIRST_PIECES = 12
 # Share of the duration below which a piece that does not fit holds a jump.
@@ -91,7 +91,7 @@ class History:
     def from_function(
         cls, function: Callable[[Array], Any], time: ArrayLike, *, name: str = "values"
     ) -> History:
-        """Function of time, fitted piecewise to 1e-12 of its largest value.
+        """Function of time, fitted piecewise to 1e-13 of its largest value.
 
         Parameters
         ----------

@@ -15,6 +15,8 @@ from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, tail, trim
 
+NO_ROOM, TOO_DEEP = -1, -2
+
 
 class Elements(NamedTuple):
     """Elements of the growing contact.
@@ -185,20 +187,27 @@ def grow(
     Returns
     -------
     int
-        Number of elements, or -1 where they are more than there is room for.
+        Number of elements; NO_ROOM where they are more than there is room for, TOO_DEEP where a force presses the body
+        deeper than the table of its profile reaches.
     """
     room = elements.starts.shape[0]
     e = 0
     depth = 0.0
     integral = 0.0
     _, _, most, _ = grown_at(contact, work, segments - 1, end)
+    if contact.control == FORCE and contact.path.exponent < 0.0:
+        known = 0.0
+        for n in range(contact.path.integral.shape[1]):
+            known += contact.path.integral[contact.path.integral.shape[0] - 1, n]
+        if most > known:
+            return TOO_DEEP
     largest = root_of_depth(contact.path, most) ** 2
     for i in range(segments):
         b = contact.knots[i]
         stop = min(contact.knots[i + 1], end)
         if contact.knots[i + 1] == b:
             if e == room:
-                return -1
+                return NO_ROOM
             elements.starts[e], elements.lengths[e], elements.segments[e] = b, 0.0, i
             elements.depths[e], elements.integrals[e] = depth, integral
             for n in range(TERMS):
@@ -211,7 +220,7 @@ def grow(
         h = stop - b
         while b < stop:
             if e == room:
-                return -1
+                return NO_ROOM
             h = min(h, stop - b)
             if h > 0.75 * (stop - b):
                 h = stop - b
@@ -226,19 +235,24 @@ def grow(
                     integral_rate += quadrature.coefficients[n, j] * work.samples[1, j]
                 elements.depth_rates[e, n] = depth_rate
                 elements.integral_rates[e, n] = integral_rate
+            end_depth, _, end_integral, _ = grown(contact, work, i, stop if h == stop - b else b + h)
+            rate, integral_rate = (end_depth - depth) / h, (end_integral - integral) / h
+            # What the nodes have missed shows in the mean: a fast mode answers to a kink before the first of them.
+            missed = abs(elements.integral_rates[e, 0] - integral_rate) * h / most
             missing = tail(elements.integral_rates[e]) / most
             if contact.control == FORCE:
+                missed = max(missed, abs(elements.depth_rates[e, 0] - rate) * h / largest)
                 missing = max(missing, tail(elements.depth_rates[e]) / largest)
-            if missing * end > tolerance * max(1.0, contact.shortest / h) and h > 1e-14 * b + 1e-60 * stop:
+            coarse = missing * end > tolerance * max(1.0, contact.shortest / h) or missed > tolerance
+            if coarse and h > 1e-14 * b + 1e-60 * stop:
                 h *= 0.5
                 continue
             elements.starts[e], elements.lengths[e], elements.segments[e] = b, h, i
             elements.depths[e], elements.integrals[e] = depth, integral
             b = stop if h == stop - b else b + h
-            before, integral_before = depth, integral
-            depth, _, integral, _ = grown(contact, work, i, b)
-            elements.depth_rates[e, 0] = (depth - before) / h
-            elements.integral_rates[e, 0] = (integral - integral_before) / h
+            elements.depth_rates[e, 0] = rate
+            elements.integral_rates[e, 0] = integral_rate
+            depth, integral = end_depth, end_integral
             trim(elements.depth_rates[e])
             trim(elements.integral_rates[e])
             e += 1
