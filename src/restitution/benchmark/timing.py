@@ -83,25 +83,32 @@ def one_by_one(
     return times
 
 
+def in_array_calls(problems: Problems, rtol: float, repeats: int) -> tuple[float, float, float]:
+    """Mean time [s] of an impact, largest error of e against rtol = 1e-11, and over `rtol max(e, 1e-3)`."""
+    mean = best(lambda: problems.solve(rtol), repeats) / problems.size
+    exact = problems.solve(EXACT)
+    error = np.abs(problems.solve(rtol) - exact)
+    share = error / (rtol * np.maximum(exact, _FLOOR))
+    return mean, float(error.max()), float(share.max())
+
+
+def evenly(problems: Problems, count: int) -> list[int]:
+    """Return so many of the impacts, the first and the last among them."""
+    return np.linspace(0, problems.size - 1, count).astype(int).tolist()
+
+
 def speed(
     problems: Problems,
     rtol: float,
     *,
     alone: int,
-    copies: int = 256,
-    repeats: int = 3,
+    copies: int,
+    repeats: int,
     advance: Callable[[], None] = lambda: None,
 ) -> Speed:
     """Measure mean, median and worst time of an impact on one thread, and the error of e against rtol = 1e-11."""
-    mean = best(lambda: problems.solve(rtol), repeats) / problems.size
+    mean, error, share = in_array_calls(problems, rtol, repeats)
     advance()
-    exact, found = problems.solve(EXACT), problems.solve(rtol)
-    advance()
-    error = np.abs(found - exact)
-    share = error / (rtol * np.maximum(exact, _FLOOR))
-    chosen = np.linspace(0, problems.size - 1, alone).astype(int).tolist()
+    chosen = evenly(problems, alone)
     times = one_by_one(problems, chosen, rtol, copies=copies, repeats=repeats, advance=advance)
-    return Speed(
-        problems.size, mean, alone, float(np.median(times)), float(times.max()),
-        float(error.max()), float(share.max()),
-    )  # fmt: skip
+    return Speed(problems.size, mean, alone, float(np.median(times)), float(times.max()), error, share)

@@ -1,0 +1,181 @@
+"""Other ways to the same number: the paper's elements, SciPy's integrators, LAMMPS. Times and errors of each."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy_impact
+from scipy.integrate import solve_ivp
+
+import restitution as rs
+from restitution.benchmark.problems import StandardSolids, plane
+from restitution.benchmark.timing import best, clock, one_by_one
+from restitution.impact.scaling import power_block
+from restitution.material.standard_solid import reduced_standard_solid
+
+SEED = 11
+EXACT = 1e-12
+OURS = [10.0**-n for n in range(2, 13)]
+SCIPY_METHODS = ("Radau", "LSODA", "DOP853")
+SCIPY = [10.0**-n for n in range(3, 12)]
+ELEMENTS = [25 * 2**n for n in range(10)]
+"""Elements in contact at most; the time step goes with their number."""
+
+Note = Callable[[str], None]
+
+
+def sample(count: int) -> tuple[StandardSolids, Any]:
+    """Points of the paper's plane on which all methods are compared, and e there."""
+    points = plane(count, SEED)
+    return points, points.solve(EXACT)
+
+
+def ours(count: int, note: Note) -> list[dict[str, Any]]:
+    """Time and largest error by tolerance."""
+    points, exact = sample(count)
+    rows = []
+    for rtol in OURS:
+        times = one_by_one(points, range(count), rtol, copies=256, repeats=5)
+        errors = np.abs(points.solve(rtol) - exact)
+        rows.append({"rtol": rtol, "seconds": times.tolist(), "errors": errors.tolist()})
+        note(f"ours {rtol:g}: {1e6 * times.mean():.1f} us, {errors.max():.1e}")
+    return rows
+
+
+def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
+    """Time and error of each impact by method and tolerance; NaN where more than `most` evaluations were needed."""
+    points, exact = sample(count)
+    one = np.ones(count)
+    reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
+    block = power_block(
+        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one
+    )
+    found: dict[str, list[dict[str, Any]]] = {}
+    for method in SCIPY_METHODS:
+        for rtol in SCIPY:
+            seconds, errors = [], []
+            for n in range(count):
+                start = clock()
+                try:
+                    e = scipy_impact.solve(block.row(n), method, rtol, most).restitution_coefficient
+                except scipy_impact.Unsuited:
+                    e = math.nan
+                seconds.append(clock() - start)
+                errors.append(abs(e - exact[n]))
+            found.setdefault(method, []).append({"rtol": rtol, "seconds": seconds, "errors": errors})
+            note(f"{method} {rtol:g}: {1e3 * np.mean(seconds):.1f} ms, {np.nanmax(errors):.1e}")
+    return found
+
+
+def elements(count: int, errors: list[float], longest: float, note: Note) -> list[dict[str, Any]]:
+    """Time of each impact by the element method with the fewest elements, doubled, that meet an error of e.
+
+    The time is that of the public call, which runs once more with half the elements to estimate its error. None where
+    more time steps than the method allows, or more than `longest` seconds, would be needed.
+    """
+    points, exact = sample(count)
+    rows = []
+    for n in range(count):
+        row: dict[str, Any] = {str(error): None for error in errors}
+        wanted = sorted(errors, reverse=True)
+        impact = rs.Impact(
+            rs.standard_solid(1.0, 1.0 / points.p2[n], points.p3[n], poisson_ratio=points.nu[n]),
+            rs.Parabola(1.0),
+            mass=1.0,
+            velocity=1.0,
+        )
+        for many in ELEMENTS:
+            start = clock()
+            try:
+                e = rs.solve(impact, method="elements", n_elements=many).restitution_coefficient
+            except ValueError:
+                break
+            spent = clock() - start
+            while wanted and abs(e - exact[n]) <= wanted[0]:
+                row[str(wanted.pop(0))] = {
+                    "elements": many,
+                    "seconds": spent,
+                    "error": float(abs(e - exact[n])),
+                }
+            # The next takes four times as long.
+            if not wanted or 4.0 * spent > longest:
+                break
+        rows.append(row)
+        note(f"elements {n + 1} of {count}: " + ", ".join(f"{key} {value}" for key, value in row.items()))
+    return rows
+
+
+SHEAR_MODULUS, RADIUS, DENSITY, VELOCITY = 1.0e6, 0.005, 1100.0, 1.0
+LOSS = 0.3
+"""b = (3/2) tau (k/m)^(2/5) v0^(1/5) of the law F = k (d^(3/2) + (3/2) tau d^(1/2) v)."""
+
+
+def lammps(python: Path, pairs: int, steps: list[int], repeats: int, note: Note) -> dict[str, Any]:
+    """Time of a collision of two Kelvin-Voigt balls in LAMMPS with its error, and here.
+
+    The error of LAMMPS is that against the exact solution of its own law, which has no memory.
+    """
+    mass = 0.5 * DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
+    modulus, root = 2.0 * SHEAR_MODULUS, math.sqrt(RADIUS / 2.0)
+    stiffness = 4.0 / 3.0 * modulus * root
+    depth = rs.closed_forms.elastic_max_indentation_depth(modulus, root, mass, VELOCITY)
+    unit = (stiffness / mass) ** 0.4 * VELOCITY**0.2
+    tau = LOSS / (1.5 * unit)
+    settings = {
+        "radius": RADIUS,
+        "mass": 2.0 * mass,
+        "velocity": VELOCITY,
+        "reduced_modulus": modulus,
+        "retardation_time": tau,
+        "elastic_contact_time": float(rs.closed_forms.elastic_contact_time(depth, VELOCITY)),
+        "pairs": pairs,
+        "steps": steps,
+        "repeats": repeats,
+    }
+    script = Path(__file__).with_name("lammps_pairs.py")
+    # One thread, as the rest.
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    environment.pop("PYTHONPATH", None)
+    done = subprocess.run(
+        [str(python), "-I", str(script)], input=json.dumps(settings), capture_output=True, text=True, env=environment
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip().splitlines()[-1])
+    found = json.loads(done.stdout)
+    law = memoryless_restitution(LOSS)
+    for run in found["runs"]:
+        run["error"] = max(abs(run["lowest"] - law), abs(run["highest"] - law))
+        note(f"LAMMPS {run['style']} {run['steps']} steps: {1e6 * run['seconds']:.1f} us, {run['error']:.1e}")
+    rubber = rs.kelvin_voigt(SHEAR_MODULUS, SHEAR_MODULUS * tau, poisson_ratio=0.5, density=DENSITY)
+    ball = rs.Body(rubber, radius=RADIUS)
+    collision = rs.collision(ball, ball, velocity=np.full(pairs, VELOCITY))
+    exact = rs.solve(collision, rtol=EXACT, workers=1).restitution_coefficient
+    here = []
+    for rtol in (1e-4, 1e-8):
+        e = rs.solve(collision, rtol=rtol, workers=1).restitution_coefficient
+        seconds = best(lambda: rs.solve(collision, rtol=rtol, workers=1), repeats) / pairs  # noqa: B023
+        here.append({"rtol": rtol, "seconds": seconds, "error": float(np.abs(e - exact).max())})
+        note(f"ours {rtol:g}: {1e6 * seconds:.1f} us")
+    return found | {"loss": LOSS, "pairs": pairs, "law": law, "exact": float(exact[0]), "ours": here}
+
+
+def memoryless_restitution(loss: float) -> float:
+    """Restitution coefficient of F = d^(3/2) + b d^(1/2) v, until the overlap is zero, with m = v0 = 1."""
+
+    def motion(_: float, y: Any) -> Any:
+        root = math.sqrt(max(y[0], 0.0))
+        return [y[1], -root * (y[0] + loss * y[1])]
+
+    def apart(t: float, y: Any) -> float:
+        return y[0] if t > 0.0 else 1.0
+
+    apart.terminal = True
+    found = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-14, events=apart)
+    return -float(found.y[1, -1])

