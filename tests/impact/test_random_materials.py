@@ -16,14 +16,12 @@ from restitution.contact.tabulated import Tabulated
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solve import solve
-from restitution.impact.status import SolverError, Status
+from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from strategies import logarithmic, materials
 
 RTOL = 1e-9
-# Overdamped bodies that return slower than this may be refused or come without an energy budget.
-NEARLY_NOTHING = 1e-5
 ANGLE = st.floats(0.2, 1.5)
 SIZE = logarithmic(1e-2, 1e2)
 KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.5, 0.8, 1.0, 1.4, 1.7, 2.0])
@@ -34,7 +32,7 @@ BUILDS: dict[str, st.SearchStrategy[Build]] = {
     "parabola": SIZE.map(lambda r: lambda unit: Parabola(r * unit)),
     "sphere": SIZE.map(lambda r: lambda unit: Sphere(r * unit)),
     "cone": ANGLE.map(lambda angle: lambda unit: Cone(angle)),
-    "power law": st.tuples(st.sampled_from([0.7, 1.0, 1.5, 2.0]), SIZE).map(
+    "power law": st.tuples(st.sampled_from([0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]), SIZE).map(
         lambda pair: lambda unit: PowerLaw(pair[0], pair[1] * unit ** (1.0 - pair[0]))
     ),
     "flat punch": SIZE.map(lambda r: lambda unit: FlatPunch(r * unit)),
@@ -56,14 +54,12 @@ PROFILES = st.sampled_from(sorted(BUILDS)).flatmap(BUILDS.__getitem__)
 
 
 def solved(impact: Impact) -> ImpactResult | None:
-    """The result; None of a body that goes deeper than its table, or that hardly comes back and is refused."""
+    """The result; None of a body that goes deeper than its table."""
     try:
         return solve(impact, rtol=RTOL)
     except ValueError as refusal:
         assert "deeper than" in str(refusal)  # noqa: PT017 (the only refusal that is right)
-    except SolverError:
-        assert solve(impact, "reference", rtol=1e-6).restitution_coefficient < NEARLY_NOTHING
-    return None
+        return None
 
 
 def slack(result: ImpactResult, profile: Profile) -> float:
@@ -97,6 +93,7 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
         assert impact.reduced_modulus.is_liquid
         assert result.restitution_coefficient == 0.0
         assert result.contact_time == math.inf
+        assert 0.0 < result.max_indentation_depth < math.inf
         return
     assert result.status is Status.SEPARATED
     assert 0.0 < result.restitution_coefficient <= 1.0 + RTOL
@@ -104,20 +101,16 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
     assert 0.0 < result.max_force < math.inf
     depth = result.max_indentation_depth
     assert -1e-8 * depth <= result.residual_indentation_depth <= depth < math.inf
-    if result.restitution_coefficient > NEARLY_NOTHING:
-        assert result.energy.dissipated >= 0.0
-        assert result.energy.stored >= 0.0
-        assert abs(result.energy.residual) < 10.0 * RTOL * slack(result, impact.profile)
+    assert result.energy.dissipated >= 0.0
+    assert result.energy.stored >= 0.0
+    assert abs(result.energy.residual) < 10.0 * RTOL * slack(result, impact.profile)
 
 
 def check_same(
     impact: Impact, wanted: ImpactResult, profile: Profile, units: tuple[float, float, float]
 ) -> None:
     mass, length, time = units
-    result = solved(impact)
-    if result is None:
-        assert wanted.restitution_coefficient < NEARLY_NOTHING
-        return
+    result = solve(impact, rtol=RTOL)
     assert result.status is wanted.status
     # Each keeps its tolerance.
     bound = 2.0 * RTOL * slack(wanted, profile) * max(wanted.restitution_coefficient, 1e-3)

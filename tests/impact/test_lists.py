@@ -1,0 +1,47 @@
+"""Lists of impacts: those alike are solved in one block, and each keeps its own outcome."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.power_law import Cone
+from restitution.contact.profile import Parabola
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.impact.status import SolverError, Status
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+SOLID = Material(PronySeries(1.0, [3.0], [0.5]), math.inf)
+LIQUID = Material(PronySeries(0.0, [1.0], [0.03]), math.inf)
+GOOD = Impact(SOLID, Parabola(1.0), 1.0, 1.0)
+# Its energy is beyond float64.
+TOO_FAST = Impact(SOLID, Parabola(1.0), 1.0, 1e200)
+
+
+def test_a_failure_among_impacts_of_one_block_is_its_own():
+    for impacts, place in (([GOOD, TOO_FAST, GOOD], 1), ([GOOD, GOOD, TOO_FAST], 2), ([TOO_FAST, GOOD], 0)):
+        with pytest.warns(RuntimeWarning, match=f"^1 of {len(impacts)} impacts failed and are NaN: 1 "):
+            result = solve(impacts)
+        failed = np.isnan(result.restitution_coefficient)
+        assert np.flatnonzero(failed).tolist() == [place]
+        assert [Status(int(status)).failed for status in result.status] == failed.tolist()
+        with pytest.raises(SolverError, match=rf"\(impact {place} of {len(impacts)}\)$"):
+            solve(impacts, errors="raise")
+
+
+def test_outcomes_of_several_blocks_come_back_in_order():
+    impacts = [
+        Impact(LIQUID, Parabola(1.0), 1.0, 1.0),
+        GOOD,
+        Impact(SOLID, Cone(1.2), 1.0, 1.0),
+        Impact(SOLID, Parabola(1.0), 1.0, 2.0),
+        Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=30.0),
+    ]
+    together = solve(impacts)
+    assert together.status.tolist() == [Status.SINKS_IN, 0, 0, 0, Status.CAPTURED]
+    for n, impact in enumerate(impacts):
+        alone = solve(impact)
+        for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force"):
+            assert getattr(together, name)[n] == getattr(alone, name), (n, name)
