@@ -22,6 +22,8 @@ _SMALL = 1e-3
 # So much better than the interpolants are the solves that make and judge them.
 _FINER = 1e-4
 _FINEST = 1e-12
+# Velocities this far apart share the table of a profile.
+_TABLE_RATIO = 8.0
 
 
 def surrogate(
@@ -78,7 +80,6 @@ def surrogate(
     if shape:
         raise ValueError(f"impact: has shape {shape} beside its velocity; a surrogate takes a single impact")
     from restitution.impact.assumptions import doubts
-    from restitution.impact.solve import impact_columns
 
     accuracy = max(_FINER * tolerance, _FINEST)
     warnings: list[str] = []
@@ -86,7 +87,7 @@ def surrogate(
     def sample(log_velocity: Array) -> Array:
         speeds = np.clip(np.exp(log_velocity), low, high)
         impacts = replace(impact, velocity=speeds)
-        columns = impact_columns(impacts, accuracy, workers=workers)
+        columns = _solved(impacts, speeds, accuracy, workers)
         _refuse_what_stays(speeds, columns["status"], (low, high))
         if not warnings:
             # The first round covers the whole range.
@@ -110,6 +111,22 @@ def surrogate(
     del problem["velocity"]
     errors = {name: float(one) + accuracy for name, one in zip(OUTPUTS, error, strict=True)}
     return Surrogate((low, high), tolerance, errors, warnings, problem, pieces)
+
+
+def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
+    """Solve an impact at an array of speeds."""
+    from restitution.impact.solve import impact_columns
+
+    if impacts.profile.path_exponent is not None:
+        return impact_columns(impacts, accuracy, workers=workers)
+    # The error of a profile's table is relative to its deepest impact: 1e-7 of a shallow one beside one far deeper.
+    place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
+    columns: dict[str, Array] = {}
+    for part in (np.flatnonzero(place == k) for k in np.unique(place)):
+        solved = impact_columns(replace(impacts, velocity=speeds[part]), accuracy, workers=workers)
+        for name, values in solved.items():
+            columns.setdefault(name, np.empty(speeds.size))[part] = values
+    return columns
 
 
 def _plain(value: Any) -> Any:
