@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Depths at which the force integral of a profile is sampled to estimate how deep a body goes.
+_KNOTS = 64
+
 
 class DimensionlessGroups(NamedTuple):
     """The three numbers on which the restitution coefficient of a standard solid depends (Willert et al., eq. 11).
@@ -308,25 +311,36 @@ def _elastic_depth(
     force: Array,
     most: float,
 ) -> Array:
-    """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about."""
-    low = np.full(mass.size, -300.0)
-    high = np.full(mass.size, math.log(min(most, 1e100)))
+    """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about.
+
+    A measured tip is dear to evaluate, and this is where the steps begin, no more: its integral is looked up between few
+    depths, spread first over all that is possible and then around what came out.
+    """
     moduli, times = series.branch_moduli, series.relaxation_times
-    for _ in range(60):
-        middle = 0.5 * (low + high)
+    low, high = -300.0, math.log(min(most, 1e100))
+    middle = np.full(mass.size, high)
+    for _ in range(2):
+        knots = np.linspace(low, high, _KNOTS)
         # The logarithm of the last depth of a profile may come back as a little more.
-        depth = np.minimum(np.exp(middle), most)
-        duration = 1.5 * depth / velocity
-        modulus = (
-            series.equilibrium_modulus
-            + (moduli * times / (times + duration[:, None])).sum(axis=1)
-            + series.viscosity / duration
-        )
-        # The exponent 2/5 of the parabola serves for all: this is where the steps begin, no more.
-        deep = 0.4 * 2.0 * modulus * force_integral(depth) * depth > 0.5 * mass * velocity**2 + force * depth
-        high = np.where(deep, middle, high)
-        low = np.where(deep, low, middle)
-    return np.minimum(np.exp(high), most)
+        integrals = np.log(np.maximum(force_integral(np.minimum(np.exp(knots), most)), 1e-300))
+        lower, upper = np.full(mass.size, low), np.full(mass.size, high)
+        for _ in range(30):
+            middle = 0.5 * (lower + upper)
+            depth = np.exp(middle)
+            duration = 1.5 * depth / velocity
+            modulus = (
+                series.equilibrium_modulus
+                + (moduli * times / (times + duration[:, None])).sum(axis=1)
+                + series.viscosity / duration
+            )
+            integral = np.exp(np.interp(middle, knots, integrals))
+            # The exponent 2/5 of the parabola serves for all.
+            deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + force * depth
+            upper = np.where(deep, middle, upper)
+            lower = np.where(deep, lower, middle)
+        step = (high - low) / (_KNOTS - 1)
+        low, high = max(float(middle.min()) - step, low), min(float(middle.max()) + step, high)
+    return np.minimum(np.exp(upper), most)
 
 
 def _flat(value: Any, shape: tuple[int, ...]) -> Array:
