@@ -65,6 +65,16 @@ def test_what_cannot_be_met_is_said_with_numbers():
     assert caught.value.function == 1
     assert caught.value.place == pytest.approx(0.123, abs=1e-3)
     assert caught.value.error > 0.1
+    asked = []
+
+    def noise(x):
+        asked.append(x.size)
+        return np.random.default_rng(0).normal(size=(1, x.size))
+
+    with pytest.raises(NotMet):
+        build_pieces(noise, difference, 0.0, 1.0, 1e-6)
+    # What is rough everywhere is given up soon.
+    assert sum(asked) < 100_000
     with pytest.raises(NotMet) as caught:
         build_pieces(lambda x: np.where(x > 0.5, np.nan, x)[None], difference, -1.0, 1.0, 1e-6)
     assert caught.value.error == np.inf

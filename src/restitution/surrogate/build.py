@@ -59,7 +59,8 @@ def surrogate(
     ValueError
         If a number is out of range, or the body does not separate at a velocity of the range.
     SolverError
-        If a solve fails, or the tolerance is not met by pieces of 1/4096 of the range: where, and what error is left.
+        If a solve fails, or the tolerance is not met by 512 pieces, or by one of 1/4096 of the range: the message says
+        where, and what error is left.
 
     Examples
     --------

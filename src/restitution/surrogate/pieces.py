@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 
 DEGREE = 12
 DEEPEST = 12
+MOST = 512
+"""Halvings of a piece, and pieces, at most."""
+
 _FRESH = 32
 
 _ANGLES = np.linspace(0.0, np.pi, DEGREE + 1)
@@ -92,7 +95,7 @@ def build_pieces(
     Raises
     ------
     NotMet
-        If it is still missed after a piece was halved twelve times.
+        If it is still missed after a piece was halved twelve times, or by 512 pieces.
     """
     rng = np.random.default_rng(20)
     # Pieces as (level, place): place times 2^-level of the interval is where they begin.
@@ -121,7 +124,7 @@ def build_pieces(
             if np.all(chosen[:, n] <= 0.5 * tolerance) and np.all(fresh[:, n] <= tolerance):
                 done[level, place] = coefficients[:, n]
                 worst[level, place] = np.maximum(chosen[:, n], fresh[:, n])
-            elif level == DEEPEST:
+            elif level == DEEPEST or len(done) + len(following) > MOST:
                 both = np.maximum(chosen[:, n], fresh[:, n])
                 function = int(np.argmax(both))
                 at = int(np.argmax(errors[function, n]))
