@@ -318,7 +318,7 @@ def _elastic_depth(
     """
     moduli, times = series.branch_moduli, series.relaxation_times
     low, high = -300.0, math.log(min(most, 1e100))
-    middle = np.full(mass.size, high)
+    upper = np.full(mass.size, high)
     for _ in range(2):
         knots = np.linspace(low, high, _KNOTS)
         # The logarithm of the last depth of a profile may come back as a little more.
@@ -339,7 +339,7 @@ def _elastic_depth(
             upper = np.where(deep, middle, upper)
             lower = np.where(deep, lower, middle)
         step = (high - low) / (_KNOTS - 1)
-        low, high = max(float(middle.min()) - step, low), min(float(middle.max()) + step, high)
+        low, high = max(float(lower.min()) - step, low), min(float(upper.max()) + step, high)
     return np.minimum(np.exp(upper), most)
 
 
