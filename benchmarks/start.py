@@ -21,10 +21,14 @@ SOLVE = (
 Note = Callable[[str], None]
 
 
-def _seconds(command: list[str], environment: dict[str, str]) -> float:
-    start = time.perf_counter()
+def _seconds(command: list[str], environment: dict[str, str]) -> tuple[float, float]:
+    """Time [s] of a process by the clock on the wall, and its processor time."""
+    start, before = time.perf_counter(), os.times()
     subprocess.run(command, check=True, capture_output=True, env=environment)
-    return time.perf_counter() - start
+    wall, after = time.perf_counter() - start, os.times()
+    return wall, (after.children_user + after.children_system) - (
+        before.children_user + before.children_system
+    )
 
 
 def imports(repeats: int) -> float:
@@ -54,9 +58,9 @@ def start(repeats: int, note: Note) -> dict[str, Any]:
     for name, command in subjects.items():
         with tempfile.TemporaryDirectory() as empty:
             environment = os.environ | {"NUMBA_CACHE_DIR": empty}
-            first = _seconds(command, environment)
-            later = min(_seconds(command, environment) for _ in range(repeats))
-        rows.append({"subject": name, "first": first, "later": later})
-        note(f"{name}: first {first:.1f} s, later {later:.2f} s")
-    bare = min(_seconds([sys.executable, "-c", "import numpy"], dict(os.environ)) for _ in range(repeats))
+            first, processor = _seconds(command, environment)
+            later = min(_seconds(command, environment)[0] for _ in range(repeats))
+        rows.append({"subject": name, "first": first, "first_processor": processor, "later": later})
+        note(f"{name}: first {first:.1f} s, of it {processor:.1f} s of processor, later {later:.2f} s")
+    bare = min(_seconds([sys.executable, "-c", "import numpy"], dict(os.environ))[0] for _ in range(repeats))
     return {"import": beyond_numpy, "numpy": bare, "processes": rows}

@@ -1,0 +1,408 @@
+"""Tables and pictures of the results, for the page on benchmarks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from restitution.plot import style
+
+MICRO = 1e6
+ERRORS = (1e-3, 1e-4, 1e-6, 1e-8)
+"""Accuracies at which methods are compared."""
+
+TARGETS = {
+    ("paper's plane", 1e-8): (25.0, 60.0),
+    ("wide domain", 1e-8): (27.0, None),
+    ("10 to 20 terms", 1e-8): (130.0, None),
+}
+"""Largest mean and worst time [us] that are asked of the package."""
+
+COLOURS = {
+    "this package": style.BLACK,
+    "Radau": style.BLUE,
+    "LSODA": style.GREEN,
+    "DOP853": style.VERMILION,
+    "elements": style.PURPLE,
+    "LAMMPS": style.ORANGE,
+}
+
+
+def write(results: dict[str, Any], tables: Path, pictures: Path) -> None:
+    """Write a table or picture for everything that was measured."""
+    tables.mkdir(parents=True, exist_ok=True)
+    pictures.mkdir(parents=True, exist_ok=True)
+    made = {
+        "machine": (machine, ("machine",)),
+        "domains": (domains, ("domains",)),
+        "profiles": (profiles, ("profiles",)),
+        "costs": (costs, ("terms", "tolerances", "sizes", "threads")),
+        "start": (start, ("start",)),
+        "equal_accuracy": (equal_accuracy, ("ours", "scipy", "elements")),
+        "lammps": (lammps, ("lammps", "domains")),
+    }
+    for name, (table, needed) in made.items():
+        if all(key in results for key in needed):
+            (tables / f"{name}.md").write_text(table(results) + "\n", encoding="utf-8")
+    drawn = {
+        "times": (draw_times, ("domains",)),
+        "costs": (draw_costs, ("terms", "tolerances", "sizes", "threads")),
+        "precision": (draw_precision, ("ours", "scipy", "elements")),
+    }
+    for name, (draw, needed) in drawn.items():
+        if all(key in results for key in needed):
+            style.save_figure(draw(results), pictures / f"{name}.png")
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def _us(seconds: float) -> str:
+    return f"{MICRO * seconds:.1f}" if seconds < 1e-3 else f"{MICRO * seconds:.0f}"
+
+
+def _power(value: float) -> str:
+    return f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e")
+
+
+def _duration(seconds: float) -> str:
+    for scale, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
+        if seconds * scale >= 1.0:
+            return f"{seconds * scale:.3g} {unit}"
+    return f"{seconds * 1e9:.3g} ns"
+
+
+def machine(results: dict[str, Any]) -> str:
+    """What the measurements ran on."""
+    found = results["machine"]
+    versions = dict(found["versions"])
+    if "lammps" in results:
+        versions["LAMMPS"] = str(results["lammps"]["version"])
+    load = max(results["load"].values())
+    words = ", ".join(f"{name} {number}" for name, number in versions.items())
+    minutes = results["seconds"] / 60.0
+    return (
+        f"{found['processor']}, {found['cores']} cores, {found['system']}; {words}. "
+        f"One run of {minutes:.0f} minutes; at most {load:.1f} processes were running or waiting on the average of a "
+        "minute, ours included."
+    )
+
+
+def domains(results: dict[str, Any]) -> str:
+    """Mean, median and worst time, and the error met."""
+    rows = []
+    for row in results["domains"]:
+        times = np.array(row["times"])
+        mean, worst = TARGETS.get((row["domain"], row["rtol"]), (None, None))
+        rows.append([
+            row["domain"], _power(row["rtol"]), f"{row['impacts']:,}".replace(",", " "),
+            _us(row["mean"]) + (f" (≤ {mean:g})" if mean else ""), _us(float(np.median(times))),
+            _us(float(np.quantile(times, 0.99))), _us(float(times.max())) + (f" (≤ {worst:g})" if worst else ""),
+            f"{row['error']:.1e}", f"{row['share']:.2f}",
+        ])  # fmt: skip
+    header = (
+        "domain", "rtol", "impacts", "mean, µs", "median, µs", "99 %, µs", "worst, µs",
+        "largest error of e", "over rtol max(e, 1e-3)",
+    )  # fmt: skip
+    return _table(header, rows)
+
+
+def profiles(results: dict[str, Any]) -> str:
+    """Mean time of other profiles over that of the parabola."""
+    parabola = results["profiles"][0]["seconds"]
+    rows = []
+    for row in results["profiles"]:
+        table = _duration(row["table"]) if row["table"] else ""
+        rows.append(
+            [
+                row["profile"],
+                _us(row["seconds"]),
+                f"{row['seconds'] / parabola:.2f}",
+                table,
+                f"{row['error']:.1e}",
+            ]
+        )
+    return _table(
+        ("profile", "mean, µs", "over the parabola", "its table, in each call", "largest error of e"), rows
+    )
+
+
+def line_through(x: Any, y: Any) -> tuple[float, float, float]:
+    """Offset and slope of the line that is closest to positive points relative to them, and the largest deviation."""
+    weights = 1.0 / np.asarray(y)
+    design = np.stack([np.ones(len(x)), np.asarray(x)], 1) * weights[:, None]
+    (offset, slope), *_ = np.linalg.lstsq(design, np.ones(len(x)), rcond=None)
+    return float(offset), float(slope), float(np.abs(design @ [offset, slope] - 1.0).max())
+
+
+def term_cost(results: dict[str, Any]) -> tuple[Any, Any, tuple[float, float, float]]:
+    """Terms, times [us] and the line through them."""
+    x = np.array([row["terms"] for row in results["terms"]])
+    y = MICRO * np.array([row["seconds"] for row in results["terms"]])
+    return x, y, line_through(x, y)
+
+
+def tolerance_cost(results: dict[str, Any]) -> tuple[Any, Any, tuple[float, float, float]]:
+    """Digits log10(1/rtol), times [us] and the line through them."""
+    x = -np.log10([row["rtol"] for row in results["tolerances"]])
+    y = MICRO * np.array([row["seconds"] for row in results["tolerances"]])
+    return x, y, line_through(x, y)
+
+
+def size_cost(results: dict[str, Any]) -> tuple[Any, Any, tuple[float, float, float]]:
+    """Points, times [s] and the line through them."""
+    x = np.array([float(row["points"]) for row in results["sizes"]])
+    y = np.array([row["seconds"] for row in results["sizes"]])
+    return x, y, line_through(x, y)
+
+
+def costs(results: dict[str, Any]) -> str:
+    """Four tables: over terms, tolerance, points, threads."""
+    n, y, (offset, slope, off) = term_cost(results)
+    terms = _table(
+        ("terms", *(f"{x}" for x in n)),
+        [["mean, µs", *(f"{t:.1f}" for t in y)]],
+    )
+    parts = [
+        f"**Terms of the Prony series.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs a term.",
+        terms,
+    ]
+    digits, y, (offset, slope, off) = tolerance_cost(results)
+    # The last is what the errors of the others are measured against.
+    measured = results["tolerances"][:-1]
+    parts += [
+        f"**Tolerance.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs a digit of rtol.",
+        _table(
+            ("rtol", *(_power(10.0**-x) for x in digits)),
+            [
+                ["mean, µs", *(f"{t:.1f}" for t in y)],
+                ["largest error of e", *(f"{row['error']:.0e}" for row in measured), "reference"],
+                ["over rtol max(e, 1e-3)", *(f"{row['share']:.2f}" for row in measured), ""],
+            ],
+        ),
+    ]
+    points, y, (offset, slope, off) = size_cost(results)
+    parts += [
+        f"**Points of one call.** Within {100 * off:.0f} % a call costs {1e3 * offset:.2f} ms + {MICRO * slope:.1f} µs "
+        "a point.",
+        _table(
+            ("points", *(_power(x) for x in points)),
+            [
+                ["time of a call, one thread", *(_duration(t) for t in y)],
+                ["µs a point", *(_us(t / x) for x, t in zip(points, y, strict=True))],
+            ],
+        ),
+    ]
+    rows = results["threads"]
+    alone = rows[0]["seconds"]
+    parts += [
+        f"**Threads.** A call of {rows[0]['points']:,} points:".replace(",", " "),
+        _table(
+            ("threads", *(str(row["workers"]) for row in rows)),
+            [
+                ["time of a call, s", *(f"{row['seconds']:.3f}" for row in rows)],
+                ["times as fast as one", *(f"{alone / row['seconds']:.2f}" for row in rows)],
+            ],
+        ),
+    ]
+    return "\n\n".join(parts)
+
+
+def start(results: dict[str, Any]) -> str:
+    """Times until the first number."""
+    found = results["start"]
+    rows = [
+        [
+            row["subject"],
+            f"{row['first']:.1f} (≤ 15)",
+            f"{row['first_processor']:.1f}",
+            f"{row['later']:.2f} (≤ 1)",
+        ]
+        for row in found["processes"]
+    ]
+    header = ("whole process", "empty cache, s", "of it the processor, s", "from the second one on, s")
+    return (
+        f"Importing `restitution` costs {1e3 * found['import']:.1f} ms beyond NumPy (≤ 500 ms); "
+        f"a process that imports NumPy and nothing else takes {found['numpy']:.2f} s.\n\n{_table(header, rows)}"
+    )
+
+
+def _fastest(runs: list[dict[str, Any]], error: float) -> Any:
+    """Time of each impact with the loosest tolerance that meets an error; NaN where none does."""
+    seconds, errors = (np.array([run[key] for run in runs], float) for key in ("seconds", "errors"))
+    # Errors fall by chance too: what is tighter has to meet it as well, or to fail.
+    stays = np.logical_and.accumulate((~(errors > error))[::-1])[::-1]
+    met = stays & np.isfinite(errors)
+    first = np.argmax(met, axis=0)
+    times = np.take_along_axis(seconds, first[None], axis=0)[0]
+    return np.where(met.any(axis=0), times, np.nan)
+
+
+def _ours(results: dict[str, Any], error: float) -> Any:
+    """Time of each impact with rtol = error."""
+    run = min(results["ours"], key=lambda run: abs(math.log(run["rtol"] / error)))
+    return np.array(run["seconds"])
+
+
+def _mean(times: Any) -> float:
+    return float(np.mean(times))
+
+
+def equal_accuracy(results: dict[str, Any]) -> str:
+    """Mean times of methods that meet the same error, on the impacts that they can solve, over ours on those."""
+    rows = []
+    for error in ERRORS:
+        ours = _ours(results, error)
+        rows.append([_power(error), "this package", _duration(_mean(ours)), "1", f"{ours.size}"])
+        others = {method: _fastest(runs, error) for method, runs in results["scipy"].items()}
+        if any(str(error) in row for row in results["elements"]):
+            found = [row.get(str(error)) for row in results["elements"]]
+            others["elements"] = np.array([row["seconds"] if row else np.nan for row in found])
+        for name, times in others.items():
+            solved = np.isfinite(times)
+            label = "the paper's elements" if name == "elements" else f"SciPy {name}"
+            cells = ["", label]
+            if solved.any():
+                ratios = times[solved] / ours[solved]
+                mean = _mean(times[solved])
+                numbers = (mean / _mean(ours[solved]), ratios.min(), ratios.max())
+                often, least, most = (f"{number:,.0f}".replace(",", " ") for number in numbers)
+                cells += [_duration(mean), f"{often} ({least} to {most})"]
+            else:
+                cells += ["", ""]
+            rows.append([*cells, f"{int(solved.sum())}"])
+    count = len(results["elements"])
+    header = (
+        "error of e ≤",
+        "method",
+        "mean time of an impact",
+        "times ours (least to most)",
+        f"solved, of {count}",
+    )
+    return _table(header, rows)
+
+
+def lammps(results: dict[str, Any]) -> str:
+    """Time of a collision in LAMMPS and here."""
+    found = results["lammps"]
+    rows = [
+        [
+            f"LAMMPS, `{run['style']}`, {run['steps']} steps", "none", _us(run["seconds"]), f"{run['error']:.1e}",
+        ]
+        for run in found["runs"]
+    ]  # fmt: skip
+    rows += [
+        [f"this package, rtol {_power(run['rtol'])}", "Kelvin-Voigt", _us(run["seconds"]), f"{run['error']:.1e}"]
+        for run in found["ours"]
+    ]  # fmt: skip
+    plane = next(
+        row for row in results["domains"] if row["domain"] == "paper's plane" and row["rtol"] == 1e-8
+    )
+    rows.append(
+        ["this package, rtol 1e-8", "standard solids, the plane", _us(plane["mean"]), f"{plane['error']:.1e}"]
+    )
+    table = _table(("", "memory", "µs a collision", "error of e"), rows)
+    return (
+        f"{found['pairs']} pairs, b = {found['loss']:g}; e is {found['law']:.6f} by the law of LAMMPS and "
+        f"{found['exact']:.6f} for Kelvin-Voigt bodies.\n\n{table}"
+    )
+
+
+def draw_times(results: dict[str, Any]) -> Any:
+    """Share of the impacts that take at most so long."""
+    with style.context():
+        figure = style.new_figure(style.PAGE_WIDTH, 2.9)
+        axes = figure.subplots()
+        dashes = {1e-8: "-", 1e-9: "--"}
+        for row, colour in zip(
+            results["domains"], (style.BLUE, style.SKY_BLUE, style.VERMILION, style.GREEN), strict=True
+        ):
+            times = np.sort(MICRO * np.array(row["times"]))
+            share = 100.0 * (np.arange(times.size) + 0.5) / times.size
+            axes.plot(
+                times,
+                share,
+                dashes[row["rtol"]],
+                color=colour,
+                label=f"{row['domain']}, rtol {_power(row['rtol'])}",
+            )
+        axes.set(xscale="log", xlabel="time of an impact [µs]", ylabel="share that takes no longer [%]")
+        _plain_ticks(axes.xaxis, (5, 10, 20, 50, 100, 200))
+        axes.grid(visible=True)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        return figure
+
+
+def _plain_ticks(axis: Any, ticks: Sequence[float]) -> None:
+    from matplotlib.ticker import NullFormatter, NullLocator
+
+    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_minor_locator(NullLocator())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def draw_costs(results: dict[str, Any]) -> Any:
+    """Cost over terms, digits and points, with the lines through them."""
+    with style.context():
+        figure = style.new_figure(style.PAGE_WIDTH, 2.5)
+        first, second, third = figure.subplots(1, 3)
+        for axes, cost, name in (
+            (first, term_cost, "terms of the Prony series"),
+            (second, tolerance_cost, "digits, $\\log_{10}(1/\\mathrm{rtol})$"),
+        ):
+            x, y, (offset, slope, _) = cost(results)
+            axes.plot(x, y, "o", markersize=4)
+            ends = np.array([min(x), max(x)])
+            axes.plot(ends, offset + slope * ends, "-", color=style.GREY, linewidth=1.0)
+            axes.set(xlabel=name, ylabel="time of an impact [µs]", ylim=(0.0, None))
+        x, y, (offset, slope, _) = size_cost(results)
+        third.plot(x, y, "o", markersize=4)
+        ends = np.logspace(np.log10(min(x)), np.log10(max(x)), 50)
+        third.plot(ends, offset + slope * ends, "-", color=style.GREY, linewidth=1.0)
+        third.set(xscale="log", yscale="log", xlabel="points of one call", ylabel="time of the call [s]")
+        for axes in (first, second, third):
+            axes.grid(visible=True)
+        return figure
+
+
+def draw_precision(results: dict[str, Any]) -> Any:
+    """Largest error over mean time of all methods on the same impacts."""
+    with style.context():
+        figure = style.new_figure(style.PAGE_WIDTH, 3.4)
+        axes = figure.subplots()
+
+        def plot(name: str, seconds: Sequence[float], errors: Sequence[float], marker: str) -> None:
+            axes.plot(seconds, errors, marker, color=COLOURS[name.split(",")[0]], markersize=4, label=name)
+
+        runs = [run for run in results["ours"] if max(run["errors"]) > 0.0]
+        plot("this package", *_precision(runs), "o-")
+        for method, own in results["scipy"].items():
+            plot(method, *_precision(own), "s-")
+        error_keys = list(results["elements"][0])
+        points = [
+            (np.mean([row[key]["seconds"] for row in found]), max(row[key]["error"] for row in found))
+            for key in error_keys
+            if (found := [row for row in results["elements"] if row[key]])
+        ]
+        plot("elements, where they can", *map(list, zip(*points, strict=True)), "^-")
+        if "lammps" in results:
+            own = [run for run in results["lammps"]["runs"] if run["style"] == "granular"]
+            plot("LAMMPS, its own law", [r["seconds"] for r in own], [r["error"] for r in own], "D-")
+        axes.set(
+            xscale="log", yscale="log", xlabel="mean time of an impact [s]", ylabel="largest error of $e$"
+        )
+        axes.grid(visible=True)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        return figure
+
+
+def _precision(runs: list[dict[str, Any]]) -> tuple[list[float], list[float]]:
+    """Mean time and largest error of each run that solved everything."""
+    whole = [run for run in runs if np.all(np.isfinite(np.array(run["errors"], float)))]
+    return [_mean(run["seconds"]) for run in whole], [max(run["errors"]) for run in whole]
