@@ -318,6 +318,44 @@ def test_sphere_pressed_beyond_its_equator(radius):
         assert abs(result.energy.residual) < rtol
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize(
+    "heights",
+    [
+        [0.0, 0.1542, 0.7352, 1.1925, 1.9567, 2.9081],
+        [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804],
+        [0.0, 0.0747, 0.1971, 0.3332, 0.5257, 0.8955, 1.2493, 1.5525, 1.8146, 2.5426, 3.1069],
+    ],
+)
+def test_tip_with_sharp_joints(heights, rtol):
+    """Inside an element that spans a joint the polynomials converge slowly, and so does the error at its end."""
+    tip = Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
+    impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
+    # The table of a(s) is good to some 1e-9 here.
+    wanted = solve(impact, rtol=2e-9).restitution_coefficient
+    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, abs=rtol * wanted + 2e-9)
+
+
+def test_shallow_impacts_beside_deep_ones():
+    """All share a table of the tip, whose error is one of the deepest."""
+    tip = Tabulated(np.linspace(0.0, 3.0, 8), [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804])
+    material = Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf)
+    velocity = np.logspace(-5.0, 0.0, 6)
+    together = solve(Impact(material, tip, 1.0, velocity), rtol=1e-8, errors="raise").restitution_coefficient
+    for e, v in zip(together, velocity, strict=True):
+        assert e == pytest.approx(
+            solve(Impact(material, tip, 1.0, v), rtol=1e-8).restitution_coefficient, rel=2e-8
+        )
+
+
+def test_tip_with_joints_too_sharp_to_be_resolved():
+    tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25287, 1.0413, 1.48647, 2.6991])
+    impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
+    assert solve(impact, rtol=1e-4).status is Status.SEPARATED
+    with pytest.raises(SolverError, match="NOT_ACCURATE"):
+        solve(impact)
+
+
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
 def test_flat_face_meets_a_dashpot_at_once(profile):
     # F = 2 eta* a v with eta* = 4 eta of an incompressible half-space.

@@ -30,9 +30,10 @@ class PathTable(NamedTuple):
         Coefficients of a [m], shape ``(n_cells, 8)``, lowest power first.
     force_integral : array
         Coefficients of Pi [m^2], shape ``(n_cells, 10)``: the exact integral of the polynomials of a.
-    error : float
-        Verified ``int |delta a| dd / Pi`` over the whole depth; it bounds the error of every force relative
-        to the largest elastic one, as forces depend on a(s) through its integral over depth alone.
+    errors : array
+        Verified ``int |delta a| dd / Pi`` up to the end of each cell, shape ``(n_cells,)``; it bounds the error of
+        every force up to there relative to the largest elastic one, as forces depend on a(s) through its
+        integral over depth alone.
     radius_error : float
         Largest error of a found, relative to the largest a.
     """
@@ -40,11 +41,24 @@ class PathTable(NamedTuple):
     s_max: float
     radius: Array
     force_integral: Array
-    error: float
+    errors: Array
     radius_error: float
 
+    @property
+    def error(self) -> float:
+        """Error over the whole depth."""
+        return float(self.errors[-1])
 
-def path_table(profile: Profile, depth_max: float, rtol: float = 1e-12) -> PathTable:
+    def error_at(self, depth: ArrayLike) -> Array:
+        """Largest of the errors up to the end of the cell that holds a depth [m], and beyond."""
+        cells = len(self.errors)
+        cell = np.clip(np.sqrt(as_array(depth)) * (cells / self.s_max), 0, cells - 1).astype(np.intp)
+        return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
+
+
+def path_table(
+    profile: Profile, depth_max: float, rtol: float = 1e-12, *, depth_min: float | None = None
+) -> PathTable:
     """Table of the contact radius a(s) over s = sqrt(depth) of a profile, up to a largest depth.
 
     Parameters
@@ -56,6 +70,9 @@ def path_table(profile: Profile, depth_max: float, rtol: float = 1e-12) -> PathT
     rtol : float
         `error` to aim at. The cells are doubled until it is met; at 2048 cells the table is returned as it
         is, and its `error` says what was reached.
+    depth_min : float, optional
+        Smallest depth [m] of an impact that uses the table, at which `error_at` has to meet `rtol` too; `depth_max`
+        where left out.
 
     Returns
     -------
@@ -82,12 +99,13 @@ def path_table(profile: Profile, depth_max: float, rtol: float = 1e-12) -> PathT
         )
     if np.ndim(profile.contact_radius(depth_max)):
         raise ValueError("profile with arrays for parameters: a path table describes one profile")
+    least = depth_max if depth_min is None else float(positive("depth_min", depth_min, "m"))
     cells = _FIRST_CELLS
     best = _fitted(profile, depth_max, cells)
-    while best.error > rtol and cells < _MAX_CELLS:
+    while best.error_at(least) > rtol and cells < _MAX_CELLS:
         cells *= 2
         finer = _fitted(profile, depth_max, cells)
-        if finer.error < best.error:
+        if finer.error_at(least) < best.error_at(least):
             best = finer
     return best
 
@@ -130,7 +148,7 @@ def scaled(table: PathTable, length: float, radius: float) -> PathTable:
         s_max=table.s_max / length**0.5,
         radius=table.radius / radius,
         force_integral=table.force_integral / (radius * length),
-        error=table.error,
+        errors=table.errors,
         radius_error=table.radius_error,
     )
 
@@ -157,17 +175,18 @@ def _fitted(profile: Profile, depth_max: float, cells: int) -> PathTable:
     force_integral[:, 2:] += radius
     force_integral[:, 1:] *= 2.0 * depth_max / cells**2 / np.arange(1, _DEGREE + 3)
     force_integral[1:, 0] = np.cumsum(np.sum(force_integral, axis=1))[:-1]
-    table = PathTable(s_max, radius, force_integral, 0.0, 0.0)
-    error, radius_error = _errors(profile, table, depth_max)
-    return table._replace(error=error, radius_error=radius_error)
+    table = PathTable(s_max, radius, force_integral, np.zeros(cells), 0.0)
+    errors, radius_error = _errors(profile, table, depth_max)
+    return table._replace(errors=errors, radius_error=radius_error)
 
 
-def _errors(profile: Profile, table: PathTable, depth_max: float) -> tuple[float, float]:
+def _errors(profile: Profile, table: PathTable, depth_max: float) -> tuple[Array, float]:
     cells = len(table.radius)
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
     z = (np.arange(cells)[:, None] + 0.5 + 0.5 * nodes) / cells
     depth = depth_max * z * z
     difference = np.abs(evaluate(table, np.sqrt(depth))[0] - profile.contact_radius(depth))
-    missed = depth_max / cells * float(np.sum(weights * z * difference))
+    missed = depth_max / cells * np.cumsum(np.sum(weights * z * difference, axis=1))
+    ends = depth_max * (np.arange(1, cells + 1) / cells) ** 2
     largest = float(profile.contact_radius(depth_max))
-    return missed / float(profile.force_integral_at_depth(depth_max)), float(np.max(difference)) / largest
+    return missed / profile.force_integral_at_depth(ends), float(np.max(difference)) / largest

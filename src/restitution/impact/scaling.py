@@ -290,7 +290,7 @@ def _table_block(
         series, profile.force_integral_at_depth, mass, velocity, force, float(profile.max_depth)
     )
     length = min(depth_factor * float(depths.max()), float(profile.max_depth))
-    table = path_table(profile, length)
+    table = path_table(profile, length, depth_min=min(float(depths.min()), length))
     radius = float(profile.contact_radius(length))
     time = length / velocity
     factor = 2.0 * length**2 * radius / (mass * velocity**2)

@@ -251,6 +251,10 @@ def impact_columns(
     return columns
 
 
+# Error of a profile's table that is taken for rounding.
+_TABLE_ROUNDING = 1e-11
+
+
 def _outcomes(
     impact: Impact, rtol: float, workers: int | None, progress: Progress | None, *, alone: bool
 ) -> tuple[ScaledBlock, Array]:
@@ -266,6 +270,11 @@ def _outcomes(
             return block, outcomes
         deep = (outcomes[:, 7] == Status.TOO_DEEP) | (outcomes[:, 2] > 1.0)
         if not np.any(deep):
+            depth = np.where(np.isfinite(outcomes[:, 2]), outcomes[:, 2], 1.0) * block.length
+            # The joints of a profile from few points may be too sharp for any table of it.
+            rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
+            outcomes[rough, :7] = np.nan
+            outcomes[rough, 7] = Status.NOT_ACCURATE
             return block, outcomes
         outcomes[deep, :7] = np.nan
         outcomes[deep, 7] = Status.TOO_DEEP
