@@ -147,7 +147,7 @@ def check(
 
 
 GIVEN = {
-    "material": materials(liquid=None, viscosity=None),
+    "material": st.one_of(materials(liquid=None), materials(viscosity=True)),
     "build": PROFILES,
     "mass": logarithmic(1e-3, 1e3),
     "velocity": logarithmic(1e-3, 1e3),
