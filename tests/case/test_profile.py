@@ -82,7 +82,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
             'type = "cone"\nhalf_angle = "80"',
             '.half_angle = "80": has no unit; write e.g. "80 deg", or a plain number in rad',
         ),
-        ('type = "cone"\nradius = 1', ".radius = 1: unknown key; did you mean face_radius?"),
+        ('type = "cone"\nradius = 1', ".radius = 1: unknown key; known are type, half_angle"),
         (
             'type = "power_law"\nexponent = 3\ncoefficient = "1 mm^-1"',
             '.coefficient = "1 mm^-1": is a quantity of dimension 1 / [length], not a coefficient of r^3; '

@@ -40,9 +40,9 @@ class Section(BaseModel):
             for key in data:
                 if key not in cls.model_fields:
                     own = list(cls.model_fields)
-                    close = get_close_matches(key, own, 1) or get_close_matches(
-                        key, cls.alternatives() - {key}, 1
-                    )
+                    close = get_close_matches(key, own, 1)
+                    if not close and key not in (others := cls.alternatives()):
+                        close = get_close_matches(key, others, 1)
                     advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(own)}"
                     refuse(f"unknown key; {advice}", key)
         return data

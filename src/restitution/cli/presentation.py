@@ -100,7 +100,9 @@ def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False
     console.width = max(console.width, 100)
     console.print(table)
     tolerance = "" if result.rtol is None else f", rtol {result.rtol:g}"
-    print(f"method {result.method}{tolerance}, energy residual {float(result.energy.residual):.1e}")
+    residual = float(result.energy.residual)
+    balance = f", energy residual {residual:.1e}" if math.isfinite(residual) else ""
+    print(f"method {result.method}{tolerance}{balance}")
 
 
 def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
