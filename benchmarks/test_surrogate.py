@@ -16,8 +16,9 @@ import restitution as rs
 from restitution.surrogate import make, standard_solid
 from restitution.surrogate.velocity import OUTPUTS
 
-POINTS = 100_000
-KERNEL_POINTS = 4000
+# Rounds of a few milliseconds: the shortest of many is then free of what else the machine does.
+POINTS = 20_000
+KERNEL_POINTS = 500
 RANGE = (1e-3, 10.0)
 TABLE = Path(__file__).parent / "surrogate.md"
 DATA = Path(make.__file__).parent / "data" / "standard_solid.npz"
@@ -90,23 +91,23 @@ def over_plane(name: str, groups: tuple[Any, Any, Any]) -> Subject:
 @pytest.fixture(scope="module")
 def subjects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Subject]:
     folder = tmp_path_factory.mktemp("surrogates")
-    side = np.logspace(-3, 1, 320)[:, None], np.logspace(-2, 2, 320)
+    side = np.logspace(-3, 1, 150)[:, None], np.logspace(-2, 2, 150)
     made = [over_velocity(name, folder) for name in IMPACTS]
     made.append(over_plane("e(nu, p2, p3), random points", make.random_groups(POINTS, seed=2)))
-    made.append(over_plane("e(nu, p2, p3), a picture of 320 x 320", (0.45, *side)))
+    made.append(over_plane("e(nu, p2, p3), a picture of 150 x 150", (0.45, *side)))
     return {subject.name: subject for subject in made}
 
 
 NAMES = [
     *(f"{name}, rtol 1e-6" for name in IMPACTS),
     "e(nu, p2, p3), random points",
-    "e(nu, p2, p3), a picture of 320 x 320",
+    "e(nu, p2, p3), a picture of 150 x 150",
 ]
 
 
 @pytest.fixture(scope="module")
 def times(subjects: dict[str, Subject]) -> Iterator[dict[tuple[str, str], float]]:
-    """Median times [s] of a query, by subject and way; the table is written when all are there."""
+    """Shortest times [s] of a query, by subject and way; the table is written when all are there."""
     measured: dict[tuple[str, str], float] = {}
     yield measured
     if len(measured) == 2 * len(NAMES) + len(IMPACTS):
@@ -120,9 +121,9 @@ def table(subjects: dict[str, Subject], times: dict[tuple[str, str], float]) -> 
         *("query in an array, ns", "as a C callback, ns", "kernel, µs", "ratio"),
     )
     lines = [
-        "Medians of one run, one thread. Over the velocity the error is the largest relative one of the three outputs,",
-        "a query is one of these, and the kernel solves to 1e-6; over the plane the error of $e$ is absolute, and the",
-        "kernel solves to 1e-8.",
+        "Shortest times of one run, one thread. Over the velocity the error is the largest relative one of the three",
+        "outputs, a query is one of these, and the kernel solves to 1e-6; over the plane the error of $e$ is absolute,",
+        "and the kernel solves to 1e-8.",
         "",
         f"| {' | '.join(heads)} |",
         "|---" * len(heads) + "|",
@@ -154,12 +155,12 @@ def test_c(benchmark: Any, subjects: dict[str, Subject], times: dict[Any, float]
 
 @pytest.mark.parametrize("name", NAMES)
 def test_kernel(benchmark: Any, subjects: dict[str, Subject], times: dict[Any, float], name: str) -> None:
-    benchmark.pedantic(subjects[name].kernel, rounds=5, warmup_rounds=1)
+    benchmark.pedantic(subjects[name].kernel, rounds=100, warmup_rounds=1)
     record(benchmark, times, (name, "kernel"), KERNEL_POINTS)
 
 
 def record(benchmark: Any, times: dict[Any, float], key: tuple[str, str], points: int) -> None:
-    """Keep the median of a query; there is none when benchmarks are switched off."""
+    """Keep the shortest time of a query; there is none when benchmarks are switched off."""
     if benchmark.stats is not None:
-        times[key] = benchmark.stats.stats.median / points
+        times[key] = benchmark.stats.stats.min / points
         benchmark.extra_info["query"] = f"{times[key] * 1e9:.0f} ns"
