@@ -28,7 +28,8 @@ COLOURS = {
     "LSODA": style.GREEN,
     "DOP853": style.VERMILION,
     "elements": style.PURPLE,
-    "LAMMPS": style.ORANGE,
+    "elements, compiled": style.SKY_BLUE,
+    "LAMMPS, its own law": style.ORANGE,
 }
 
 
@@ -261,12 +262,13 @@ def equal_accuracy(results: dict[str, Any]) -> str:
         ours = _ours(results, error)
         rows.append([_power(error), "this package", _duration(_mean(ours)), "1", f"{ours.size}"])
         others = {method: _fastest(runs, error) for method, runs in results["scipy"].items()}
-        if any(str(error) in row for row in results["elements"]):
-            found = [row.get(str(error)) for row in results["elements"]]
-            others["elements"] = np.array([row["seconds"] if row else np.nan for row in found])
+        for name, impacts in results["elements"].items():
+            if str(error) in impacts[0]:
+                met = [row[str(error)] for row in impacts]
+                others[name] = np.array([row["seconds"] if row else np.nan for row in met])
         for name, times in others.items():
             solved = np.isfinite(times)
-            label = "the paper's elements" if name == "elements" else f"SciPy {name}"
+            label = f"the paper's {name}" if name in results["elements"] else f"SciPy {name}"
             cells = ["", label]
             if solved.any():
                 ratios = times[solved] / ours[solved]
@@ -277,7 +279,7 @@ def equal_accuracy(results: dict[str, Any]) -> str:
             else:
                 cells += ["", ""]
             rows.append([*cells, f"{int(solved.sum())}"])
-    count = len(results["elements"])
+    count = len(results["elements"]["elements"])
     header = (
         "error of e ≤",
         "method",
@@ -378,19 +380,20 @@ def draw_precision(results: dict[str, Any]) -> Any:
         axes = figure.subplots()
 
         def plot(name: str, seconds: Sequence[float], errors: Sequence[float], marker: str) -> None:
-            axes.plot(seconds, errors, marker, color=COLOURS[name.split(",")[0]], markersize=4, label=name)
+            axes.plot(seconds, errors, marker, color=COLOURS[name], markersize=4, label=name)
 
         runs = [run for run in results["ours"] if max(run["errors"]) > 0.0]
         plot("this package", *_precision(runs), "o-")
         for method, own in results["scipy"].items():
             plot(method, *_precision(own), "s-")
-        error_keys = list(results["elements"][0])
-        points = [
-            (np.mean([row[key]["seconds"] for row in found]), max(row[key]["error"] for row in found))
-            for key in error_keys
-            if (found := [row for row in results["elements"] if row[key]])
-        ]
-        plot("elements, where they can", *map(list, zip(*points, strict=True)), "^-")
+        for name, impacts in results["elements"].items():
+            points = [
+                (np.mean([row[key]["seconds"] for row in met]), max(row[key]["error"] for row in met))
+                for key in impacts[0]
+                if (met := [row for row in impacts if row[key]])
+            ]
+            if points:
+                plot(name, *map(list, zip(*points, strict=True)), "^-")
         if "lammps" in results:
             own = [run for run in results["lammps"]["runs"] if run["style"] == "granular"]
             plot("LAMMPS, its own law", [r["seconds"] for r in own], [r["error"] for r in own], "D-")

@@ -1,0 +1,7 @@
+"""Of these files pytest takes the tests; the rest are scripts."""
+
+from pathlib import Path
+
+collect_ignore = [
+    path.name for path in Path(__file__).parent.glob("*.py") if not path.name.startswith("test_")
+]
