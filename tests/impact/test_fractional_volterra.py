@@ -11,6 +11,7 @@ from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
+from restitution.impact.window import for_contact
 from restitution.material.fractional import (
     FractionalMaterial,
     fractional_kelvin_voigt,
@@ -61,12 +62,15 @@ def test_quadrature_returns_an_elastic_body():
     ids=["springpot", "Kelvin-Voigt", "Zener", "Maxwell on a cone"],
 )  # fmt: skip
 def test_prony_series_keep_what_they_state(model, kernel, profile, force_integral):
-    step = 2e-3
+    fractional, step = FractionalMaterial(model, math.inf), 2e-3
     e, time = volterra.extrapolated(kernel, force_integral, step)
     for rtol in (1e-2, 1e-4, 1e-6):
-        material, error = FractionalMaterial(model, math.inf).approximation((1e-4, 10.0), rtol)
+        material, error = fractional.approximation((1e-4, 10.0), rtol)
         found = solve(Impact(material, profile, 1.0, 1.0))
         assert error <= rtol
         # What 700 time steps leave, 1e-6, and for the singular kernel of exponent 0.7 twice that.
         assert found.restitution_coefficient == pytest.approx(e, rel=error + 2e-6)
         assert found.contact_time == pytest.approx(time, rel=error + 2e-6)
+    # The window that the package chooses, at its relative error of 1e-6.
+    chosen = for_contact(lambda window: Impact(fractional.within(window), profile, 1.0, 1.0))
+    assert solve(chosen).restitution_coefficient == pytest.approx(e, rel=3e-6)
