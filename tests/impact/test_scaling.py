@@ -142,3 +142,22 @@ def test_rows_parts_and_lists_are_the_single_impacts():
 def test_several_exponents_in_one_impact_are_refused():
     with pytest.raises(ValueError, match=r"^exponent: must be one number; solve a list of impacts"):
         scale(Impact(PRONY, PowerLaw([2.0, 3.0], 1.0), 1.0, 1.0))
+
+
+def test_impacts_of_about_the_same_depth_share_the_table_of_a_profile():
+    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.4)
+    masses = (4.1e-3, 4.2e-3, 3e2)
+    tables = [scale(Impact(SOLID, Sphere(0.5), mass=mass, velocity=1.0)).table for mass in masses]
+    assert tables[0] is not None
+    assert tables[1] is tables[0]
+    assert tables[2] is not tables[0]
+    assert scale(Impact(SOLID, Sphere(0.6), mass=masses[0], velocity=1.0)).table is not tables[0]
+
+
+def test_a_table_is_of_one_profile():
+    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.4)
+    impact = Impact(SOLID, Sphere(np.array([0.5, 0.6])), mass=0.004, velocity=1.0)
+    with pytest.raises(ValueError, match="single numbers; solve a list of impacts"):
+        scale(impact)
+    one = scale(Impact(SOLID, Sphere(np.array(0.5)), mass=0.004, velocity=1.0))
+    assert one.length == scale(Impact(SOLID, Sphere(0.5), mass=0.004, velocity=1.0)).length

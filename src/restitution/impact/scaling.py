@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,11 +16,9 @@ from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:
     from restitution.contact.path import PathTable
+    from restitution.contact.profile import Profile
 
 Array = NDArray[np.float64]
-
-# Depths at which the force integral of a profile is sampled to estimate how deep a body goes.
-_KNOTS = 64
 
 
 class DimensionlessGroups(NamedTuple):
@@ -283,14 +282,18 @@ def _table_block(
     impact: Impact, depth_factor: float, mass: Array, velocity: Array, force: Array
 ) -> ScaledBlock:
     """Scale impacts of a profile that the kernel sees as a table: one length for all rows, the end of the table."""
-    from restitution.contact.path import path_table
-
     series, profile = impact.reduced_modulus, impact.profile
-    depths = _elastic_depth(
-        series, profile.force_integral_at_depth, mass, velocity, force, float(profile.max_depth)
-    )
-    length = min(depth_factor * float(depths.max()), float(profile.max_depth))
-    table = path_table(profile, length, depth_min=min(float(depths.min()), length))
+    if np.ndim(profile.contact_radius(0.0)):
+        raise ValueError(
+            "profile: this kind takes single numbers; solve a list of impacts for several profiles"
+        )
+    most = float(profile.max_depth)
+    samples = _of_profile(_force_integrals, profile)
+    depths = _elastic_depth(series, samples, mass, velocity, force, most)
+    # Rounded, so that calls with other impacts of about the same depths find the table made.
+    length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
+    least = min(_rounded_down(float(depths.min()), 4.0), length)
+    table = _of_profile(_path_table, profile, length, least)
     radius = float(profile.contact_radius(length))
     time = length / velocity
     factor = 2.0 * length**2 * radius / (mass * velocity**2)
@@ -303,9 +306,40 @@ def _table_block(
     )  # fmt: skip
 
 
+def _rounded_down(value: float, factor: float) -> float:
+    """Next lower power of a factor."""
+    return factor ** math.floor(math.log(value) / math.log(factor))
+
+
+def _of_profile(function: Any, profile: Profile, *arguments: float) -> Any:
+    """What a function with a cache makes of a profile; made anew for a profile that cannot be a key."""
+    try:
+        hash(profile)
+    except TypeError:
+        return function.__wrapped__(profile, *arguments)
+    return function(profile, *arguments)
+
+
+@lru_cache(maxsize=32)
+def _path_table(profile: Profile, depth_max: float, depth_min: float) -> PathTable:
+    from restitution.contact.path import path_table
+
+    return path_table(profile, depth_max, depth_min=depth_min)
+
+
+@lru_cache(maxsize=32)
+def _force_integrals(profile: Profile) -> tuple[Array, Array]:
+    """Logarithms of depths [m], a factor of e or less apart over all that is possible, and of the force integrals there."""
+    most = min(float(profile.max_depth), 1e100)
+    knots = np.linspace(-300.0, math.log(most), math.ceil(300.0 + math.log(most)) + 1)
+    # The logarithm of the last depth of a profile may come back as a little more.
+    integrals = profile.force_integral_at_depth(np.minimum(np.exp(knots), most))
+    return knots, np.log(np.maximum(integrals, 1e-300))
+
+
 def _elastic_depth(
     series: PronySeries,
-    force_integral: Callable[[Any], Any],
+    samples: tuple[Array, Array],
     mass: Array,
     velocity: Array,
     force: Array,
@@ -313,34 +347,26 @@ def _elastic_depth(
 ) -> Array:
     """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about.
 
-    A measured tip is dear to evaluate, and this is where the steps begin, no more: its integral is looked up between few
-    depths, spread first over all that is possible and then around what came out.
+    A measured tip is dear to evaluate, and this is where the steps begin, no more: its force integral is interpolated.
     """
     moduli, times = series.branch_moduli, series.relaxation_times
-    low, high = -300.0, math.log(min(most, 1e100))
-    upper = np.full(mass.size, high)
-    for _ in range(2):
-        knots = np.linspace(low, high, _KNOTS)
-        # The logarithm of the last depth of a profile may come back as a little more.
-        integrals = np.log(np.maximum(force_integral(np.minimum(np.exp(knots), most)), 1e-300))
-        lower, upper = np.full(mass.size, low), np.full(mass.size, high)
-        for _ in range(30):
-            middle = 0.5 * (lower + upper)
-            depth = np.exp(middle)
-            duration = 1.5 * depth / velocity
-            modulus = (
-                series.equilibrium_modulus
-                + (moduli * times / (times + duration[:, None])).sum(axis=1)
-                + series.viscosity / duration
-            )
-            integral = np.exp(np.interp(middle, knots, integrals))
-            # The exponent 2/5 of the parabola serves for all.
-            deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + force * depth
-            upper = np.where(deep, middle, upper)
-            lower = np.where(deep, lower, middle)
-        step = (high - low) / (_KNOTS - 1)
-        low, high = max(float(lower.min()) - step, low), min(float(upper.max()) + step, high)
-    return np.minimum(np.exp(upper), most)
+    knots, integrals = samples
+    low, high = np.full(mass.size, knots[0]), np.full(mass.size, knots[-1])
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        depth = np.exp(middle)
+        duration = 1.5 * depth / velocity
+        modulus = (
+            series.equilibrium_modulus
+            + (moduli * times / (times + duration[:, None])).sum(axis=1)
+            + series.viscosity / duration
+        )
+        integral = np.exp(np.interp(middle, knots, integrals))
+        # The exponent 2/5 of the parabola serves for all:.
+        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + force * depth
+        high = np.where(deep, middle, high)
+        low = np.where(deep, low, middle)
+    return np.minimum(np.exp(high), most)
 
 
 def _flat(value: Any, shape: tuple[int, ...]) -> Array:
