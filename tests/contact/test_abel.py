@@ -14,7 +14,7 @@ pytestmark = pytest.mark.plain
 def tables(kind: str):
     """Tables of a shape at uneven radii, and its transform."""
     rng = np.random.default_rng(0)
-    for _ in range(60):
+    for _ in range(40):
         r = np.append(0.0, np.cumsum(rng.uniform(0.3, 1.0, rng.integers(3, 12))))
         r *= 10.0 ** rng.uniform(-6.0, 6.0) / r[-1]
         size, face = float(r[-1]), float(r[1])
