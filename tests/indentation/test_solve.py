@@ -399,3 +399,32 @@ def test_fast_modes_that_answer_to_a_kink_are_not_missed():
         for name in ("indentation_depth", "contact_radius"):
             exact = getattr(known, name)
             assert np.abs(getattr(loose, name) - exact).max() <= rtol * exact.max()
+
+
+@pytest.mark.parametrize("name", ["depth", "force"])
+@pytest.mark.parametrize(
+    ("time", "values"),
+    [
+        ([0.0, 0.8, 0.8, 1.6], [0.0, 0.5, 0.02, 0.0]),
+        ([0.0, 0.3, 0.3, 0.9, 1.5], [0.0, 0.1, 0.4, 0.5, 0.0]),
+        ([0.0, 0.0, 0.6, 1.0, 1.0, 1.4], [0.0, 0.3, 0.3, 0.2, 0.1, 0.0]),
+    ],
+    ids=["out at once", "further in", "in and half out"],
+)
+def test_a_step_is_the_limit_of_a_ramp(name, time, values):
+    material, tip = half_space(PronySeries(1.0, [3.0, 6.0], [0.4, 5.0])), PowerLaw(3.0, 1.0)
+    width = 1e-6
+    late = np.array(time) + width * np.cumsum(np.diff(time, prepend=-1.0) == 0.0)
+    step = indent(material, tip, time=time, **{name: values})
+    ramped = indent(material, tip, time=late, **{name: values})
+    for quantity in ("work", "max_force", "max_indentation_depth", "contact_end_time", "max_contact_radius"):
+        # The difference is as the width, times rates of order one.
+        assert getattr(step, quantity) == pytest.approx(getattr(ramped, quantity), rel=2e-5, abs=2e-6), (
+            quantity
+        )
+    t = np.linspace(0.05, 1.35, 14)
+    steps = np.array(time)[1:][np.diff(time) == 0.0]
+    behind = t + width * np.sum(t[:, None] > steps, axis=1)
+    for quantity in ("force", "indentation_depth"):
+        found, known = step.sample(t)[quantity].values, ramped.sample(behind)[quantity].values
+        assert found == pytest.approx(known, abs=2e-5 * known.max())

@@ -107,17 +107,30 @@ class Solution:
         knots = np.unique(np.concatenate(parts))
         return self._time(knots[knots <= last])
 
-    def jumps(self, shares: Array) -> list[tuple[Array, Array]]:
-        """Depth [m] and force [N] on the way through each jump up to the end of contact, at shares of it in [0, 1]."""
+    @property
+    def steps(self) -> list[int]:
+        """Places of the steps of the history up to the end of contact."""
+        knots = self._contact.knots
+        return np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)).tolist()
+
+    def through(self, place: int, shares: Array) -> tuple[Array, Array]:
+        """Depth [m] and force [N] on the way through the step at this place, at shares of it in [0, 1]."""
         from restitution.kernel.indentation import through_jump
 
-        knots, work = self._contact.knots, scratch(self._contact)
-        found: list[tuple[Array, Array]] = []
-        for i in np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)):
-            columns = np.empty((2, shares.size))
-            through_jump(self._contact, self._past, self._recovery, work, i, shares, columns)
-            found.append((columns[0] * self.units.length, columns[1] * self.units.force))
-        return found
+        columns = np.empty((2, shares.size))
+        order = np.argsort(shares)
+        sorted_columns = np.empty((2, shares.size))
+        through_jump(
+            self._contact,
+            self._past,
+            self._recovery,
+            scratch(self._contact),
+            place,
+            shares[order],
+            sorted_columns,
+        )
+        columns[:, order] = sorted_columns
+        return columns[0] * self.units.length, columns[1] * self.units.force
 
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
         """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.

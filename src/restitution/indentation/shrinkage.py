@@ -148,10 +148,12 @@ def check_recontact(
     if not rise_of_center(contact, past, work, places, times, tolerance, _rounding(contact, past)):
         return
     creep = scaled_retardation(series, units)
+    # A steep history is where it is only to the rounding of its times.
+    slack = tolerance + 1e-15 * _steepest(contact, past)
 
     def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
         surface = free_surface(contact, past, work, creep, moments)
-        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + tolerance)
+        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + slack)
 
     share = np.linspace(0.0, 1.0, 65)
     for i in range(past.first, contact.values.shape[0]):
@@ -176,12 +178,14 @@ def check_recontact(
 
 def _rounding(contact: Contact, past: Past) -> float:
     """Rounding of the rate of the load while the contact shrinks."""
+    return 1e-14 * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
+
+
+def _steepest(contact: Contact, past: Past) -> float:
+    """Largest rate of what is prescribed, about, from where the contact ceases to grow; at least 1."""
     widths = np.diff(contact.knots)[past.first :]
     steps = np.abs(contact.values[past.first :, 1:]).sum(axis=1)
-    steepest = float(
-        np.max(np.divide(steps, widths, out=np.zeros_like(steps), where=widths > 0.0), initial=1.0)
-    )
-    return 1e-14 * (contact.equilibrium + float(contact.moduli.sum())) * steepest
+    return float(np.max(np.divide(steps, widths, out=np.zeros_like(steps), where=widths > 0.0), initial=1.0))
 
 
 def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Array:

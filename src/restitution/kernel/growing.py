@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
 from restitution.kernel.path import Path, radius_and_integral
-from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, tail, trim
+from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, spread, tail, trim
 
 NO_ROOM, TOO_DEEP = -1, -2
 
@@ -237,12 +237,15 @@ def grow(
                 elements.integral_rates[e, n] = integral_rate
             end_depth, _, end_integral, _ = grown(contact, work, i, stop if h == stop - b else b + h)
             rate, integral_rate = (end_depth - depth) / h, (end_integral - integral) / h
-            # What the nodes have missed shows in the mean: a fast mode answers to a kink before the first of them.
-            missed = abs(elements.integral_rates[e, 0] - integral_rate) * h / most
-            missing = tail(elements.integral_rates[e]) / most
+            # What the nodes have missed shows in the mean: a fast mode answers to a kink before the first of them. The
+            # times themselves are rounded, and a steep history cannot be smoother than that.
+            rounded = 1e-15 * (b + h) / most * spread(work.samples[1])
+            missed = abs(elements.integral_rates[e, 0] - integral_rate) * h / most - rounded
+            missing = tail(elements.integral_rates[e]) / most - rounded / h
             if contact.control == FORCE:
-                missed = max(missed, abs(elements.depth_rates[e, 0] - rate) * h / largest)
-                missing = max(missing, tail(elements.depth_rates[e]) / largest)
+                rounded = 1e-15 * (b + h) / largest * spread(work.samples[0])
+                missed = max(missed, abs(elements.depth_rates[e, 0] - rate) * h / largest - rounded)
+                missing = max(missing, tail(elements.depth_rates[e]) / largest - rounded / h)
             coarse = missing * end > tolerance * max(1.0, contact.shortest / h) or missed > tolerance
             if coarse and h > 1e-14 * b + 1e-60 * stop:
                 h *= 0.5

@@ -113,6 +113,17 @@ def tail(coefficients: Any) -> float:
 
 
 @part
+def spread(values: Any) -> float:
+    """Largest less smallest of the values at the nodes of an element."""
+    least = values[0]
+    most = values[0]
+    for n in range(1, TERMS):
+        least = min(least, values[n])
+        most = max(most, values[n])
+    return most - least
+
+
+@part
 def trim(coefficients: Any) -> None:
     """Put coefficients to zero that are rounding: what is linear in time costs less then."""
     size = 0.0
