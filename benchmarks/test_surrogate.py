@@ -125,7 +125,7 @@ def table(subjects: dict[str, Subject], times: dict[tuple[str, str], float]) -> 
     )
     lines = [
         "Medians of one run, processor time of one thread. Over the velocity the error is the largest relative one of the",
-        "three outputs, a query is one of these, and the kernel solves to 1e-6; over the plane the error of $e$ is absolute,",
+        "three outputs, a query is one of them and the kernel solves to 1e-6; over the plane the error of $e$ is absolute,",
         "and the kernel solves to 1e-8.",
         "",
         f"| {' | '.join(heads)} |",
