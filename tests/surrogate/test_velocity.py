@@ -227,7 +227,7 @@ def test_tolerance_that_is_not_met_is_said_with_numbers(monkeypatch: pytest.Monk
 def test_body_that_goes_through_its_profile_is_told() -> None:
     tip = rs.Tabulated([0.0, 1e-4, 2e-4], [0.0, 1e-6, 4e-6])
     with pytest.raises(rs.SolverError, match=r"TOO_DEEP: .* \(at velocity = .* m/s\)"):
-        rs.surrogate(replace(BALL, profile=tip))
+        rs.surrogate(replace(BALL, profile=tip), velocity=(1.0, 2.0))
 
 
 @pytest.mark.parametrize(
@@ -318,7 +318,7 @@ def test_files_that_are_not_json(tmp_path: Path) -> None:
         rs.Surrogate.load(tmp_path / "absent.json")
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     material=materials(max_branches=4, times=(1e-4, 1e2), moduli=(1e4, 1e8)),
     radius=logarithmic(1e-3, 1e-1),
