@@ -332,6 +332,7 @@ def test_a_punch_may_be_loaded_again():
         ({"depth": [1e-6, 2e-6], "time": [0.0, 1.0]}, "depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
         ({"depth": [-2e-6, -1e-6], "time": [0.0, 1.0]}, "depth <= 0 m throughout: the bodies do not touch"),
         ({"force": [0.0, 1e-9, -1e-9], "time": [0.0, 1.0, 2.0]}, "force = -1e-09 N at time = 2 s: must be >= 0 (no adhesion)"),
+        ({"depth": [0.0, 1e-7, 1e-6, 1e-6], "time": [0.0, 1.0, 1.0 + 1e-9, 2.0]}, "depth at time = 1 s: rises too fast for the digits of its times at rtol = 1e-08; make it a step, two points at the same time"),
         ({"depth": ramp(1e-6, 1.0), "time": [0.0, 2.0]}, "time: must be in [0, 1] s, where the history is given"),
         ({"depth": ramp(1e-6, 1.0), "rtol": 1e-13}, "rtol = 1e-13: must be in [1e-11, 0.01]"),
     ],

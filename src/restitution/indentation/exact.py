@@ -12,7 +12,13 @@ from restitution.contact.profile import Profile
 from restitution.indentation.growth import grow_contact, scratch
 from restitution.indentation.history import History
 from restitution.indentation.scaling import contact_part, scaled_contact
-from restitution.indentation.shrinkage import Reloading, check_recontact, recover_depth, shrink_contact
+from restitution.indentation.shrinkage import (
+    Reloading,
+    check_recontact,
+    depth_rounding,
+    recover_depth,
+    shrink_contact,
+)
 from restitution.kernel.validation import finite
 from restitution.material.prony import PronySeries
 
@@ -55,6 +61,12 @@ class Solution:
         self._contact, self.units = scaled_contact(series, profile, part, name)
         work = scratch(self._contact)
         past = grow_contact(self._contact, work, tolerance, float(np.min(profile.max_depth)))
+        rounding, moment = depth_rounding(past)
+        if rounding > rtol * past.elements.depths[-1]:
+            raise ValueError(
+                f"{name} at time = {self._time(moment):g} s: rises too fast for the digits of its times at rtol = {rtol:g}; "
+                "make it a step, two points at the same time"
+            )
         try:
             past, places, times = shrink_contact(self._contact, past, work, rtol)
             if self.by_depth and past.end < 1.0:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-_MOST_PANELS = 1000
+_MOST_PANELS = 4000
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
@@ -88,7 +88,7 @@ def _adaptive(
     scale : float
         Size of what is added to the integral elsewhere.
     """
-    span = float(high[-1] - low[0])
+    span, most = float(high[-1] - low[0]), _MOST_PANELS + 2 * low.size
     whole = panels(low, high)
     scale += float(np.sum(np.abs(whole)))
     total = 0.0
@@ -98,7 +98,7 @@ def _adaptive(
         share = (high - low) / span
         good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
         # Narrower ones are lost in the rounding of their ends; so many are noise, which halving does not end.
-        good |= (share <= 1e-12) | (low.size > _MOST_PANELS)
+        good |= (share <= 1e-12) | (low.size > most)
         total += float(np.sum((left + right)[good]))
         bad = ~good
         low, middle, high = low[bad], middle[bad], high[bad]

@@ -102,6 +102,7 @@ def shrink_contact(
         past = past._replace(end=end_of_force(contact))
     if contact.path.exponent != 0.0 and places.size:
         slack = _rounding(contact, past)
+        tolerance += 10.0 * depth_rounding(past)[0]
         n = regrowth(contact, past, work, places, times, tolerance, slack)
         if n >= 0:
             low, high = float(times[max(n - 1, 0)]), float(times[n])
@@ -181,6 +182,16 @@ def _rounding(contact: Contact, past: Past) -> float:
     return 1e-14 * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
 
 
+def depth_rounding(past: Past) -> tuple[float, float]:
+    """Rounding of the depth that belongs to an instant of the growing contact, where that is steepest, and when."""
+    elements = past.elements
+    if past.total == 0:
+        return 0.0, 0.0
+    rounding = 4e-16 * (elements.starts + elements.lengths) * elements.depth_rates[:, 0]
+    worst = int(np.argmax(rounding))
+    return float(rounding[worst]), float(elements.starts[worst])
+
+
 def _steepest(contact: Contact, past: Past) -> float:
     """Largest rate of what is prescribed, about, from where the contact ceases to grow; at least 1."""
     widths = np.diff(contact.knots)[past.first :]
@@ -235,6 +246,7 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
             + np.sum(contact.compliances[contact.recoveries == 0.0])
         )  # fmt: skip
         allowed = tolerance * float(past.elements.depths[past.total]) / compliance
+        allowed += (contact.equilibrium + float(contact.moduli.sum())) * depth_rounding(past)[0]
         while True:
             starts, lengths, phi = np.empty(room), np.empty(room), np.empty((room, TERMS))
             count = recover(contact, past, quadrature(), work, allowed, starts, lengths, phi)
