@@ -9,6 +9,8 @@ from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
+from restitution.kernel.compile import kernel
+from restitution.kernel.path import radius_and_integral, table_path
 
 RADII = np.linspace(0.0, 0.5, 21)
 SMOOTH = [
@@ -60,26 +62,70 @@ def test_known_polynomials():
 def test_the_force_integral_is_exactly_that_of_the_polynomials():
     # Also where a itself is met to some 1e-7 only: d Pi/d(s^2) = a within every cell, to rounding.
     table = path_table(PowerLaw(3.0, 1.0), 1.0)
-    cells = len(table.radius)
-    index = np.arange(cells)[:, None]
+    left, width = table.edges[:-1, None], np.diff(table.edges)[:, None]
     derivative = table.force_integral[:, 1:] * np.arange(1, table.force_integral.shape[1])
     product = np.zeros_like(derivative)
-    product[:, :-1] = index * table.radius
-    product[:, 1:] += table.radius
-    np.testing.assert_allclose(derivative, 2.0 / cells**2 * product, rtol=1e-12, atol=1e-20)
+    product[:, :-1] = left * table.radius
+    product[:, 1:] += width * table.radius
+    np.testing.assert_allclose(derivative, 2.0 * width * product, rtol=1e-12, atol=1e-20)
     ends = np.sum(table.force_integral, axis=1)
     np.testing.assert_allclose(ends[:-1], table.force_integral[1:, 0], rtol=1e-14)
 
 
-def test_a_branch_point_is_stated_in_the_error():
+def test_a_branch_point_is_resolved_by_narrow_cells():
     profile = PowerLaw(4.0, 1.0)
     table = path_table(profile, 1.0)
-    s = np.linspace(0.0, 1.0, 40001)
+    assert len(table.radius) < 64
+    # Beyond the first, each cell is half as wide again at most as what is before it.
+    assert table.edges[1] < 1e-4
+    s = np.geomspace(1e-7, 1.0, 40001)
     difference = np.abs(evaluate(table, s)[0] - profile.contact_radius(s * s))
     missed = np.trapezoid(difference * 2.0 * s, s) / float(profile.force_integral_at_depth(1.0))
-    assert 1e-12 < table.error < 1e-10
+    assert missed < table.error * 1.2
+    assert table.error < 1e-12
+    assert 1e-6 < table.radius_error < 1e-3
+
+
+def test_a_coarse_table_is_stated_in_its_error():
+    profile = PowerLaw(4.0, 1.0)
+    table = path_table(profile, 1.0, rtol=1e-4)
+    s = np.geomspace(1e-7, 1.0, 40001)
+    difference = np.abs(evaluate(table, s)[0] - profile.contact_radius(s * s))
+    missed = np.trapezoid(difference * 2.0 * s, s) / float(profile.force_integral_at_depth(1.0))
+    assert 1e-7 < table.error < 1e-4
     assert table.error == pytest.approx(missed, rel=0.2)
-    assert 1e-4 < table.radius_error < 1e-2
+
+
+ROUGH = Tabulated([0.0, 0.1, 0.3, 0.4, 0.7, 1.0, 1.5, 2.0], [0.0, 0.008, 0.03, 0.1, 0.25, 0.5, 1.3, 2.4])
+
+
+@pytest.mark.parametrize("shallow", [None, 1e-3])
+def test_the_kinks_of_a_rough_tip_are_resolved(shallow):
+    table = path_table(ROUGH, 2.0, depth_min=shallow)
+    assert len(table.radius) < 400
+    assert table.error_at(2.0) < 2e-12
+    if shallow:
+        assert table.error_at(shallow) < 2e-12
+    depth = np.linspace(0.0, 2.0, 3001)[1:]
+    force_integral = evaluate(table, np.sqrt(depth))[2]
+    np.testing.assert_allclose(force_integral, ROUGH.force_integral_at_depth(depth), rtol=0, atol=1e-10)
+
+
+@kernel
+def _looked_up(path, places, found):
+    for n in range(places.shape[0]):
+        found[0, n], found[1, n] = radius_and_integral(path, places[n])
+
+
+def test_the_kernel_finds_the_cell():
+    table = path_table(ROUGH, 2.0)
+    path = table_path(table.edges, table.radius, table.force_integral)
+    inside = 0.5 * (table.edges[1:] + table.edges[:-1])
+    s = np.concatenate([table.edges, inside, np.linspace(0.0, table.s_max, 500), [1.01 * table.s_max]])
+    found = np.empty((2, s.size))
+    _looked_up(path, s, found)
+    a, _, integral = evaluate(table, s)
+    np.testing.assert_allclose(found, [a, integral], rtol=1e-12)
 
 
 def test_coarser_on_request():

@@ -115,7 +115,8 @@ def check_same(
     # Each keeps its tolerance.
     bound = 2.0 * RTOL * slack(wanted, profile) * max(wanted.restitution_coefficient, 1e-3)
     assert abs(result.restitution_coefficient - wanted.restitution_coefficient) <= bound
-    if wanted.status is Status.SEPARATED:
+    # A body that leaves slower than the tolerance of e can tell stays for a time that no tolerance fixes.
+    if wanted.status is Status.SEPARATED and wanted.restitution_coefficient > 1e-3 * RTOL:
         assert result.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
         assert result.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
         assert result.max_force == pytest.approx(wanted.max_force * mass * length / time**2, rel=1e-7)

@@ -145,7 +145,6 @@ def test_several_exponents_in_one_impact_are_refused():
 
 
 def test_impacts_of_about_the_same_depth_share_the_table_of_a_profile():
-    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.4)
     masses = (4.1e-3, 4.2e-3, 3e2)
     tables = [scale(Impact(SOLID, Sphere(0.5), mass=mass, velocity=1.0)).table for mass in masses]
     assert tables[0] is not None
@@ -155,7 +154,6 @@ def test_impacts_of_about_the_same_depth_share_the_table_of_a_profile():
 
 
 def test_a_table_is_of_one_profile():
-    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.4)
     impact = Impact(SOLID, Sphere(np.array([0.5, 0.6])), mass=0.004, velocity=1.0)
     with pytest.raises(ValueError, match="single numbers; solve a list of impacts"):
         scale(impact)

@@ -443,6 +443,48 @@ def test_viscous_half_space_stops_the_body():
     assert result.max_force == pytest.approx(2.0 * s * 0.75, rel=1e-9)
 
 
+@pytest.mark.parametrize("profile", [Parabola(1.0), Sphere(1.0)])
+def test_body_that_creeps_to_rest_under_its_weight(profile):
+    # It rests where F = 2 E* Pi(d) carries the weight; E* = 4 G.
+    viscous = Material(PronySeries(1.0, viscosity=8.0), math.inf)
+    result = solve(Impact(viscous, profile, 1.0, 1.0, force=0.3))
+    assert result.status is Status.CAPTURED
+    assert 8.0 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(
+        0.3, rel=1e-12
+    )
+    assert result.residual_indentation_depth == result.max_indentation_depth
+    assert result.max_contact_radius == pytest.approx(
+        profile.contact_radius(result.max_indentation_depth), rel=1e-12
+    )
+    assert result.max_force > 0.3
+
+
+def test_weight_on_a_liquid_sinks_for_ever():
+    result = solve(
+        Impact(Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, force=10.0)
+    )
+    assert result.status is Status.SINKS_IN
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
+@pytest.mark.parametrize(
+    ("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)]
+)
+def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
+    """Work of the weight as large as the kinetic energy, or many times that."""
+    impact = Impact(Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, force=force)
+    fine = solve(impact, rtol=1e-11).restitution_coefficient
+    result = solve(impact, rtol=rtol)
+    assert result.restitution_coefficient == pytest.approx(fine, rel=rtol)
+    assert abs(result.energy.residual) < 10.0 * rtol
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_elastic_body_under_a_weight_comes_back_as_fast(rtol):
+    impact = Impact(Material(6.0, math.inf), Parabola(0.7), 1.0, 1.0, force=9.0)
+    assert 1.0 - rtol < solve(impact, rtol=rtol).restitution_coefficient <= 1.0 + 1e-15
+
+
 def test_weight_slows_the_rebound():
     lossy = PronySeries(1.0, [3.0], [0.5])
     free, light = solve(unit_impact(lossy)), solve(unit_impact(lossy, force=0.3))

@@ -44,6 +44,7 @@ def names(profile):
     return type(profile).__name__
 
 
+@pytest.mark.plain
 def test_the_gel_under_an_afm_tip():
     """Two forces by quadrature of another program, to nine digits; the end of contact by its equation."""
     result = indent(GEL, TIP, depth=triangle(1e-6, 1.0), time=[1.0, 1.25])
@@ -88,6 +89,7 @@ def test_elastic_bodies_remember_nothing(profile, history):
     assert known.contact_radius == pytest.approx(radii, rel=1e-11)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("profile", PROFILES, ids=names)
 def test_a_held_depth_relaxes(profile):
     series = PronySeries(1.0, [3.0, 2.0], [0.05, 4.0])
@@ -103,6 +105,7 @@ def test_a_held_depth_relaxes(profile):
     assert result.max_force == pytest.approx(result.force[0], rel=1e-14)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     "series",
     [
@@ -131,6 +134,7 @@ def test_a_held_force_creeps(series):
     assert punch.contact_radius == pytest.approx(0.4, rel=1e-14)
 
 
+@pytest.mark.plain
 def test_a_cone_on_a_maxwell_liquid():
     """Everything in closed form: the approach, the instant of equal radius, the end."""
     tau, speed = 0.7, 0.2
@@ -152,6 +156,7 @@ def test_a_cone_on_a_maxwell_liquid():
     assert retract.force.values == pytest.approx(np.exp(-(t - equal) / tau) * approach(equal), rel=1e-9)
 
 
+@pytest.mark.plain
 def test_a_parabola_on_kelvin_voigt():
     """F = 2 (E Pi + eta a d') inward; outward E d1 = E d + eta d', F = 2 E Pi(d1)."""
     modulus, eta, speed = 3.0, 0.6, 0.2
@@ -176,6 +181,7 @@ def test_a_parabola_on_kelvin_voigt():
     )
 
 
+@pytest.mark.plain
 def test_a_newtonian_liquid_lets_go_at_once():
     result = indent(half_space(PronySeries(0.0, viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
     t = np.array([0.1, 0.5, 0.999])
@@ -183,6 +189,7 @@ def test_a_newtonian_liquid_lets_go_at_once():
     assert result.contact_end_time == pytest.approx(1.0, rel=1e-14)
 
 
+@pytest.mark.plain
 def test_a_punch_holds_until_its_load_is_gone():
     """F = 2 a int E* dd, with one constant contact radius."""
     series, tau = PronySeries(1.0, [4.0], [0.5]), 0.5
@@ -202,6 +209,7 @@ def test_a_punch_holds_until_its_load_is_gone():
     assert np.all(result.force[result.time >= end] == 0.0)
 
 
+@pytest.mark.plain
 def test_both_bodies_may_deform():
     soft, hard = (
         Material(PronySeries(1.0, [2.0], [0.3]), 2.0),
@@ -249,6 +257,7 @@ def test_before_touch_there_is_nothing():
     assert not early.contact_radius.values.any()
 
 
+@pytest.mark.plain
 def test_the_surface_that_comes_back_is_met():
     """After the contact the surface of the gel rises as exp(-t/tau'), tau' = 1.5 s; a slow tip is met by it."""
     # Pulled back fast to a thousandth of the depth, and held there.
@@ -270,6 +279,7 @@ def test_the_surface_that_comes_back_is_met():
     assert found == pytest.approx(met, rel=1e-3)
 
 
+@pytest.mark.plain
 def test_the_surface_that_comes_back_after_a_step_is_met():
     """Let go at once under the load L, the surface springs back by L/E0 and then rises."""
     with pytest.raises(ValueError, match="recovering surface") as caught:
@@ -286,6 +296,7 @@ def test_the_surface_that_comes_back_after_a_step_is_met():
     ).contact_end_time == pytest.approx(1.2)
 
 
+@pytest.mark.plain
 def test_one_who_loads_again_is_told_when():
     cases = {
         1.2: {"depth": [0.0, 1e-6, 8e-7, 1e-6], "time": [0.0, 1.0, 1.2, 2.0]},
@@ -300,6 +311,7 @@ def test_one_who_loads_again_is_told_when():
         assert found == pytest.approx(when, abs=2e-3)
 
 
+@pytest.mark.plain
 def test_a_punch_may_be_loaded_again():
     """Its contact does not change, so that nothing has to be looked up in the past."""
     series = PronySeries(1.0, [4.0], [0.5])
@@ -320,6 +332,7 @@ def test_a_punch_may_be_loaded_again():
     assert result.sample(t).force.values == pytest.approx(known, rel=1e-11, abs=1e-14)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -342,6 +355,7 @@ def test_bad_input_is_told_in_one_line(arguments, message):
         indent(GEL, TIP, **arguments)
 
 
+@pytest.mark.plain
 def test_profiles_and_materials_that_cannot_be():
     loading = {"depth": ramp(1e-6, 1.0)}
     with pytest.raises(TypeError, match=r"^material = 3: must be a Material\Z"):
@@ -380,6 +394,7 @@ def test_the_public_names_are_these():
     assert result.status is rs.IndentationStatus.SEPARATED
 
 
+@pytest.mark.plain
 def test_fast_modes_that_answer_to_a_kink_are_not_missed():
     """Depth and radius just after the force has ceased to rise, with modes ten thousand times faster than the contact."""
     series = PronySeries(0.25, [0.5, 17.0, 2.0], [2e-5, 0.3, 7.0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,20 +12,21 @@ from restitution.kernel.validation import positive
 
 _DEGREE = 7
 _FIRST_CELLS = 4
-_MAX_CELLS = 2048
+# Ranks of halving: the narrowest cell is 4e-12 of the whole.
+_MOST_HALVINGS = 36
+_MAX_CELLS = 4096
 
 
 class PathTable(NamedTuple):
-    """Piecewise polynomials of a(s) and Pi(s) = int_0^s a 2 s' ds' on equal cells in s.
+    """Piecewise polynomials of a(s) and Pi(s) = int_0^s a 2 s' ds' on cells in s, narrow where a(s) has kinks.
 
-    With ``y = s n_cells/s_max``, the cell is ``i = min(int(y), n_cells - 1)`` and its local coordinate ``t =
-    y - i``; ``a = sum_j radius[i, j] t^j``, ``da/ds = (da/dt) n_cells/s_max`` and ``Pi = sum_j
-    force_integral[i, j] t^j``.
+    In cell i, with ``w = edges[i+1] - edges[i]`` and its own coordinate ``t = (s - edges[i])/w``, ``a = sum_j
+    radius[i, j] t^j``, ``da/ds = (da/dt)/w`` and ``Pi = sum_j force_integral[i, j] t^j``.
 
     Attributes
     ----------
-    s_max : float
-        End of the table [m^(1/2)].
+    edges : array
+        Ends of the cells [m^(1/2)], rising from 0, shape ``(n_cells + 1,)``.
     radius : array
         Coefficients of a [m], shape ``(n_cells, 8)``, lowest power first.
     force_integral : array
@@ -38,11 +39,16 @@ class PathTable(NamedTuple):
         Largest error of a found, relative to the largest a.
     """
 
-    s_max: float
+    edges: Array
     radius: Array
     force_integral: Array
     errors: Array
     radius_error: float
+
+    @property
+    def s_max(self) -> float:
+        """End of the table [m^(1/2)]."""
+        return float(self.edges[-1])
 
     @property
     def error(self) -> float:
@@ -51,9 +57,12 @@ class PathTable(NamedTuple):
 
     def error_at(self, depth: ArrayLike) -> Array:
         """Largest of the errors up to the end of the cell that holds a depth [m], and beyond."""
-        cells = len(self.errors)
-        cell = np.clip(np.sqrt(as_array(depth)) * (cells / self.s_max), 0, cells - 1).astype(np.intp)
+        cell = self.cell(np.sqrt(as_array(depth)))
         return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
+
+    def cell(self, s: Array) -> Any:
+        """Index of the cell that holds s [m^(1/2)]; the first and the last one hold what is beyond them too."""
+        return np.searchsorted(self.edges[1:-1], s, side="right")
 
 
 def path_table(
@@ -68,8 +77,8 @@ def path_table(
     depth_max : float
         Largest indentation depth [m], > 0, that the table has to cover.
     rtol : float
-        `error` to aim at. The cells are doubled until it is met; at 2048 cells the table is returned as it
-        is, and its `error` says what was reached.
+        `error` to aim at. Cells are halved until it is met; where 36 halvings or 4096 cells do not do, the table
+        is returned as it is, and its `error` says what was reached.
     depth_min : float, optional
         Smallest depth [m] of an impact that uses the table, at which `error_at` has to meet `rtol` too; `depth_max`
         where left out.
@@ -99,15 +108,37 @@ def path_table(
         )
     if np.ndim(profile.contact_radius(depth_max)):
         raise ValueError("profile with arrays for parameters: a path table describes one profile")
-    least = depth_max if depth_min is None else float(positive("depth_min", depth_min, "m"))
-    cells = _FIRST_CELLS
-    best = _fitted(profile, depth_max, cells)
-    while best.error_at(least) > rtol and cells < _MAX_CELLS:
-        cells *= 2
-        finer = _fitted(profile, depth_max, cells)
-        if finer.error_at(least) < best.error_at(least):
-            best = finer
-    return best
+    least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
+    least_integral = float(profile.force_integral_at_depth(least))
+    # Ends of the cells as parts of the whole, exact in binary.
+    left = np.arange(_FIRST_CELLS) / _FIRST_CELLS
+    width = np.full(_FIRST_CELLS, 1.0 / _FIRST_CELLS)
+    done: list[tuple[Array, ...]] = []
+    count = 0
+    for rank in range(_MOST_HALVINGS + 1):
+        radius = _fitted(profile, depth_max, left, width)
+        gain, missed, largest = _missed(profile, depth_max, left, width, radius)
+        allowed = rtol * np.maximum(gain, least_integral / _FIRST_CELLS**2)
+        last = rank == _MOST_HALVINGS or count + 2 * left.size > _MAX_CELLS
+        good = (missed <= allowed) | last
+        done.append((left[good], width[good], radius[good], missed[good], largest[good]))
+        count += int(np.count_nonzero(good))
+        width = np.repeat(0.5 * width[~good], 2)
+        left = np.repeat(left[~good], 2)
+        left[1::2] += width[1::2]
+        if left.size == 0:
+            break
+    left, width, radius, missed, largest = (np.concatenate(parts) for parts in zip(*done, strict=True))
+    order = np.argsort(left)
+    left, width, radius, missed = left[order], width[order], radius[order], missed[order]
+    force_integral = _force_integral(depth_max, left, width, radius)
+    return PathTable(
+        edges=depth_max**0.5 * np.append(left, 1.0),
+        radius=np.ascontiguousarray(radius),
+        force_integral=force_integral,
+        errors=np.cumsum(missed) / np.sum(force_integral, axis=1),
+        radius_error=float(np.max(largest)) / float(profile.contact_radius(depth_max)),
+    )
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
@@ -131,13 +162,12 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
     (0.0005, 0.1, 8.333333e-09)
     """
     s = as_array(s)
-    cells = len(table.radius)
-    y = s * (cells / table.s_max)
-    cell = np.clip(y.astype(np.intp), 0, cells - 1)
-    t = y - cell
+    cell = table.cell(s)
+    width = np.diff(table.edges)[cell]
+    t = (s - table.edges[cell]) / width
     radius = np.moveaxis(table.radius[cell], -1, 0)
     powers = np.arange(1, _DEGREE + 1).reshape((-1,) + (1,) * s.ndim)
-    slope = _polynomial(radius[1:] * powers, t) * (cells / table.s_max)
+    slope = _polynomial(radius[1:] * powers, t) / width
     force_integral = _polynomial(np.moveaxis(table.force_integral[cell], -1, 0), t)
     return _polynomial(radius, t), slope, force_integral
 
@@ -145,7 +175,7 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
 def scaled(table: PathTable, length: float, radius: float) -> PathTable:
     """The same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
     return PathTable(
-        s_max=table.s_max / length**0.5,
+        edges=table.edges / length**0.5,
         radius=table.radius / radius,
         force_integral=table.force_integral / (radius * length),
         errors=table.errors,
@@ -160,33 +190,34 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
     return value
 
 
-def _fitted(profile: Profile, depth_max: float, cells: int) -> PathTable:
-    s_max = depth_max**0.5
-    first = np.arange(cells)[:, None]
+def _fitted(profile: Profile, depth_max: float, left: Array, width: Array) -> Array:
+    """Coefficients of a in cells that begin at s = left s_max."""
     # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
     nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-    values = profile.contact_radius(depth_max * ((first + nodes) / cells) ** 2)
-    solved = np.linalg.solve(np.vander(nodes, increasing=True), values.T)
-    radius = np.ascontiguousarray(solved.T, dtype=np.float64)
-
-    # d(s^2) = (2 s_max^2/n_cells^2) (i + t) dt
-    force_integral = np.zeros((cells, _DEGREE + 3))
-    force_integral[:, 1:-1] = radius * first
-    force_integral[:, 2:] += radius
-    force_integral[:, 1:] *= 2.0 * depth_max / cells**2 / np.arange(1, _DEGREE + 3)
-    force_integral[1:, 0] = np.cumsum(np.sum(force_integral, axis=1))[:-1]
-    table = PathTable(s_max, radius, force_integral, np.zeros(cells), 0.0)
-    errors, radius_error = _errors(profile, table, depth_max)
-    return table._replace(errors=errors, radius_error=radius_error)
+    values = profile.contact_radius(depth_max * (left[:, None] + width[:, None] * nodes) ** 2)
+    solved: Any = np.linalg.solve(np.vander(nodes, increasing=True), values.T)
+    return solved.T
 
 
-def _errors(profile: Profile, table: PathTable, depth_max: float) -> tuple[Array, float]:
-    cells = len(table.radius)
+def _missed(
+    profile: Profile, depth_max: float, left: Array, width: Array, radius: Array
+) -> tuple[Array, Array, Array]:
+    """Int a dd of each cell, int |delta a| dd, and the largest |delta a|."""
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
-    z = (np.arange(cells)[:, None] + 0.5 + 0.5 * nodes) / cells
-    depth = depth_max * z * z
-    difference = np.abs(evaluate(table, np.sqrt(depth))[0] - profile.contact_radius(depth))
-    missed = depth_max / cells * np.cumsum(np.sum(weights * z * difference, axis=1))
-    ends = depth_max * (np.arange(1, cells + 1) / cells) ** 2
-    largest = float(profile.contact_radius(depth_max))
-    return missed / profile.force_integral_at_depth(ends), float(np.max(difference)) / largest
+    t = 0.5 + 0.5 * nodes
+    z = left[:, None] + width[:, None] * t
+    polynomial = _polynomial(radius.T[:, :, None], t)
+    difference = np.abs(polynomial - profile.contact_radius(depth_max * z * z))
+    gain, missed = (depth_max * width * ((z * a) @ weights) for a in (polynomial, difference))
+    return gain, missed, np.max(difference, axis=1)
+
+
+def _force_integral(depth_max: float, left: Array, width: Array, radius: Array) -> Array:
+    """Coefficients of Pi in each cell."""
+    # d(s^2) = 2 s_max^2 (left + width t) width dt
+    force_integral = np.zeros((left.size, _DEGREE + 3))
+    force_integral[:, 1:-1] = radius * left[:, None]
+    force_integral[:, 2:] += radius * width[:, None]
+    force_integral[:, 1:] *= 2.0 * depth_max * width[:, None] / np.arange(1, _DEGREE + 3)
+    force_integral[1:, 0] = np.cumsum(np.sum(force_integral, axis=1))[:-1]
+    return force_integral

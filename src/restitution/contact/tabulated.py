@@ -169,10 +169,11 @@ class Tabulated(Profile):
             reached = np.maximum(found.depth, 1e-300)
             power = np.where(found.slope > 0.0, here * found.slope / reached, np.inf)
             trial = here * (depth[active] / reached) ** (1.0 / power)
-            tight = np.abs(trial - here) <= 4e-16 * here
+            # Where g falls by what no sample has seen, only the bracket is to be trusted.
+            tight = (np.abs(trial - here) <= 4e-16 * here) & (found.slope > 0.0)
             inside = (trial > low[active]) & (trial < high[active])
             y[active] = np.where(inside | tight, trial, 0.5 * (low[active] + high[active]))
-            active = active[~(tight & (found.slope > 0.0)) & (high[active] - low[active] > 4e-16 * here)]
+            active = active[~tight & (high[active] - low[active] > 4e-16 * here)]
         return y
 
 

@@ -38,15 +38,15 @@ def element_tolerance(rtol: float) -> float:
     return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
 
 
-# A table of more cells has kinks, such as the joints of a measured tip: what is seen inside an element that spans one
-# then is as large as the error at its end.
-_SMOOTH_CELLS = 64
+# A table of cells that are narrower than this part of their place has kinks, such as the joints of a measured tip:
+# what is seen inside an element that spans one then is as large as the error at its end.
+_SMOOTH_CELL = 1.0 / 64.0
 
 
 def path_tolerance(rtol: float, path: Path) -> float:
     """Tolerance of one element for a profile."""
     tolerance = element_tolerance(rtol)
-    if path.radius.shape[0] > _SMOOTH_CELLS:
+    if path.exponent < 0.0 and np.min(np.diff(path.edges) / path.edges[1:]) < _SMOOTH_CELL:
         return min(tolerance, max(0.1 * rtol, 1e-13))
     return tolerance
 
@@ -58,14 +58,14 @@ def newton_tolerance(rtol: float) -> float:
 
 def kernel_path(block: ScaledBlock) -> Path:
     """Return the profile of a block as the kernel takes it."""
-    from restitution.kernel.path import Path, power_path
+    from restitution.contact.path import scaled
+    from restitution.kernel.path import power_path, table_path
 
     table = block.table
     if table is None:
         return power_path(block.exponent)
-    length, radius = float(block.length[0]), float(block.radius[0])
-    inverse_cell = table.radius.shape[0] * length**0.5 / table.s_max
-    return Path(-1.0, inverse_cell, table.radius / radius, table.force_integral / (radius * length))
+    table = scaled(table, float(block.length[0]), float(block.radius[0]))
+    return table_path(table.edges, table.radius, table.force_integral)
 
 
 def solve_scaled(

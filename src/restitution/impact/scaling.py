@@ -352,6 +352,8 @@ def _elastic_depth(
     moduli, times = series.branch_moduli, series.relaxation_times
     knots, integrals = samples
     low, high = np.full(mass.size, knots[0]), np.full(mass.size, knots[-1])
+    # Nothing ever stops a weight on a liquid.
+    weight = force if series.equilibrium_modulus > 0.0 else 0.0 * force
     for _ in range(40):
         middle = 0.5 * (low + high)
         depth = np.exp(middle)
@@ -362,8 +364,8 @@ def _elastic_depth(
             + series.viscosity / duration
         )
         integral = np.exp(np.interp(middle, knots, integrals))
-        # The exponent 2/5 of the parabola serves for all:.
-        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + force * depth
+        # The exponent 2/5 of the parabola serves for all.
+        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + weight * depth
         high = np.where(deep, middle, high)
         low = np.where(deep, low, middle)
     return np.minimum(np.exp(high), most)

@@ -176,7 +176,7 @@ def scaled_retardation(series: PronySeries, units: Units) -> Retardation:
 
 def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
     """Profile as the kernel takes it, with the depth as unit, the contact radius there [m], and the error of the path."""
-    from restitution.kernel.path import Path, power_path
+    from restitution.kernel.path import power_path, table_path
 
     exponent: Any = profile.path_exponent
     coefficient: Any = profile.path_coefficient
@@ -188,6 +188,5 @@ def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
 
     radius = float(profile.contact_radius(depth))
     table = path_table(profile, depth)
-    scaled_table = scaled(table, depth, radius)
-    cells = table.radius.shape[0] / scaled_table.s_max
-    return Path(-1.0, cells, scaled_table.radius, scaled_table.force_integral), radius, table.error
+    path = scaled(table, depth, radius)
+    return table_path(path.edges, path.radius, path.force_integral), radius, table.error

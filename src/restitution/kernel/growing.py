@@ -53,7 +53,7 @@ def root_of_depth(path: Path, integral: float) -> float:
     if p >= 0.0:
         return (0.5 * (p + 2.0) * integral) ** (1.0 / (p + 2.0))
     low = 0.0
-    high = path.radius.shape[0] / path.inverse_cell
+    high = path.end
     s = high
     for _ in range(200):
         a, value = radius_and_integral(path, s)

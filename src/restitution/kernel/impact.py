@@ -211,7 +211,7 @@ def approach(
                 h = min(h, 1.35 * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
             # Never far beyond the end of the table, where its polynomials mean nothing.
-            end = problem.path.radius.shape[0] / problem.path.inverse_cell
+            end = problem.path.end
             if table[S_, 0] > end:
                 return TOO_DEEP
             h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
@@ -245,19 +245,16 @@ def approach(
         element += 1
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
-        if problem.equilibrium == 0.0 and table[V_, S] < 1e-14:
+        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
+        rest = 1e-7 * problem.load
+        creeps = abs(table[F_, 0] - problem.load) < rest and abs(table[F_, S] - problem.load) < rest
+        stops = problem.equilibrium == 0.0 and (creeps or table[V_, S] < 1e-14)
+        if stops or (creeps and table[V_, S] < 1e-6):
             for n in range(rows):
                 work.turning[n] = table[n, S]
             work.counts[N_APPROACH] = element - 1
             work.turning_place[0] = sigma
-            return SINKS_IN
-        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
-        rest = 1e-7 * problem.load
-        if abs(table[F_, 0] - problem.load) < rest and abs(table[F_, S] - problem.load) < rest:
-            if problem.equilibrium == 0.0:
-                return SINKS_IN
-            if table[V_, S] < 1e-6:
-                return CAPTURED
+            return SINKS_IN if stops else CAPTURED
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
     x = _zero_of_velocity(scheme, work, table[V_])
     sigma += x * h
@@ -268,9 +265,7 @@ def approach(
 
 
 @stage
-def rebound(
-    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float
-) -> int:
+def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
     S = WIDTH
     N = problem.moduli.shape[0]
@@ -333,9 +328,11 @@ def rebound(
         duration = work.vectors[VALUES]
         duration[0] = 0.0
         store(duration, 1, h * times(scheme.columns, load(work.vectors[UNKNOWN], 0)))
-        # An error of the time shifts all that follows, which the force now turns into velocity.
-        lateness = max(TIME_WEIGHT * table[F_, 0] / scale, 1.0 / table[T_, S]) * _tail(scheme, duration)
-        error = max(_tail(scheme, table[V_]) / scale, lateness) / tolerance
+        # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
+        # known to what rounding leaves of a place in a short element.
+        tail = _tail(scheme, duration)
+        error = max(_tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * tail) / (tolerance * scale)
+        error = max(error, tail / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
         if not error <= 1.0:
             h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
@@ -437,6 +434,23 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     return best
 
 
+@stage
+def _resting_place(problem: Problem, s: float) -> float:
+    """Where the foundation alone carries the load, at s or deeper; 0 beyond the end of a table."""
+    low, high = s, s
+    while problem.equilibrium * radius_and_integral(problem.path, high)[1] < problem.load:
+        low, high = high, 1.5 * high
+        if high > problem.path.end:
+            return 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if problem.equilibrium * radius_and_integral(problem.path, middle)[1] < problem.load:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
 @kernel
 def solve_block(
     scheme: Scheme,
@@ -484,36 +498,53 @@ def solve_block(
             outcome[column] = math.nan
         work.counts[N_FACTOR] = 0
         status = TOO_MANY_STEPS
-        finer = tolerance
-        for _ in range(_TRIALS):
-            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not.
+        finer, sharper = tolerance, accept
+        weighed = loads[n] == 0.0
+        trial = 0
+        while trial < _TRIALS:
+            trial += 1
+            status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n])
+            # A constant force drives a body into a liquid for ever; without one it comes to rest.
+            if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and loads[n] == 0.0):
+                s = work.turning[S_]
+                outcome[3] = _peak_force(scheme, work)
+                if status == CAPTURED:
+                    s = _resting_place(problem, s)
+                    if not s > 0.0:
+                        status = TOO_DEEP
+                    outcome[3] = max(outcome[3], loads[n])
+                outcome[2] = s * s
+                outcome[4] = radius_and_integral(problem.path, s)[0]
+                outcome[6] = work.turning[T_]
+                if status != SEPARATED:
+                    outcome[5] = s * s
+            if status == SEPARATED:
+                status = rebound(problem, scheme, work, finer, sharper)
+            if status == SEPARATED and not weighed:
+                # The work of a weight passes through the velocity in between, whose error e feels enlarged.
+                weighed = True
+                e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], 1e-3)
+                enlarged = (1.0 + 2.0 * loads[n] * outcome[2]) / (e * e)
+                if enlarged > 2.0:
+                    finer, sharper = max(tolerance / enlarged, 1e-14), max(accept / enlarged, 2e-14)
+                    trial = 0
+                    continue
             if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
-            status = approach(problem, scheme, work, finer, accept, FIRST * firsts[n])
-            # A constant force drives a body into a liquid for ever; without one it comes to rest.
-            if status == SEPARATED or (status == SINKS_IN and loads[n] == 0.0):
-                outcome[2] = work.turning[S_] ** 2
-                outcome[3] = _peak_force(scheme, work)
-                outcome[4] = radius_and_integral(problem.path, work.turning[S_])[0]
-                outcome[6] = work.turning[T_]
-            if status == SEPARATED:
-                status = rebound(problem, scheme, work, finer, accept)
+            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not.
             finer *= 1e-2
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
             outcome[0] = -work.rebound[last, V_, WIDTH]
-            if loads[n] == 0.0:
-                # Nothing drives the body: its e is at most 1, and what an elastic one exceeds it by is error.
-                outcome[0] = min(outcome[0], 1.0)
             outcome[1] = work.rebound[last, T_, WIDTH]
             depth = outcome[2]
             for element in range(last + 1):
                 speed = load(work.slopes[element], 0) * load(work.rebound[element, V_], 1)
                 depth += work.places[BACK_LENGTH, element] * total(load(scheme.A[WIDTH - 1], 0) * speed)
             outcome[5] = depth
+            # By what an elastic body exceeds what the force has given it, is error.
+            outcome[0] = min(outcome[0], math.sqrt(max(1.0 + 2.0 * loads[n] * depth, 0.0)))
         elif status in (SINKS_IN, CAPTURED):
             outcome[0] = 0.0
-            if status == SINKS_IN:
-                outcome[5] = outcome[2]
         outcome[7] = status
         outcome[8] = work.counts[N_FACTOR]

@@ -15,8 +15,12 @@ class Path(NamedTuple):
     ----------
     exponent : float
         p of a = s^p; negative where the table below holds instead.
-    inverse_cell : float
-        Reciprocal width of the table's cells in s.
+    end : float
+        End of the table in s.
+    edges : ndarray, shape (n_cells + 1,)
+        Ends of the table's cells in s, rising from 0.
+    finder : ndarray of int, shape (n_bins + 1,)
+        The cells that hold the ends of equal bins in s.
     radius : ndarray, shape (n_cells, n)
         Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
     integral : ndarray, shape (n_cells, n + 2)
@@ -24,22 +28,42 @@ class Path(NamedTuple):
     """
 
     exponent: float
-    inverse_cell: float
+    end: float
+    edges: Any
+    finder: Any
     radius: Any
     integral: Any
 
 
 def power_path(exponent: float) -> Path:
     """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
-    return Path(float(exponent), 0.0, np.zeros((0, 1)), np.zeros((0, 1)))
+    none = np.zeros((0, 1))
+    return Path(float(exponent), 1e30, np.zeros(1), np.zeros(1, dtype=np.int64), none, none)
+
+
+def table_path(edges: Any, radius: Any, integral: Any) -> Path:
+    """Return the path of a table."""
+    bins = np.linspace(edges[0], edges[-1], 2 * len(radius) + 1)
+    finder = np.clip(np.searchsorted(edges, bins, side="right") - 1, 0, len(radius) - 1)
+    return Path(-1.0, float(edges[-1]), edges, finder.astype(np.int64), radius, integral)
 
 
 @stage
 def _table(path: Path, s: float) -> tuple[float, float, float]:
     """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
-    y = max(s, 0.0) * path.inverse_cell
-    cell = min(int(y), path.radius.shape[0] - 1)
-    y -= cell
+    bins = path.finder.shape[0] - 1
+    place = int(min(max(0.0, s * (bins / path.end)), bins - 1.0))
+    cell = path.finder[place]
+    above = path.finder[place + 1] + 1
+    # A bin may hold many of the narrow cells around a kink.
+    while above - cell > 1:
+        middle = (cell + above) // 2
+        if s >= path.edges[middle]:
+            cell = middle
+        else:
+            above = middle
+    width = path.edges[cell + 1] - path.edges[cell]
+    y = (max(s, 0.0) - path.edges[cell]) / width
     a = 0.0
     slope = 0.0
     for n in range(path.radius.shape[1] - 1, -1, -1):
@@ -48,7 +72,7 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
     integral = 0.0
     for n in range(path.integral.shape[1] - 1, -1, -1):
         integral = integral * y + path.integral[cell, n]
-    return a, integral, slope * path.inverse_cell
+    return a, integral, slope / width
 
 
 @part
