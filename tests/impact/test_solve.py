@@ -9,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import restitution.contact.path
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
@@ -318,7 +319,7 @@ def test_sphere_pressed_beyond_its_equator(radius):
         assert abs(result.energy.residual) < rtol
 
 
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-9])
 @pytest.mark.parametrize(
     "heights",
     [
@@ -331,9 +332,8 @@ def test_tip_with_sharp_joints(heights, rtol):
     """Inside an element that spans a joint the polynomials converge slowly, and so does the error at its end."""
     tip = Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
-    # The table of a(s) is good to some 1e-9 here.
-    wanted = solve(impact, rtol=2e-9).restitution_coefficient
-    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, abs=rtol * wanted + 2e-9)
+    wanted = solve(impact, rtol=1e-11).restitution_coefficient
+    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, rel=rtol)
 
 
 def test_shallow_impacts_beside_deep_ones():
@@ -348,10 +348,11 @@ def test_shallow_impacts_beside_deep_ones():
         )
 
 
-def test_tip_with_joints_too_sharp_to_be_resolved():
+def test_joints_that_a_table_does_not_resolve(monkeypatch):
+    monkeypatch.setattr(restitution.contact.path, "_MAX_CELLS", 8)
     tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25287, 1.0413, 1.48647, 2.6991])
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
-    assert solve(impact, rtol=1e-4).status is Status.SEPARATED
+    assert solve(impact, rtol=1e-2).status is Status.SEPARATED
     with pytest.raises(SolverError, match="NOT_ACCURATE"):
         solve(impact)
 
