@@ -66,6 +66,12 @@ def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_public_names_exist(document):
+    named = re.findall(r"\brs\.([A-Za-z_]\w*)", document.read_text())
+    assert [name for name in named if not hasattr(restitution, name)] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_relative_links_lead_somewhere(document):
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if re.match(r"\w+:", target):
