@@ -51,6 +51,7 @@ def same_to(found, wanted, rtol=RTOL) -> bool:
 # Other programs
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("row", rows(DATA / "standard_solid.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_tabulated_values(row):
     found = solve(standard(row["nu"], row["p2"], row["p3"]))
@@ -86,12 +87,14 @@ def test_finite_elements(row):
     assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(("p3", "wanted"), cf.KELVIN_VOIGT_RESTITUTION.items())
 def test_kelvin_voigt(p3, wanted):
     found = solve(unit_impact(PronySeries(1.0, viscosity=p3)))
     assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-8)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(("ratio", "wanted"), cf.MAXWELL_RESTITUTION.items())
 def test_maxwell(ratio, wanted):
     # E* = 4 G: the Hertz time at that modulus over tau is the ratio.
@@ -103,6 +106,7 @@ def test_maxwell(ratio, wanted):
 # Closed forms
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("profile", "coefficient", "exponent"),
     [
@@ -130,6 +134,7 @@ def test_elastic_impact(profile, coefficient, exponent):
     assert found.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0])
 def test_flat_punch_kelvin_voigt(damping):
     # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
@@ -138,6 +143,7 @@ def test_flat_punch_kelvin_voigt(damping):
     assert same_to(found.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9])
 def test_flat_punch_maxwell(damping):
     # D = 1/(2 omega0 tau)
@@ -193,6 +199,7 @@ def test_exact_sphere_is_a_parabola_where_contact_is_small():
     assert sphere.max_indentation_depth != parabola.max_indentation_depth
 
 
+@pytest.mark.plain
 def test_a_parabola_given_as_a_table_is_the_parabola():
     r = np.linspace(0.0, 2e-3, 41)
     parabola, table = (
@@ -348,6 +355,7 @@ def test_shallow_impacts_beside_deep_ones():
         )
 
 
+@pytest.mark.plain
 def test_joints_that_a_table_does_not_resolve(monkeypatch):
     monkeypatch.setattr(restitution.contact.path, "_MAX_CELLS", 8)
     tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25287, 1.0413, 1.48647, 2.6991])
@@ -415,6 +423,7 @@ def test_tolerance_is_kept(rtol):
 # Bodies that stay
 
 
+@pytest.mark.plain
 def test_liquid_under_critical_damping_sinks_in():
     # Flat punch on Kelvin-Voigt without spring, F = 8 eta v: v never turns.
     result = solve(unit_impact(PronySeries(0.0, viscosity=0.5), profile=FlatPunch(1.0)))
@@ -431,6 +440,7 @@ def test_maxwell_punch_turns_only_below_critical_damping(damping, status):
     assert (result.restitution_coefficient > 0.0) is (status is Status.SEPARATED)
 
 
+@pytest.mark.plain
 def test_viscous_half_space_stops_the_body():
     # F = 8 eta a v, a = sqrt(d): m v0 = 8 eta (2/3) d^(3/2). Parabola on a Newtonian half-space.
     result = solve(unit_impact(PronySeries(0.0, viscosity=0.25)))
@@ -444,6 +454,7 @@ def test_viscous_half_space_stops_the_body():
     assert result.max_force == pytest.approx(2.0 * s * 0.75, rel=1e-9)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("profile", [Parabola(1.0), Sphere(1.0)])
 def test_body_that_creeps_to_rest_under_its_weight(profile):
     # It rests where F = 2 E* Pi(d) carries the weight; E* = 4 G.
