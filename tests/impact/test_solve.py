@@ -315,6 +315,38 @@ def test_body_that_hardly_comes_back(series, profile, rtol):
     assert abs(result.energy.residual) < 1e-12
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-10])
+@pytest.mark.parametrize(
+    "profile",
+    [
+        PowerLaw(4.85, 0.41),
+        Parabola(1.0),
+        FlatPunch(0.5),
+        TruncatedCone(0.02, 1.0),
+        FlatEndedParabola(2.0, 0.02),
+    ],
+    ids=lambda profile: type(profile).__name__,
+)
+def test_nearly_newtonian_liquids_hold_the_body(profile, rtol):
+    """One relaxation time of 1e-9 and less: m dv/dt = -2 eta* a v has no turning point."""
+    for tau in (1e-9, 1e-12):
+        liquid = Material(PronySeries(0.0, [1.0 / tau], [tau]), math.inf)
+        assert solve(Impact(liquid, profile, 1.0, 1.0), rtol=rtol).status is Status.SINKS_IN
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9, 1e-10])
+@pytest.mark.parametrize(
+    "profile", [FlatPunch(0.6), TruncatedCone(0.3, 1.0), Parabola(1.0), FlatEndedParabola(1.0, 0.3)]
+)
+def test_dashpot_beside_weak_fast_branches(profile, rtol):
+    """The dashpot meets a moving face at once, and what the branches make of that lasts no longer than they."""
+    shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], viscosity=0.9)
+    impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
+    fine = solve(impact, rtol=1e-12).restitution_coefficient
+    found = solve(impact, rtol=rtol).restitution_coefficient
+    assert abs(found - fine) <= rtol * max(fine, 1e-3)
+
+
 @pytest.mark.parametrize("radius", [0.265, 0.05])
 def test_sphere_pressed_beyond_its_equator(radius):
     material = Material(PronySeries(1.0, [109.0, 14.3, 16.4, 10.5], [1.9e-6, 1.1e-5, 0.8, 2.0]), math.inf)

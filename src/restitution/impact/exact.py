@@ -38,17 +38,20 @@ def element_tolerance(rtol: float) -> float:
     return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
 
 
-# A table of cells that are narrower than this part of their place has kinks, such as the joints of a measured tip:
-# what is seen inside an element that spans one then is as large as the error at its end.
-_SMOOTH_CELL = 1.0 / 64.0
+# A table has kinks where cells are narrower than the first part of their place, such as the joints of a measured tip
+# or the equator of a sphere, or than the second part of the whole: what is seen inside an element that spans one then
+# is as large as the error at its end.
+_SMOOTH_PLACE, _SMOOTH_CELL = 1.0 / 15.0, 1.0 / 100.0
 
 
 def path_tolerance(rtol: float, path: Path) -> float:
     """Tolerance of one element for a profile."""
     tolerance = element_tolerance(rtol)
-    if path.exponent < 0.0 and np.min(np.diff(path.edges) / path.edges[1:]) < _SMOOTH_CELL:
-        return min(tolerance, max(0.1 * rtol, 1e-13))
-    return tolerance
+    if path.exponent >= 0.0:
+        return tolerance
+    widths = np.diff(path.edges)
+    kinks = np.any(widths < np.maximum(_SMOOTH_PLACE * path.edges[1:], _SMOOTH_CELL * path.end))
+    return min(tolerance, max(0.1 * rtol, 1e-13)) if kinks else tolerance
 
 
 def newton_tolerance(rtol: float) -> float:
