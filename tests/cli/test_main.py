@@ -263,15 +263,15 @@ def test_times_outside_the_contact_are_refused(folder: Path, monkeypatch: pytest
 def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(history: xr.Dataset, path: Path, **options: Any) -> None:
-        Path(path).write_text("half")
+    def full(path: Path, content: Any) -> None:
+        path.write_text("half")
         raise OSError(28, "No space left on device")
 
     fake(monkeypatch)
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     answer = run("solve", "ball.toml", "--json", "--history", "h.nc")
     assert answer.exit_code == 2
-    assert answer.stderr == "error: No space left on device\n"
+    assert answer.stderr == "error: h.nc: No space left on device\n"
     assert os.listdir() == ["ball.toml"]
 
 

@@ -142,11 +142,11 @@ def test_interrupted_run_leaves_whole_files(made, tmp_path: Path, at: int) -> No
 def test_interrupt_while_data_are_written_leaves_no_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(self: xr.Dataset, path: Path, **_: object) -> None:
-        Path(path).write_bytes(b"\x89HDF, the first of it")
+    def interrupted(path: Path, content: object) -> None:
+        path.write_text("the first of it")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupted)
+    monkeypatch.setattr(Path, "write_bytes", interrupted)
     with pytest.raises(KeyboardInterrupt):
         reproduce(tmp_path, quick=True)
     assert list(tmp_path.iterdir()) == []

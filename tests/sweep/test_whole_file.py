@@ -66,3 +66,13 @@ def test_killed_writer_leaves_the_old_file(tmp_path: Path) -> None:
     with whole_file(target) as partial:
         partial.write_text("new")
     assert target.read_text() == "new"
+
+
+def test_errors_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    target = tmp_path / "no" / "data.nc"
+    with pytest.raises(FileNotFoundError) as caught, whole_file(target) as partial:
+        partial.write_text("all")
+    assert caught.value.filename == str(target)
+    with pytest.raises(OSError, match="No space left") as caught, whole_file(tmp_path / "data.nc"):
+        raise OSError(28, "No space left on device")
+    assert caught.value.filename == str(tmp_path / "data.nc")

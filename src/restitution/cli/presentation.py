@@ -174,17 +174,16 @@ def write_history(result: ImpactResult, path: Path) -> None:
 
 def write_dataset(table: xr.Dataset, path: Path) -> None:
     """Write columns over one dimension, whole or not at all: NetCDF, or CSV with the units in the header."""
-    from restitution.sweep.whole_file import whole_file
+    from restitution.sweep.whole_file import whole_file, write_netcdf
 
-    with whole_file(path) as partial:
-        if path.suffix.lower() == ".nc":
-            table.to_netcdf(partial, engine="h5netcdf")
-            return
-        columns = [*table.coords.values(), *table.data_vars.values()]
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            rows = csv.writer(file)
-            rows.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
-            rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
+    if path.suffix.lower() == ".nc":
+        write_netcdf(table, path)
+        return
+    columns = [*table.coords.values(), *table.data_vars.values()]
+    with whole_file(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
+        rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
 
 
 def write_plot(result: ImpactResult, path: Path, times: Sequence[float] | None = None) -> None:

@@ -15,7 +15,7 @@ from restitution.paper import collapse, curves, incompressibility, planes
 from restitution.paper.claims import Claim
 from restitution.paper.computation import Computation
 from restitution.plot.style import save_figure
-from restitution.sweep.whole_file import whole_file
+from restitution.sweep.whole_file import whole_file, write_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,8 +108,7 @@ class _Output:
 
     def figure(self, name: str, dataset: xr.Dataset, draw: Callable[[xr.Dataset], Figure]) -> None:
         path = self.folder / f"{name}.nc"
-        with whole_file(path) as partial:
-            dataset.to_netcdf(partial, engine="h5netcdf")
+        write_netcdf(dataset, path)
         self.files.append(path)
         picture = draw(dataset)
         self.files.append(save_figure(picture, path.with_suffix(".png")))

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @contextmanager
@@ -27,7 +31,7 @@ def whole_file(path: Path | str) -> Generator[Path]:
     Raises
     ------
     OSError
-        If the rename fails; whatever the block raises passes through.
+        If the file cannot be written; the error then names `path`. All else that the block raises passes through.
 
     Examples
     --------
@@ -44,6 +48,30 @@ def whole_file(path: Path | str) -> Generator[Path]:
     try:
         yield partial
         os.replace(partial, path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
+    except BaseException as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.strerror and error.filename in (None, str(partial)):
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
+
+
+def write_netcdf(dataset: xr.Dataset, path: Path | str) -> None:
+    """Write a dataset as NetCDF, whole or not at all.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What to write.
+    path : path-like
+        The file; its folder must exist.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    # The HDF5 library ends the process where the disk is full.
+    content = dataset.to_netcdf(None, engine="h5netcdf")
+    with whole_file(path) as partial:
+        partial.write_bytes(content)
