@@ -315,6 +315,40 @@ def test_body_that_hardly_comes_back(series, profile, rtol):
     assert abs(result.energy.residual) < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"workers": 0}, ValueError, "workers = 0: must be a whole number >= 1"),
+        ({"workers": 1.5}, ValueError, "workers = 1.5: must be a whole number >= 1"),
+        ({"errors": "ignore"}, ValueError, "errors = 'ignore': must be 'raise' or 'warn'"),
+        ({"progress": True}, TypeError, "progress = True: must be callable"),
+        ({"method": "euler"}, ValueError, "method = 'euler': must be"),
+        ({"rtol": 0.0}, ValueError, "rtol = 0: must be in"),
+    ],
+)
+def test_options_out_of_range(options, error, message):
+    solid = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
+    impact = Impact(solid, Parabola(1.0), 1.0, [1.0, 2.0])
+    for call in (
+        lambda: standard_solid_restitution(0.3, [0.1, 0.2], 1.0, **options),
+        lambda: solve(impact, **options),
+    ):
+        with pytest.raises(error, match=message):
+            call()
+
+
+def test_numbers_beyond_all_scales_fail_by_themselves():
+    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
+    with pytest.raises(SolverError, match="NOT_FINITE"):
+        solve(Impact(solid, Parabola(0.01), 0.005, 1e300))
+    with pytest.raises(SolverError, match="NOT_FINITE"):
+        solve(Impact(solid, Parabola(0.01), 0.005, 1e-300))
+    with pytest.warns(RuntimeWarning, match="1 of 2 impacts failed and are NaN: 1 NOT_FINITE"):
+        found = solve(Impact(solid, Parabola(0.01), 0.005, [1e300, 1.0])).restitution_coefficient
+    assert math.isnan(found[0])
+    assert 0.7 < found[1] < 0.8
+
+
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-10])
 @pytest.mark.parametrize(
     "profile",

@@ -113,6 +113,9 @@ def solve_scaled(
             energies[start:stop] = _solve_with_budget(part, path, rtol, work, outcomes[start:stop])
         else:
             _solve_part(part, path, rtol, work, outcomes[start:stop])
+        units = np.stack([part.length, part.time])
+        lost = ~np.all((units > 0.0) & (units < np.inf), axis=0)
+        outcomes[start:stop][lost, 7] = Status.NOT_FINITE
         return stop - start
 
     workers = workers or os.cpu_count() or 1

@@ -289,18 +289,21 @@ def _table_block(
         )
     most = float(profile.max_depth)
     samples = _of_profile(_force_integrals, profile)
-    depths = _elastic_depth(series, samples, mass, velocity, force, most)
+    # What overflows here comes back as a row that failed.
+    with np.errstate(over="ignore"):
+        depths = _elastic_depth(series, samples, mass, velocity, force, most)
+        energy = mass * velocity**2
     # Rounded, so that calls with other impacts of about the same depths find the table made.
     length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
     least = min(_rounded_down(float(depths.min()), 4.0), length)
     table = _of_profile(_path_table, profile, length, least)
     radius = float(profile.contact_radius(length))
     time = length / velocity
-    factor = 2.0 * length**2 * radius / (mass * velocity**2)
+    factor = 2.0 * length**2 * radius / energy
     n_modes = series.branch_moduli.size
     return ScaledBlock(
         np.sqrt(depths / length), series.equilibrium_modulus * factor, series.viscosity * factor / time,
-        force * length / (mass * velocity**2), np.arange(mass.size + 1, dtype=np.int64) * n_modes,
+        force * length / energy, np.arange(mass.size + 1, dtype=np.int64) * n_modes,
         (series.branch_moduli * factor[:, None]).ravel(), (series.relaxation_times / time[:, None]).ravel(),
         -1.0, table, np.full(mass.size, length), time, np.full(mass.size, radius),
     )  # fmt: skip

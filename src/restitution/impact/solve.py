@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -78,17 +78,15 @@ def solve(
     >>> print(round(rs.solve(impact).restitution_coefficient, 8))
     0.43435616
     """
-    within("rtol", rtol, 1e-12, 1e-2)
-    if method not in ("exact", "elements", "reference"):
-        raise ValueError(f"method = {method!r}: must be 'exact', 'elements' or 'reference'")
-    if errors not in (None, "raise", "warn"):
-        raise ValueError(f"errors = {errors!r}: must be 'raise' or 'warn'")
+    _check_options(method, rtol, errors, workers, progress)
     if method != "elements" and not (n_elements is None and time_step is None):
         raise ValueError(f"n_elements, time_step: belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
         if method == "exact":
             return _solve_exact(impact, rtol, errors, workers, progress)
         return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
+    if not isinstance(impact, Iterable):
+        raise TypeError(f"impact = {impact!r}: must be an Impact or a list of them")
     impacts = list(impact)
     for n, one in enumerate(impacts):
         if not isinstance(one, Impact):
@@ -148,7 +146,7 @@ def standard_solid_restitution(
     ratio = within("nu", nu, -1.0, 0.5)
     modulus_ratio = positive("p2", p2)
     viscosity = positive("p3", p3)
-    within("rtol", rtol, 1e-12, 1e-2)
+    _check_options(method, rtol, errors, workers, progress)
     shapes = [np.shape(x) for x in (ratio, modulus_ratio, viscosity)]
     try:
         shape = np.broadcast_shapes(*shapes)
@@ -180,6 +178,18 @@ def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol
     material = standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
     result = solve(Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0), method, rtol=rtol)
     return float(result.restitution_coefficient)
+
+
+def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: Any) -> None:
+    within("rtol", rtol, 1e-12, 1e-2)
+    if method not in ("exact", "elements", "reference"):
+        raise ValueError(f"method = {method!r}: must be 'exact', 'elements' or 'reference'")
+    if errors not in (None, "raise", "warn"):
+        raise ValueError(f"errors = {errors!r}: must be 'raise' or 'warn'")
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
+        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress = {progress!r}: must be callable with (impacts done, all impacts)")
 
 
 def _judge(statuses: Array, errors: Errors) -> None:

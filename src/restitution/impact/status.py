@@ -33,7 +33,7 @@ _MESSAGES = {
     Status.CAPTURED: "the constant force holds the body in contact: it does not separate in its first rebound, e = 0",
     Status.TOO_MANY_STEPS: "the step limit was reached before separation; loosen rtol or check for extreme relaxation times",
     Status.STEP_TOO_SMALL: "the step size fell to rounding level; loosen rtol or check for extreme relaxation times",
-    Status.NOT_FINITE: "a number overflowed; check for extreme moduli, masses or relaxation times",
+    Status.NOT_FINITE: "a number overflowed or vanished; check for extreme moduli, masses, velocities or relaxation times",
     Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
     Status.TOO_DEEP: "the body goes deeper than its profile is described; describe more of it",
     Status.INADMISSIBLE: "the numbers of this impact are out of range; check what the axes combine to",

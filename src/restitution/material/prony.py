@@ -93,6 +93,10 @@ class PronySeries:
                 f"branch_moduli has shape {moduli.shape} and relaxation_times {times.shape}: "
                 "must be one-dimensional and of equal length"
             )
+        with np.errstate(over="ignore"):
+            glass = equilibrium + moduli.sum()
+        if glass == np.inf:
+            raise ValueError("equilibrium_modulus + sum of branch_moduli = inf Pa: must be finite")
         self._fill(equilibrium, moduli, times, dashpot)
 
     def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
