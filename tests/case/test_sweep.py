@@ -173,6 +173,24 @@ def test_every_point_is_the_case_with_its_values(case: str, axes: str, places: d
     check(sweep(f"{case}\n[axes]\n{axes}\n"), case, places)
 
 
+@pytest.mark.parametrize("model", ["", 'model = "standard_solid"\n'])
+def test_relaxation_time_of_a_standard_solid(model: str) -> None:
+    # It keeps the branch modulus, so that the viscosity goes with it and need not be given.
+    text = BODY + IMPACT + SOLID.replace('viscosity = "1 kPa s"\n', model)
+    result = sweep(text + '[axes]\nrelaxation_time = ["0.1 ms", 1e-3]\nvelocity = [0.1, 1]\n')
+    assert result.relaxation_time.attrs["units"] == "s"
+    for tau in (1e-4, 1e-3):
+        case = BODY + IMPACT + SOLID.replace("1 kPa s", f"{1e7 * tau} Pa s")
+        check(result.sel(relaxation_time=tau), case, {"velocity": "impact.velocity"})
+
+
+def test_incompressible_is_a_bulk_modulus() -> None:
+    text = BODY + IMPACT + SOLID.replace("poisson_ratio = 0.45\n", "")
+    result = sweep(text + '[axes]\nbulk_modulus = ["5 MPa", "incompressible"]\nvelocity = [1]\n')
+    case = BODY + IMPACT + SOLID.replace("0.45", "0.5")
+    check(result.sel(bulk_modulus=np.inf), case, {"velocity": "impact.velocity"})
+
+
 def test_groups_of_the_paper() -> None:
     alone = sweep("[axes]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = { logarithmic = [0.1, 10], n = 3 }\n")
     wanted = rs.standard_solid_restitution(np.array([[0.3], [0.5]]), 0.1, [0.1, 1.0, 10.0])
@@ -197,6 +215,14 @@ def test_materials_from_a_list() -> None:
     assert result.material.values.tolist() == ["glass", "rubber"]
     np.testing.assert_allclose(result.restitution_coefficient.sel(material="glass"), 1.0, atol=1e-9)
     check(result.sel(material="rubber"), BODY + SOLID + IMPACT, {"velocity": "impact.velocity"})
+
+
+def test_materials_of_a_list_are_called_by_their_source() -> None:
+    tables = (
+        "[[axes.material]]\nlibrary = 'epoxy'\n[[axes.material]]\nshear = '30 GPa'\npoisson_ratio = 0.2\n"
+    )
+    result = sweep(BODY + IMPACT + "[axes]\nvelocity = [1]\n" + tables)
+    assert result.material.values.tolist() == ["epoxy", "material 2"]
 
 
 def test_draws() -> None:
@@ -277,7 +303,23 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + "[axes]\nvelocity = { linear = [1, true], n = 3 }\n", "axes.velocity = true: must be a number"),
         (BODY + SOLID + "[axes]\nvelocity = { logarithmic = [0, 1], n = 3 }\n", "axes.velocity: low = 0: must be finite and > 0"),
         (BODY + SOLID + "[axes]\nvelocity = { linear = [0, 1], n = 3 }\n", "impact.velocity = 0.0: must be finite and > 0"),
-        (BODY + SOLID + AXES + "speed = [1]\n", "speed = 1.0: unknown key"),
+        (BODY + SOLID + AXES + "speed = [1]\n", "axes.speed: unknown quantity; known are velocity, "),
+        (BODY + SOLID + "[axes]\nvelo = ['1 m/s']\n", "axes.velo: unknown quantity; did you mean velocity?"),
+        (BODY + SOLID + "[axes]\nimpct.velocity = [1]\n", "axes.impct: unknown quantity; did you mean impact?"),
+        (
+            BODY + SOLID + "[axes]\nimpact.velo = { linear = ['1 m/s', 2], n = 2 }\n",
+            "axes.impact.velo: unknown quantity; did you mean velocity?",
+        ),
+        (BODY + SOLID + "[axes]\nvelocity = { linea = [1, 2], n = 2 }\n", "axes.velocity.linea: unknown key; did you mean linear?"),
+        (BODY + SOLID + "[axes]\nimpact.velocity = { linea = [1, 2], n = 2 }\n", "axes.impact.velocity.linea: unknown key; did"),
+        (BODY + SOLID + AXES + "[samples]\nn = 4\nmas = { uniform = [1, 2] }\n", "samples.mas: unknown quantity; did you mean mass?"),
+        (
+            BODY + SOLID + "[axes]\nvelocity = { linear = [1, 2], n = 1000000000000000000 }\n",
+            "axes.velocity: n = 1000000000000000000: must be at most 100000000, the most points along one axis",
+        ),
+        (BODY + SOLID + "[axes]\nvelocity = [true, 1]\n", "impact.velocity = true: must be a velocity"),
+        (BODY + SOLID + "[axes]\nvelocity = [1, true]\n", "velocity[1] = True: must be a number"),
+        (BODY + SOLID + AXES + "relaxation_time = [1]\nviscosity = [1]\n", "axes: relaxation_time and viscosity set the same"),
         (BODY + SOLID + AXES + "impact.speed = [1]\n", "impact.speed = 1.0: unknown key"),
         (BODY + SOLID + AXES + "impact.velocity = [1]\n", "axes: impact.velocity is there twice"),
         (BODY + SOLID + AXES + "drop_height = [1]\n", "axes: impact.velocity and impact.drop_height set the same; leave one out"),

@@ -101,6 +101,7 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
     [
         (lambda: Linear(0.0, np.inf, 3), "high = inf: must be finite"),
         (lambda: Linear(0.0, 1.0, 0), "n = 0: must be a whole number >= 1"),
+        (lambda: Linear(0.0, 1.0, 10**18), "n = 1000000000000000000: must be at most 100000000, the most"),
         (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number >= 1"),
         (lambda: Logarithmic(0.0, 1.0, 3), "low = 0: must be finite and > 0"),
         (lambda: Samples(4, {}), "distributions: must name at least one quantity"),
@@ -111,7 +112,7 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), "seed = -1: must be a whole number >= 0"),
         (
             lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}),
-            "n = 2147483648: there are 1073741824 Sobol points",
+            "n = 2147483648: must be at most 100000000, the most points along one axis",
         ),
         (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass: Uniform\(.*\): must lie in \[0, inf\]"),
         (
@@ -141,14 +142,36 @@ def test_a_distribution_is_asked_for() -> None:
         Samples(4, {"mass": 3})  # type: ignore[dict-item]
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("abc", "velocity = 'abc': must be a number, a sequence of them, Linear or Logarithmic"),
+        (None, "velocity = None: must be a number, a sequence"),
+        ([1.0, "2 m/s"], r"velocity\[1\] = '2 m/s': must be a number"),
+        ([True], r"velocity\[0\] = True: must be a number"),
+    ],
+)
+def test_a_number_is_asked_for(given: object, message: str) -> None:
+    with pytest.raises(TypeError, match=f"^{message}"):
+        as_axis("velocity", given)
+
+
 def test_words_for_objects_are_all_different() -> None:
     class Named:
         def __init__(self, name: str) -> None:
             self.name = name
 
-    assert Listed((Named("rubber"), Named("rubber"), {"name": "steel"}, "cone")).labels == [
-        "rubber (0)",
+    listed = Listed((Named("rubber"), Named("rubber"), {"name": "steel"}, "cone", object(), {"shear": 1.0}))
+    assert listed.labels("counter_material") == [
         "rubber (1)",
+        "rubber (2)",
         "steel",
         "cone",
+        "counter material 5",
+        "counter material 6",
     ]
+
+
+def test_materials_without_a_name_are_called_by_their_source() -> None:
+    listed = Listed(({"library": "epoxy"}, {"library": "epoxy", "name": "resin"}, {"file": "dma.csv"}))
+    assert listed.labels("material") == ["epoxy", "resin", "dma.csv"]

@@ -18,6 +18,7 @@ from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.material.classical import generalised_maxwell
 from restitution.material.shift import WLF
+from restitution.sweep import dataset
 from restitution.sweep import plan as plans
 from restitution.sweep.schema import DEFAULT_OUTPUTS, OUTPUTS
 
@@ -381,7 +382,15 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
         (BALL, {"velocity": [1.0]}, {"rtol": 1.0}, "rtol = 1: must be in"),
         (BALL, {"velocity": [1.0]}, {"engine": "mpi"}, "engine = 'mpi': must be 'threads' or 'dask'"),
         (BALL, {"velocity": [1.0]}, {"held": "nu"}, "held = 'nu': must be"),
-        (BALL, {"velocity": [1.0]}, {"workers": 0}, "workers = 0: must be >= 1"),
+        (BALL, {"velo": [1.0]}, {}, "axes: the impact has no 'velo'; did you mean velocity?"),
+        (BALL, {"velocity": [1.0]}, {"workers": 0}, "workers = 0: must be a whole number >= 1"),
+        (BALL, {"velocity": [1.0]}, {"workers": "2"}, "workers = '2': must be a whole number >= 1"),
+        (BALL, {"velocity": [1.0]}, {"outputs": [3]}, "outputs: unknown output 3; "),
+        # Each axis is short enough; together they are too many.
+        (
+            BALL, {"velocity": rs.Linear(1.0, 2.0, 10**8), "mass": rs.Linear(1.0, 2.0, 10**7)}, {},
+            r"axes: 1000000000000000 points take 3.3e\+07 GB, too much for the memory of this machine; give out=",
+        ),
         (BALL, {"velocity": [1.0]}, {"engine": "dask", "cluster": "here"}, "cluster = 'here': must be"),
     ],
 )  # fmt: skip
@@ -399,6 +408,38 @@ def test_wrong_types_are_refused() -> None:
         rs.sweep(3, {"velocity": [1.0]})  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="must return an Impact"):
         rs.sweep(lambda: 3, {"velocity": [1.0]})  # type: ignore[arg-type,return-value]
+    for axes, options, message in (
+        (["velocity"], {}, r"axes = \['velocity'\]: must be a dict from names to values"),
+        ({3: [1.0]}, {}, r"axes = {3: \[1.0\]}: must be a dict from names to values"),
+        ({"velocity": "abc"}, {}, "velocity = 'abc': must be a number, a sequence of them"),
+        ({"velocity": [1.0]}, {"out": 3}, "out = 3: must be a path"),
+        ({"velocity": [1.0]}, {"outputs": 3}, "outputs = 3: must be a sequence of names"),
+    ):
+        with pytest.raises(TypeError, match=f"^{message}"):
+            rs.sweep(BALL, axes, **options)  # type: ignore[arg-type]
+
+
+def test_memory_that_is_not_granted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = np.full
+
+    def refuse(shape: Any, *rest: Any, **named: Any) -> Any:
+        if shape == (2,):
+            raise MemoryError
+        return full(shape, *rest, **named)
+
+    monkeypatch.setattr(np, "full", refuse)
+    with pytest.raises(ValueError, match=r"^axes: 2 points take 6\.6e-08 GB, too much for the memory"):
+        rs.sweep(BALL, {"velocity": [1.0, 2.0]})
+
+
+def test_more_points_than_fit_in_memory_go_into_a_store(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(dataset, "_memory", lambda: 1000.0)
+    axes = {"velocity": rs.Linear(1.0, 2.0, 30)}
+    with pytest.raises(ValueError, match="too much for the memory"):
+        rs.sweep(BALL, axes)
+    assert int(rs.sweep(BALL, axes, out=tmp_path / "r.zarr").status.max()) == 0
 
 
 def test_an_error_in_a_worker_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:

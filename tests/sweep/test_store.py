@@ -84,7 +84,7 @@ def test_one_chunk_is_one_file_of_each_output(undisturbed: Path) -> None:
 def test_words_come_back(tmp_path: Path) -> None:
     soft = rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.45, name="soft rubber")
     result = rs.sweep(BALL, {"material": [RUBBER, soft], "velocity": [1.0]}, out=tmp_path / "out.zarr")
-    assert result.material.values.tolist() == ["Material 0", "soft rubber"]
+    assert result.material.values.tolist() == ["material 1", "soft rubber"]
     assert float(result.max_force.sel(material="soft rubber")[0]) < float(result.max_force[0, 0])
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +38,8 @@ _KINDS = {
     "radius": LENGTH, "force": FORCE, "half_angle": NUMBER, "temperature": _TEMPERATURE,
     "poisson_ratio": NUMBER, "bulk_modulus": MODULUS, "bulk": MODULUS, "shear": MODULUS,
     "equilibrium_modulus": MODULUS, "instantaneous_modulus": MODULUS, "branch_modulus": MODULUS,
-    "branch_moduli": MODULUS, "viscosity": VISCOSITY, "relaxation_times": TIME, "p2": NUMBER, "p3": NUMBER,
+    "branch_moduli": MODULUS, "viscosity": VISCOSITY, "relaxation_time": TIME, "relaxation_times": TIME,
+    "p2": NUMBER, "p3": NUMBER,
 }  # fmt: skip
 
 # Keys that are clear without their section.
@@ -47,12 +50,14 @@ _SHORT = {
         name: f"material.{name}"
         for name in (
             "poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus", "viscosity",
-            "temperature",
+            "relaxation_time", "temperature",
         )
     },
     "p2": "p2",
     "p3": "p3",
 }  # fmt: skip
+
+_SECTIONS = ("body", "profile", "material", "counter_material", "impact")
 
 _AXES: dict[str, Callable[..., Any]] = {"linear": Linear, "logarithmic": Logarithmic}
 _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {
@@ -87,11 +92,12 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
     if not axes and not samples:
         raise CaseError(f"{path}: axes: the section is missing; it says what varies")
     made: dict[str, Any] = {}
-    for keys, spec in _leaves(axes or {}, _AXES):
-        place = full_place(keys)
+    for keys, spec in _leaves(axes or {}, (*_AXES, "n")):
+        where = f"{path}: {key_path(['axes', *keys])}"
+        place = known_place(where, keys)
         if place in made:
             raise CaseError(f"{path}: axes: {place} is there twice")
-        made[place] = _axis(f"{path}: {key_path(['axes', *keys])}", place, spec)
+        made[place] = read_axis(where, place, spec)
     if samples:
         made[DRAWS] = _samples(path, dict(samples))
     return made
@@ -110,10 +116,25 @@ def full_place(keys: tuple[str, ...]) -> str:
     return ".".join(keys)
 
 
+def known_place(where: str, keys: tuple[str, ...]) -> str:
+    """Return where a key stands, as `full_place` does; refuse a name alone that is none.
+
+    Raises
+    ------
+    CaseError
+        In one line, which `where` begins.
+    """
+    if len(keys) == 1 and keys[0] not in (known := (*_SHORT, *ALIASES, *_SECTIONS)):
+        raise CaseError(f"{where}: unknown quantity; {_advice(keys[0], known)}")
+    return full_place(keys)
+
+
 def value_in_si(where: str, place: str, given: Any) -> Any:
     """Return a number in SI where the quantity is known, anything else as it stands."""
     if isinstance(given, int | float) and not isinstance(given, bool):
         return float(given)
+    if given == "incompressible" and place == "material.bulk_modulus":
+        return math.inf
     kind = _KINDS.get(place.rpartition(".")[2].partition("[")[0])
     if isinstance(given, str) and kind is not None and given != "incompressible":
         try:
@@ -124,7 +145,7 @@ def value_in_si(where: str, place: str, given: Any) -> Any:
 
 
 def _leaves(
-    content: Mapping[str, Any], kinds: Mapping[str, Any], *above: str
+    content: Mapping[str, Any], kinds: Iterable[str], *above: str
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Yield what stands at the ends of nested tables, such as `impact.velocity = {...}`."""
     for name, value in content.items():
@@ -141,7 +162,8 @@ def _samples(path: Path, content: dict[str, Any]) -> Samples:
         raise CaseError(f"{path}: samples.n: is missing; it is the number of draws")
     drawn: dict[str, Any] = {}
     for keys, spec in _leaves(content, _DISTRIBUTIONS):
-        place, where = full_place(keys), f"{path}: {key_path(['samples', *keys])}"
+        where = f"{path}: {key_path(['samples', *keys])}"
+        place = known_place(where, keys)
         kind = next((name for name in _DISTRIBUTIONS if isinstance(spec, dict) and name in spec), None)
         if kind is None or len(spec) != 1:
             raise CaseError(f"{where}: must be a table with one of {', '.join(_DISTRIBUTIONS)}")
@@ -154,13 +176,37 @@ def _samples(path: Path, content: dict[str, Any]) -> Samples:
     return _made(f"{path}: samples", Samples, options.pop("n"), drawn, **options)
 
 
-def _axis(where: str, place: str, spec: Any) -> Any:
+def read_axis(where: str, place: str, spec: Any) -> Any:
+    """Read one axis.
+
+    Parameters
+    ----------
+    where : str
+        What messages begin with.
+    place : str
+        Place of the key that varies.
+    spec : object
+        What is given: a value, a list, or a table.
+
+    Returns
+    -------
+    object
+        `Linear`, `Logarithmic`, a list, or one value.
+
+    Raises
+    ------
+    CaseError
+        In one line.
+    """
     if isinstance(spec, list):
         if not spec:
             raise CaseError(f"{where}: must hold at least one value")
         return [value_in_si(where, place, item) for item in spec]
     if not isinstance(spec, dict):
         return value_in_si(where, place, spec)
+    keys = (*_AXES, "n")
+    if (unknown := next((key for key in spec if key not in keys), None)) is not None:
+        raise CaseError(f"{where}.{unknown}: unknown key; {_advice(unknown, keys)}")
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
         raise CaseError(f"{where}: must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
@@ -184,5 +230,13 @@ def _pair(where: str, kind: str, given: Any) -> tuple[Any, Any]:
 def _number(where: str, place: str, given: Any) -> float:
     value = value_in_si(where, place, given)
     if not isinstance(value, float):
+        key = place.rpartition(".")[2]
+        if isinstance(given, str) and (close := get_close_matches(key, _KINDS, 1)) and key not in _KINDS:
+            raise CaseError(f"{where}: unknown quantity; did you mean {close[0]}?")
         raise CaseError(f"{where} = {toml_value(given)}: must be a number in SI")
     return value
+
+
+def _advice(name: str, known: Iterable[str]) -> str:
+    close = get_close_matches(name, known, 1)
+    return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"

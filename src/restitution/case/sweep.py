@@ -34,15 +34,26 @@ _OF_BODIES = {
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
 _OF_SHIFTS = {"material.temperature": "temperature"}
 _OF_STANDARD_SOLIDS = {
-    **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity")},
+    **{
+        f"material.{name}": name
+        for name in ("equilibrium_modulus", "branch_modulus", "viscosity", "relaxation_time")
+    },
     "p2": "p2",
     "p3": "p3",
 }
 
 # What a standard solid is given by; a material with other keys has another form.
 _STANDARD_SOLID = {
-    "equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "bulk_modulus", "density", "name",
+    "model", "equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "bulk_modulus", "density",
+    "name",
 }  # fmt: skip
+_SOLID_MODEL = "standard_solid"
+# What axes set by way of a key, which the file then need not have.
+_BY_WAY_OF = {
+    "p2": "branch_modulus",
+    "p3": "viscosity",
+    "material.relaxation_time": "viscosity",
+}
 
 # Of these a case file has one: an axis over the one takes the place of the others.
 _RIVALS = (
@@ -162,7 +173,7 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
         case = copy.deepcopy(case)
         for place, value in quantities.items():
             try:
-                _complete(case, place, value)
+                _complete(case, place, value, columns)
             except ValueError as error:
                 raise CaseError(f"{path}: axes.{place}: {error}") from None
         keys = tuple(place for place in quantities if place not in columns)
@@ -176,7 +187,7 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
         )
         rtol = options.solver.rtol or 1e-9
         return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
-    except ValueError as error:
+    except (ValueError, TypeError) as error:
         raise CaseError(f"{path}: {error}") from None
 
 
@@ -188,8 +199,9 @@ def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool)
     ):
         # The Prony series that stands for it holds in a window that goes with the contact time.
         return {}
-    keys = set(case["material"]) if isinstance(case.get("material"), dict) else set[str]()
-    if dimensionless or keys <= _STANDARD_SOLID:
+    material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
+    keys = set[str](material)
+    if dimensionless or (keys <= _STANDARD_SOLID and material.get("model", _SOLID_MODEL) == _SOLID_MODEL):
         return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
     columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
     # A column of temperatures would be that of both bodies.
@@ -221,12 +233,10 @@ def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield place, axis[0] if isinstance(axis, list) else axis
 
 
-def _complete(case: dict[str, Any], place: str, value: Any) -> None:
+def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str]) -> None:
     """Put a value of an axis where the file may have none."""
-    if place in ("p2", "p3"):
-        # They set the branch modulus and the viscosity, which the file then need not have.
-        key = "branch_modulus" if place == "p2" else "viscosity"
-        case.setdefault("material", {}).setdefault(key, 1.0)
+    if place in columns and place in _BY_WAY_OF:
+        case.setdefault("material", {}).setdefault(_BY_WAY_OF[place], 1.0)
         return
     for rivals in _RIVALS:
         for other in rivals if place in rivals else ():

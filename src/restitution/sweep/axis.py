@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from restitution.kernel.validation import finite, positive
 from restitution.sweep.schema import INPUTS
 
 Array = NDArray[Any]
+
+MOST_POINTS = 10**8
+"""Points along one axis, whose values as coordinates must fit in memory; several axes may make more."""
 
 
 class Axis(Protocol):
@@ -56,12 +59,12 @@ class Linear:
     low, high : float
         First and last value, in SI units; low may be the larger one.
     n : int
-        Number of values, >= 1.
+        Number of values, from 1 to 10^8.
 
     Raises
     ------
     ValueError
-        If a number is not finite, or n < 1.
+        If a number is not finite, or n is not from 1 to 10^8.
 
     Examples
     --------
@@ -116,12 +119,12 @@ class Logarithmic(Linear):
     low, high : float
         First and last value, > 0, in SI units; low may be the larger one.
     n : int
-        Number of values, >= 1.
+        Number of values, from 1 to 10^8.
 
     Raises
     ------
     ValueError
-        If an end is not finite and > 0, or n < 1.
+        If an end is not finite and > 0, or n is not from 1 to 10^8.
 
     Examples
     --------
@@ -161,9 +164,7 @@ class Listed:
     @cached_property
     def is_numeric(self) -> bool:
         """Whether all values are numbers."""
-        return all(
-            isinstance(item, (int, float, np.number)) and not isinstance(item, bool) for item in self.items
-        )
+        return all(map(_is_number, self.items))
 
     @cached_property
     def array(self) -> Array:
@@ -174,11 +175,12 @@ class Listed:
         array[:] = self.items
         return array
 
-    @cached_property
-    def labels(self) -> list[str]:
+    def labels(self, dimension: str) -> list[str]:
         """Words for values that are not numbers, all different."""
-        words = [str(getattr(item, "name", None) or _text(item, n)) for n, item in enumerate(self.items)]
-        return [word if words.count(word) == 1 else f"{word} ({n})" for n, word in enumerate(words)]
+        words = [
+            _text(item) or f"{dimension.replace('_', ' ')} {n}" for n, item in enumerate(self.items, start=1)
+        ]
+        return [word if words.count(word) == 1 else f"{word} ({n})" for n, word in enumerate(words, start=1)]
 
     def names(self, dimension: str) -> tuple[str, ...]:
         """Return the name of the dimension."""
@@ -207,7 +209,10 @@ def as_axis(name: str, given: Any) -> Axis | None:
     ------
     ValueError
         If a value is out of the range of the quantity.
+    TypeError
+        If the quantity is a number and what is given holds none.
     """
+    known = INPUTS.get(key_of(name))
     if isinstance(given, Linear):
         axis: Axis = given
         _check(name, given.values(0, min(given.n, 1)), "first value")
@@ -216,14 +221,21 @@ def as_axis(name: str, given: Any) -> Axis | None:
     if isinstance(given, np.ndarray) and given.ndim != 1:
         raise ValueError(f"{name}: has shape {given.shape}; an axis is one-dimensional")
     if isinstance(given, (str, bytes, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
-        if isinstance(given, (int, float, np.number)) and not isinstance(given, bool):
+        if _is_number(given):
             _check(name, float(given), "")
+        elif known is not None:
+            raise TypeError(
+                f"{name} = {given!r}: must be a number, a sequence of them, Linear or Logarithmic"
+            )
         return None
     listed = Listed(tuple(given.tolist() if isinstance(given, np.ndarray) else given))
     if listed.size == 0:
         raise ValueError(f"{name}: must hold at least one value")
     if listed.is_numeric:
         _check(name, listed.array, "")
+    elif known is not None:
+        place, item = next((n, item) for n, item in enumerate(listed.items) if not _is_number(item))
+        raise TypeError(f"{name}[{place}] = {item!r}: must be a number")
     return listed
 
 
@@ -245,9 +257,18 @@ def count(n: Any) -> None:
     """Refuse what is no number of points."""
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
         raise ValueError(f"n = {n!r}: must be a whole number >= 1")
+    if n > MOST_POINTS:
+        raise ValueError(f"n = {n}: must be at most {MOST_POINTS}, the most points along one axis")
 
 
-def _text(item: Any, place: int) -> str:
-    if isinstance(item, Mapping) and item.get("name"):
-        return str(item["name"])
-    return str(item) if isinstance(item, (str, int, float)) else f"{type(item).__name__} {place}"
+def _is_number(item: Any) -> TypeGuard[float]:
+    return isinstance(item, (int, float, np.number)) and not isinstance(item, bool)
+
+
+def _text(item: Any) -> str:
+    """Return what an object or the table that describes it is called, if anything."""
+    if isinstance(item, (str, int, float)):
+        return str(item)
+    if isinstance(item, Mapping):
+        return next((str(item[key]) for key in ("name", "library", "file") if item.get(key)), "")
+    return str(getattr(item, "name", None) or "")

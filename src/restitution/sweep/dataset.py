@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[Any]
+
+# Linux grants more memory than there is, and ends a process that comes to use it.
+_SHARE_OF_MEMORY = 0.5
 
 LABELS = "labels"
 """Attribute of a coordinate of numbers that stand for words."""
@@ -61,7 +66,9 @@ def coordinate_fields(grid: Grid) -> dict[str, Field]:
             attributes: dict[str, Any] = input_variable(name).attributes | {"scale": axis.scale}
             if _is_words(axis):
                 assert isinstance(axis, Listed)
-                fields[name] = Field((dimension,), "int32", NOT_COMPUTED, attributes | {LABELS: axis.labels})
+                fields[name] = Field(
+                    (dimension,), "int32", NOT_COMPUTED, attributes | {LABELS: axis.labels(dimension)}
+                )
             else:
                 fields[name] = Field((dimension,), "float64", np.nan, attributes)
     return fields
@@ -96,10 +103,21 @@ class Memory:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._fields = output_fields(plan)
-        self._arrays = {
-            name: np.full(plan.grid.shape, field.fill, dtype=field.dtype)
-            for name, field in self._fields.items()
-        }
+        n = plan.grid.n_points
+        needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
+        refusal = ValueError(
+            f"axes: {n} points take {needed / 1e9:.3g} GB, too much for the memory of this machine; "
+            "give out=, a store, which takes any number"
+        )
+        if needed > _SHARE_OF_MEMORY * _memory():
+            raise refusal
+        try:
+            self._arrays = {
+                name: np.full(plan.grid.shape, field.fill, dtype=field.dtype)
+                for name, field in self._fields.items()
+            }
+        except MemoryError:
+            raise refusal from None
 
     def keep(self, index: Index, results: dict[str, Array]) -> None:
         """Keep the results of a chunk."""
@@ -131,6 +149,14 @@ class Memory:
             self._plan.attributes,
         )
         return in_words(dataset)
+
+
+def _memory() -> float:
+    """Memory of this machine [bytes]; infinite where it is not told, as where systems refuse what they lack."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf
 
 
 def in_words(dataset: xr.Dataset) -> xr.Dataset:

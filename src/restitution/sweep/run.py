@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
@@ -86,7 +87,10 @@ def sweep(
     Raises
     ------
     ValueError
-        If an axis or an option is out of range, or the store holds something else.
+        If an axis or an option is out of range, the results do not fit in memory, or the store holds
+        something else.
+    TypeError
+        If an argument is of another kind.
     OSError
         If the store cannot be written; what was written stays.
 
@@ -112,6 +116,8 @@ def sweep(
         template = BuilderTemplate(base, held)
     else:
         raise TypeError(f"base = {base!r}: must be an Impact, a function that returns one, or None")
+    if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"axes = {axes!r}: must be a dict from names to values")
     if held not in ("bulk_modulus", "poisson_ratio"):
         raise ValueError(f"held = {held!r}: must be 'bulk_modulus' or 'poisson_ratio'")
     within("rtol", rtol, 1e-12, 1e-2)
@@ -145,8 +151,10 @@ def run(
     """
     if engine not in ("threads", "dask"):
         raise ValueError(f"engine = {engine!r}: must be 'threads' or 'dask'")
-    if workers is not None and workers < 1:
-        raise ValueError(f"workers = {workers}: must be >= 1")
+    if workers is not None and (not isinstance(workers, int) or workers < 1):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    if out is not None and not isinstance(out, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"out = {out!r}: must be a path")
     if engine == "dask":
         from restitution.sweep.cluster import check_cluster
 

@@ -19,7 +19,6 @@ Method = Literal["sobol", "latin_hypercube"]
 
 # Draws are shares of 2^-30; half of one keeps the ends, where a normal distribution is infinite, away.
 _HALF_SHARE = 2.0**-31
-_MOST_SOBOL = 2**30
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Samples:
     Parameters
     ----------
     n : int
-        Number of draws; of Sobol points a power of two is balanced best.
+        Number of draws, from 1 to 10^8; of Sobol points a power of two is balanced best.
     distributions : dict of str to Distribution
         By name of the quantity: `Uniform`, `LogUniform`, `Normal`, `LogNormal`.
     method : {"sobol", "latin_hypercube"}
@@ -66,8 +65,6 @@ class Samples:
         count(self.n)
         if self.method not in ("sobol", "latin_hypercube"):
             raise ValueError(f"method = {self.method!r}: must be 'sobol' or 'latin_hypercube'")
-        if self.method == "sobol" and self.n > _MOST_SOBOL:
-            raise ValueError(f"n = {self.n}: there are {_MOST_SOBOL} Sobol points")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise ValueError(f"seed = {self.seed!r}: must be a whole number >= 0")
         if not self.distributions:

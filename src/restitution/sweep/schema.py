@@ -160,10 +160,12 @@ def input_variable(name: str) -> Variable:
 
 def checked_outputs(names: Iterable[str]) -> tuple[str, ...]:
     """Return the names of outputs in the order of the schema, refusing unknown ones."""
+    if not isinstance(names, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"outputs = {names!r}: must be a sequence of names")
     wanted = [names] if isinstance(names, str) else list(names)
     for name in wanted:
         if name not in OUTPUTS:
-            close = get_close_matches(name, OUTPUTS, 1)
+            close = get_close_matches(str(name), OUTPUTS, 1)
             advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(OUTPUTS)}"
             raise ValueError(f"outputs: unknown output {name!r}; {advice}")
     if not wanted:

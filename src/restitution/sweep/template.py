@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from typing import Any, Protocol
 
 from restitution.contact.profile import Parabola
@@ -157,7 +158,9 @@ def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
     known = (*NUMBERS, *profile_names(impact), *MATERIAL_NAMES)
     for name in names:
         if name not in known and name.partition("[")[0] not in MATERIAL_NAMES:
-            raise ValueError(f"axes: the impact has no {name!r}; known are {', '.join(known)}")
+            close = get_close_matches(name, known, 1)
+            advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+            raise ValueError(f"axes: the impact has no {name!r}; {advice}")
     check_names(names)
 
 
