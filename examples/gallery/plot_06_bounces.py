@@ -13,8 +13,8 @@ import restitution as rs
 from restitution.plot.bounces import bounce_heights, height_time, restitution_velocity
 
 rubber = rs.standard_solid(25e6, 25e6, 2.5e3, poisson_ratio=0.48, density=1100.0)
-impact = rs.drop(rs.Body(rubber, radius=0.02), rs.Body(None), height=0.1)
-bounces = rs.bounces(impact, min_height=1e-8)
+impact = rs.drop(rs.Body(rubber, radius=0.02), rs.Body(None), height=0.1, gravity=9.81)
+bounces = rs.bounces(impact, gravity=9.81, min_height=1e-8)
 print(f"{bounces.n_bounces} bounces in {bounces.touch_time[-1]:.3f} s: {bounces.ended.message}")
 
 fig = plt.figure(figsize=(7.0, 5.0), layout="constrained")

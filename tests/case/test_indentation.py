@@ -141,7 +141,7 @@ def test_what_is_assumed_is_noted():
         ('file = "curve.csv"\ndepth = 1', "indentation.depth = 1: stands in the file already; leave one of the two out"),
         ('file = "curve.csv"', "indentation.file: no such file: curve.csv"),
         (TRIANGLE + "[solver]\nrtol = 1.0", "solver.rtol = 1: must be in [1e-11, 0.01]"),
-        (TRIANGLE + "[body]\nmass = 1", "body: unknown key; known are title, profile, material, counter_material, indentation, solver"),
+        (TRIANGLE + "[body]\nmass = 1", "body: does not belong here; an impact is for `restitution solve`"),
         ("depth = [1e-6, 2e-6]\ntime = [0, 1]", "indentation.depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
         ("depth = [0, 1e-6, 8e-7, 1e-6]\ntime = [0, 1, 1.2, 2]", "indentation.depth at time = 1.2 s: the contact grows again before it has ended, which is outside the theory"),
     ],

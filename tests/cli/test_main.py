@@ -257,7 +257,10 @@ def test_times_outside_the_contact_are_refused(folder: Path, monkeypatch: pytest
     fake(monkeypatch)
     answer = run("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "1 s", "--json")
     assert answer.exit_code == 2
-    assert answer.stderr == "error: times = 1 s: must be within the contact, which lasts 0.00123457 s\n"
+    assert (
+        answer.stderr == "error: --pressure-at '1 s': must be within the contact, which lasts 0.00123457 s\n"
+    )
+    assert answer.stdout == ""
 
 
 def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
@@ -481,3 +484,23 @@ def test_warnings_of_the_libraries_are_one_line_each() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
     )
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "restitution 1\n", "warning: careful\n")
+
+
+def test_a_case_of_another_command_is_sent_there(folder: Path) -> None:
+    Path("tip.toml").write_text('[indentation]\ndepth = "1 um"\n')
+    answer = run("solve", "tip.toml")
+    assert answer.exit_code == 2
+    assert answer.stderr == (
+        "error: tip.toml: indentation: does not belong here; a prescribed indentation is for `restitution indent`"
+        "\n"
+    )
+    answer = run("indent", "ball.toml")
+    assert answer.exit_code == 2
+    assert answer.stderr.startswith("error: ball.toml: ")
+    assert answer.stderr.endswith(": does not belong here; an impact is for `restitution solve`\n")
+
+
+def test_the_paper_s_numbers_do_not_say_how_small_the_contact_is() -> None:
+    answer = run("standard-solid", "--nu", "0.45", "--p2", "0.01", "--p3", "1")
+    assert answer.exit_code == 0
+    assert answer.stderr == ""

@@ -11,7 +11,7 @@ from restitution.contact.profile import Parabola
 from restitution.impact import closed_forms as cf
 from restitution.impact.bounces import Bounces, bounces, drop
 from restitution.impact.collision import Body
-from restitution.impact.problem import Impact
+from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
@@ -39,7 +39,7 @@ def test_elastic_ball_never_rests(with_weight):
     assert found.n_bounces == 20
     assert found.height == pytest.approx(0.3, rel=1e-7)
     # Fall, then contact and flight in turn.
-    flight = 2.0 * math.sqrt(2.0 * 0.3 / 9.81)
+    flight = 2.0 * math.sqrt(2.0 * 0.3 / STANDARD_GRAVITY)
     touches = 0.5 * flight + np.arange(20) * (flight + found.contact_time[0])
     assert found.touch_time == pytest.approx(touches, rel=1e-7)
 
@@ -64,21 +64,21 @@ def test_constant_restitution():
 
 def test_each_bounce_is_an_impact_and_each_flight_a_throw():
     found = bounces(drop(BALL, FLOOR, height=0.5), max_bounces=6)
-    weight = 9.81 * BALL.mass
+    weight = STANDARD_GRAVITY * BALL.mass
     for n in range(6):
         alone = solve(Impact(RUBBER, Parabola(0.01), BALL.mass, found.velocity[n], force=weight))
         assert found.restitution_coefficient[n] == alone.restitution_coefficient
         assert found.residual_indentation_depth[n] == alone.residual_indentation_depth
     assert found.rebound_velocity == pytest.approx(found.velocity * found.restitution_coefficient, rel=1e-15)
     # From the depth at separation up to the height and down to the undeformed surface.
-    rise = found.rebound_velocity**2 / (2.0 * 9.81) - found.residual_indentation_depth
+    rise = found.rebound_velocity**2 / (2.0 * STANDARD_GRAVITY) - found.residual_indentation_depth
     assert found.height == pytest.approx(rise, rel=1e-13)
-    assert found.velocity[1:] == pytest.approx(np.sqrt(2.0 * 9.81 * found.height[:-1]), rel=1e-13)
-    up = found.rebound_velocity[:-1] / 9.81
-    down = found.velocity[1:] / 9.81
+    assert found.velocity[1:] == pytest.approx(np.sqrt(2.0 * STANDARD_GRAVITY * found.height[:-1]), rel=1e-13)
+    up = found.rebound_velocity[:-1] / STANDARD_GRAVITY
+    down = found.velocity[1:] / STANDARD_GRAVITY
     gaps = np.diff(found.touch_time)
     assert gaps == pytest.approx(found.contact_time[:-1] + up + down, rel=1e-12)
-    assert found.touch_time[0] == pytest.approx(math.sqrt(2.0 * 0.5 / 9.81), rel=1e-14)
+    assert found.touch_time[0] == pytest.approx(math.sqrt(2.0 * 0.5 / STANDARD_GRAVITY), rel=1e-14)
 
 
 def test_height_and_velocity_say_the_same():
@@ -169,7 +169,11 @@ def test_table():
     }  # fmt: skip
     assert table.height.attrs["units"] == "m"
     assert table.height.values.tolist() == found.height.tolist()
-    assert table.attrs == {"drop_height": found.drop_height, "gravity": 9.81, "ended": "max bounces"}
+    assert table.attrs == {
+        "drop_height": found.drop_height,
+        "gravity": STANDARD_GRAVITY,
+        "ended": "max bounces",
+    }
     assert isinstance(found, Bounces)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,6 +166,10 @@ class IndentationSolverSection(Section):
 
 class IndentationFile(Section):
     """A whole case file of an indentation."""
+
+    elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("body", "impact"), "an impact is for `restitution solve`"
+    )
 
     title: str | None = None
     profile: AnyProfile

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import StrictBool, StrictInt, model_validator
 
@@ -24,11 +24,9 @@ from restitution.case.quantity import (
     refuse,
 )
 from restitution.case.section import Section
-from restitution.impact.problem import Impact
+from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.window import for_contact
 from restitution.material.fractional import Window
-
-STANDARD_GRAVITY = 9.80665
 
 
 class BodySection(Section):
@@ -103,6 +101,11 @@ class SolverSection(Section):
 
 class CaseFile(Section):
     """A whole case file."""
+
+    elsewhere: ClassVar[dict[str, str]] = {
+        "indentation": "a prescribed indentation is for `restitution indent`",
+        "axes": "axes are for `restitution sweep`",
+    }
 
     title: str | None = None
     body: BodySection

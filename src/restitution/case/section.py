@@ -6,7 +6,7 @@ import json
 import re
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 
@@ -26,6 +26,9 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
+    # Keys of other kinds of file, and where to go with them.
+    elsewhere: ClassVar[dict[str, str]] = {}
+
     @classmethod
     def alternatives(cls) -> set[str]:
         """Keys of the other forms which this section might have had."""
@@ -38,6 +41,8 @@ class Section(BaseModel):
     def _known_keys(cls, data: Any) -> Any:
         if isinstance(data, dict):
             for key in data:
+                if key in cls.elsewhere:
+                    refuse(f"does not belong here; {cls.elsewhere[key]}", key)
                 if key not in cls.model_fields:
                     own = list(cls.model_fields)
                     close = get_close_matches(key, own, 1)

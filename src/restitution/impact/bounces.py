@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.impact.collision import Body, collision
-from restitution.impact.problem import Impact
+from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.result import dataset
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-
-GRAVITY = 9.81
-"""Acceleration of free fall [m/s2] unless another is given."""
 
 # What may be left of a long creep when the body comes back before a warning is due.
 _UNRECOVERED = 0.01
@@ -125,7 +122,7 @@ class Bounces:
 
 
 def drop(
-    body: Body, ground: Body, height: Any, *, gravity: Any = GRAVITY, with_weight: bool = True
+    body: Body, ground: Body, height: Any, *, gravity: Any = STANDARD_GRAVITY, with_weight: bool = True
 ) -> Impact:
     """Impact of a body that falls from rest onto ground that does not move.
 
@@ -180,7 +177,7 @@ def bounces(
     impact: Impact,
     *,
     height: float | None = None,
-    gravity: float = GRAVITY,
+    gravity: float = STANDARD_GRAVITY,
     with_weight: bool = True,
     max_bounces: int = 1000,
     min_height: float | None = None,

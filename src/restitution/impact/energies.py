@@ -96,7 +96,8 @@ class EnergyHistory:
         state = whole.interpolate(whole.approach.columns, *places)
         memory = whole.interpolate(np.dstack([self._force, self._square]), *places)
         force, square = np.split(memory, 2, axis=1)
-        kept[coming] = (state[:, H_:] * force - square) @ whole.moduli
+        # At the first touch nothing but rounding is left of the difference.
+        kept[coming] = np.maximum((state[:, H_:] * force - square) @ whole.moduli, 0.0)
         lost[coming] = whole.interpolate(self._lost[..., None], *places)[:, 0]
         places = whole.find(whole.rebound, T_, time[~coming])
         state = whole.interpolate(whole.rebound.columns, *places)

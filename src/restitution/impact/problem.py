@@ -15,6 +15,9 @@ from restitution.material.prony import PronySeries
 from restitution.material.reduced_modulus import reduced_modulus
 from restitution.material.viscoelastic import Material
 
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s2]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Impact:

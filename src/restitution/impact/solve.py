@@ -422,7 +422,9 @@ def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
     solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
     force = float(impact.mass) * float(impact.velocity) / row.time
     units = (row.time, row.length, float(impact.velocity), force, row.radius)
-    return _from_trajectory(impact, "reference", rtol, solution, units)
+    result = _from_trajectory(impact, "reference", rtol, solution, units)
+    result.warnings.append("energy: this method finds neither what is dissipated nor what stays stored (NaN)")
+    return result
 
 
 def _from_trajectory(
