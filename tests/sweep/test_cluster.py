@@ -132,12 +132,14 @@ def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask", cluster=client)
 
 
-def test_no_scheduler_is_told() -> None:
-    import dask
-
-    impatient = dask.config.set({"distributed.comm.timeouts.connect": "1s"})
-    with impatient, pytest.raises(ValueError, match=r"^cluster = tcp://127\.0\.0\.1:9: no scheduler answers"):
-        rs.sweep(BALL, {"velocity": [1.0]}, engine="dask", cluster="tcp://127.0.0.1:9")
+def test_no_scheduler_is_told_before_there_is_a_store(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE", "1s")
+    address = "tcp://127.0.0.1:9"
+    with pytest.raises(ValueError, match=rf"^cluster = {address}: no scheduler answers: .* after 1 s$"):
+        rs.sweep(BALL, {"velocity": [1.0]}, out=tmp_path / "r.zarr", engine="dask", cluster=address)
+    assert not list(tmp_path.iterdir())
 
 
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,3 +189,32 @@ def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None
         assert answer.stderr == ""
         assert answer.stdout.startswith("20000 impacts in ")
     assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE.replace("n = 50", "n = 2000"))
+    # As from a terminal, the workers are told too; pytest's own shell may have had the signal ignored.
+    interruptible = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    command = [
+        *(sys.executable, "-c", interruptible + "from restitution.cli.main import main; main()"),
+        *("sweep", "sweep.toml", "--out", "o.zarr", "--dask", "local", "--workers", "2"),
+    ]
+    with subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        deadline = time.monotonic() + 100.0
+        while not (tmp_path / "o.zarr" / "status" / "c").is_dir() and process.poll() is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=100)
+    assert (out, err) == (
+        "",
+        "note: o.zarr: the same command resumes\nerror: interrupted; every file written is whole\n",
+    )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import logging
 import os
+import signal
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -21,6 +23,8 @@ _LEAST_KNOWN = 256
 _KNOWN_PER_CORE = 4
 # Of a task that raises, as for a file system that is away for a moment; that a worker dies does not count.
 _RETRIES = 2
+# A scheduler that runs answers at once, a busy one within seconds.
+_PATIENCE = "10s"
 
 
 def check_cluster(cluster: Any) -> None:
@@ -35,6 +39,28 @@ def check_cluster(cluster: Any) -> None:
         raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
     if importlib.util.find_spec("distributed") is None:
         raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'")
+
+
+@contextmanager
+def connected(cluster: Any) -> Generator[Any]:
+    """Give a client in place of an address; a cluster or a client as it is.
+
+    Raises
+    ------
+    ValueError
+        If no scheduler answers.
+    """
+    from distributed import Client
+
+    if not isinstance(cluster, str) or cluster == "local":
+        yield cluster
+        return
+    try:
+        client = Client(cluster, timeout=_PATIENCE)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"cluster = {cluster}: no scheduler answers: {error}") from None
+    with client:
+        yield client
 
 
 def run_on_dask(
@@ -59,16 +85,11 @@ def run_on_dask(
     path : Path or None
         The store, into which the workers write.
     cluster : str or object
-        "local" for processes on this machine, the address of a scheduler, a cluster or a client.
+        "local" for processes on this machine, a cluster or a client.
     workers : int or None
         Processes of the local cluster; all cores where None.
     report : callable
         Called with the number of points done so far.
-
-    Raises
-    ------
-    ValueError
-        If no scheduler answers.
     """
     from distributed import as_completed
 
@@ -126,6 +147,17 @@ def _compute(
     return index, None
 
 
+def _left_to_the_client() -> Any:
+    """Plugin of workers that Ctrl-C in the terminal leaves to this process to end."""
+    from distributed import WorkerPlugin
+
+    class LeftToTheClient(WorkerPlugin):
+        def setup(self, worker: Any) -> None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    return LeftToTheClient()
+
+
 @contextmanager
 def _client(cluster: Any, workers: int | None) -> Generator[Any]:
     from distributed import Client, LocalCluster
@@ -135,13 +167,15 @@ def _client(cluster: Any, workers: int | None) -> Generator[Any]:
         return
     if cluster == "local":
         processes = workers or os.cpu_count() or 1
-        options: dict[str, Any] = {"threads_per_worker": 1, "dashboard_address": ":0"}
+        # Workers that an interrupt ends warn of the tasks that they had.
+        options: dict[str, Any] = {
+            "threads_per_worker": 1,
+            "dashboard_address": ":0",
+            "silence_logs": logging.ERROR,
+        }
         with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
+            client.register_plugin(_left_to_the_client())
             yield client
         return
-    try:
-        client = Client(cluster)
-    except (OSError, ValueError) as error:
-        raise ValueError(f"cluster = {cluster}: no scheduler answers: {error}") from None
-    with client:
+    with Client(cluster) as client:
         yield client

@@ -162,6 +162,11 @@ def run(
     plan.check()
     grid = plan.grid
     with ExitStack() as stack:
+        if engine == "dask":
+            from restitution.sweep.cluster import connected
+
+            # Before there is a store, which would be left behind where no scheduler answers.
+            cluster = stack.enter_context(connected(cluster))
         if out is None:
             keeper: Any = Memory(plan)
             path, done = None, set[Any]()
