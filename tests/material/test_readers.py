@@ -165,6 +165,39 @@ def test_abaqus_deck():
     assert instantaneous.shear.instantaneous_modulus == pytest.approx(3.6)
 
 
+TWO = (
+    ABAQUS
+    + """*MATERIAL, NAME="Hard part"
+*ELASTIC
+ 7e9, 0.25
+"""
+)
+
+
+def test_one_of_several_materials_of_a_deck_by_its_name():
+    assert parse(TWO, name="Rubber").material() == parse(ABAQUS).material()
+    hard = parse(TWO, name="hard part")
+    # Nothing of the other material; G = E/(2 (1 + nu)).
+    assert (hard.material().shear, hard.density, hard.name) == (PronySeries(2.8e9), None, "Hard part")
+    with pytest.raises(
+        ValueError, match="text: has no material 'soft': choose one by its name, rubber or Hard"
+    ):
+        parse(TWO, name="soft")
+    with pytest.raises(ValueError, match="text: has no material 'a': is no deck"):
+        parse("t,E\n1,2\n", name="a")
+    second = (
+        ANSYS.replace("PRON,1", "PRON,2").replace("MP,EX,1,9e6", "MP,EX,2,18e6").replace("NUXY,1", "NUXY,2")
+    )
+    both = parse(ANSYS + second, name="2")
+    assert (both.youngs_modulus, both.density, both.name) == (18e6, None, "2")
+    assert parse(ANSYS + second, name="1").material() == parse(ANSYS).material()
+
+
+def test_scatter_is_no_rise():
+    """Data that rise by less than a half over what was before are taken as they are."""
+    assert parse("t,E\n1,3\n2,2\n3,2.9\n").modulus.tolist() == [3.0, 2.0, 2.9]
+
+
 def test_abaqus_without_bulk_terms_is_elastic_in_bulk():
     deck = parse(ABAQUS.replace("0.25, 0.5, 1.0D-3", "0.25, 0., 1.0D-3"))
     assert deck.material().bulk == PronySeries(6.0)
@@ -215,16 +248,17 @@ def test_deck_without_constants_asks_for_them():
         ("tau,g_i\n0,0.5\n", "x: line 2: tau = 0: must be finite and > 0"),
         ("# E0 = 8 pounds\n# rel_mod,rel_time\n0.5,1\n", "x: line 1: 'E0 = 8 pounds': unit 'pounds'"),
         ("T,log_aT\nC,-\n1,0\n1,-1\n", "x: line 3: temperatures does not ascend"),
-        ("TB,PRON,1,1,2,SHEA\nTBDATA,1,0.1,1.0,0.2\n", "x: line 1: 3 constants in TBDATA: must be 4"),
+        ("TB,PRON,1,1,2,SHEA\nTBDATA,1,0.1,1.0,0.2\n", "x: line 2: 3 constants .* must be 4, .*line 1"),
+        ("TB,PRON,1,1,1,SHEA\n", "x: line 1: 0 constants in TBDATA: must be 2"),
         ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,zero\n", "x: line 2: 'zero': must be a number"),
-        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,-1\n", "x: line 1: terms in shear: .* the times > 0"),
-        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,1.1,1\n", r"x: line 1: terms in shear add up to 1\.1"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,-1\n", "x: line 2: relaxation time in shear = -1: must be > 0"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,1,1.1,1\n", r"x: line 2: relative moduli in shear add up to 1\.1"),
         ("TB,PRON,1,2,1,SHEA\nTBDATA,1,0.1,1\n", "x: line 1: 2 temperatures: must be 1"),
         ("TB,PRON,1,1,1,BEND\n", "x: line 1: TB,PRON for 'BEND'"),
         ("TB,PRON,1,1,1,SHEA\nTB,PRON,1,1,1,SHEA\n", "x: line 2: second TB,PRON table"),
         (
             "TB,PRON,1,1,0,SHEA\nTBDATA,1,.1,1\nTB,PRON,2,1,0,BULK\nTBDATA,1,.1,1\n",
-            "x: has tables of 2 materials",
+            "x: has 2 materials: choose one by its name, 1 or 2",
         ),
         ("*VISCOELASTIC, TIME=CREEP TEST DATA\n1,2,3\n", "x: line 1: .*: must have TIME=PRONY"),
         ("*VISCOELASTIC, TIME=PRONY\n", "x: line 1: .* is followed by no terms"),
@@ -232,7 +266,36 @@ def test_deck_without_constants_asks_for_them():
         ("*VISCOELASTIC, TIME=PRONY\n0.1,0.2,a\n", "x: line 2: 'a': must be a number"),
         ("0.1\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: line 1: '0.1': must stand below a keyword"),
         ("*ELASTIC\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: line 1: 0 lines of data: must be 1"),
-        ("*MATERIAL\n*MATERIAL\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: has more than one"),
+        ("*MATERIAL\n*MATERIAL\n*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n", "x: line 2: second"),
+        (
+            "*MATERIAL, NAME=A\n*VISCOELASTIC, TIME=PRONY\n.1,.2,1\n*MATERIAL, NAME=B\n*ELASTIC\n1,.3\n",
+            "x: has 2 materials: choose one by its name, A or B",
+        ),
+        ("*MATERIAL, NAME=A\n*MATERIAL, NAME=A\n*VISCOELASTIC\n", "x: line 2: second .* of the name A"),
+        ("*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n0.1,0,-2\n", "x: line 3: relaxation time in shear = -2"),
+        (
+            "*VISCOELASTIC, TIME=PRONY\n0.1,0.2,1\n0.1,-.5,2\n",
+            r"x: line 3: relative .* bulk = -0\.5: .* >= 0",
+        ),
+        ("*VISCOELASTIC, TIME=PRONY\n.7,0,1\n.7,0,2\n0,0,3\n", r"x: line 3: .* in shear add up to 1\.4"),
+        (
+            "*ELASTIC\n-1,.3\n*VISCOELASTIC, TIME=PRONY\n.1,0,1\n",
+            "x: line 2: Young's modulus = -1: must be > 0",
+        ),
+        ("MP,PRXY,1,.6\nTB,PRON,1,1,1\nTBDATA,1,.1,1\n", r"x: line 1: Poisson ratio = 0\.6: must be in \(-1"),
+        (
+            "relaxation_time_s,relative_modulus\n1,.5\n2,.9\n3,0\n",
+            r"x: line 3: .*_modulus add up to 1\.4: .* 1",
+        ),
+        ("# E0 = 4 Pa\n# tau, E_i\n1,5\n", "x: line 1: instantaneous_modulus = 4 Pa: must be >= 5 Pa"),
+        (
+            "t,E\ns,MPa\n1,1\n2,1.4\n3,30\n4,500\n",
+            r"x: line 5: E is 3e\+07 Pa, and 1e\+06 Pa in line 3: must fall",
+        ),
+        (
+            "f,G_stor,G_loss\n1,9,1\n2,8,1\n3,5,1\n",
+            "x: line 4: G_stor is 5 Pa, and 9 Pa in line 2: must rise",
+        ),
         ("t,E\0\n1,2\n", "x: cannot be read: must be text"),
     ],
 )

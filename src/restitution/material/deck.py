@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from restitution.kernel.validation import positive
-from restitution.material.measurement import PronyTerms
-from restitution.material.table import FileError, Line, split_lines
+from restitution.material.measurement import Deformation, PronyTerms, beyond_one
+from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material
 
 
@@ -85,21 +87,35 @@ class ViscoelasticDeck:
         )
 
 
-def read_ansys(source: str, text: str) -> ViscoelasticDeck:
+class _Entry(NamedTuple):
+    """Number of a deck and the line in which it stands."""
+
+    value: float
+    line: int
+
+
+class _Elastic(NamedTuple):
+    """Elastic constants, each with its line."""
+
+    youngs_modulus: _Entry | None = None
+    poisson_ratio: _Entry | None = None
+    density: _Entry | None = None
+
+
+def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
     """Material of an ANSYS deck with TB,PRON tables of relative moduli and times, for shear and bulk.
 
     MP,EX, MP,PRXY (or NUXY) and MP,DENS are taken as well; ANSYS means instantaneous constants. One
-    material and one temperature.
+    temperature; `name` chooses one of several materials by its number.
 
     Raises
     ------
     ValueError
         With the name of the source and the number of the line.
     """
-    tables: dict[str, tuple[int, int, dict[int, float]]] = {}
-    constants: dict[str, float] = {}
-    names: set[str] = set()
-    active: str | None = None
+    tables: dict[tuple[str, str], tuple[_Entry, dict[int, _Entry]]] = {}
+    constants: dict[tuple[str, str], _Entry] = {}
+    active: tuple[str, str] | None = None
     for line in split_lines(text):
         cells = [cell.strip() for cell in line.text.split("!")[0].split(",")]
         command, cells = cells[0].upper(), [*cells[1:], *[""] * 6]
@@ -109,98 +125,129 @@ def read_ansys(source: str, text: str) -> ViscoelasticDeck:
                 kind = cells[4].upper()[:4] or "SHEA"
                 if kind not in ("SHEA", "BULK"):
                     raise FileError(source, line.number, f"TB,PRON for {cells[4]!r}: must be SHEAR or BULK")
-                if kind in tables:
+                active = cells[1] or "1", kind
+                if active in tables:
                     raise FileError(source, line.number, f"second TB,PRON table for {kind}: must be one")
                 if cells[2] and _number(source, line, cells[2]) != 1:
                     raise FileError(source, line.number, f"{cells[2]} temperatures: must be 1")
-                names.add(cells[1])
-                count = int(_number(source, line, cells[3])) if cells[3] else 0
-                active = kind
-                tables[kind] = (line.number, count, {})
+                count = _number(source, line, cells[3]) if cells[3] else 0
+                tables[active] = _Entry(count, line.number), {}
         elif command == "TBDATA" and active is not None:
             first = int(_number(source, line, cells[0])) if cells[0] else 1
             for i, cell in enumerate(cells[1:]):
                 if cell:
-                    tables[active][2][first + i] = _number(source, line, cell)
+                    tables[active][1][first + i] = _Entry(_number(source, line, cell), line.number)
         elif command == "MP" and cells[0].upper() in ("EX", "PRXY", "NUXY", "DENS"):
-            constants[cells[0].upper().replace("NUXY", "PRXY")] = _number(source, line, cells[2])
-    if not tables:
-        raise FileError(source, 0, "has no TB,PRON table")
-    if len(names) > 1:
-        raise FileError(source, 0, f"has tables of {len(names)} materials: must be one")
-    terms = {kind: _ansys_terms(source, kind, *table) for kind, table in tables.items()}
-    return ViscoelasticDeck(
-        terms.get("SHEA"),
-        terms.get("BULK"),
-        constants.get("EX"),
-        constants.get("PRXY"),
-        False,
-        constants.get("DENS"),
-        names.pop() or None,
-        source,
-    )
+            key = cells[1] or "1", cells[0].upper().replace("NUXY", "PRXY")
+            constants[key] = _Entry(_number(source, line, cells[2]), line.number)
+    chosen = _chosen(source, [material for material, _ in tables], name)
+    terms = {
+        kind: _ansys_terms(source, kind, *table)
+        for (material, kind), table in tables.items()
+        if material == chosen
+    }
+    elastic = _Elastic(*(constants.get((chosen, key)) for key in ("EX", "PRXY", "DENS")))
+    return _deck(source, chosen, terms.get("SHEA"), terms.get("BULK"), elastic, long_term=False)
 
 
-def _ansys_terms(source: str, kind: str, line: int, count: int, data: dict[int, float]) -> PronyTerms:
-    count = count or len(data) // 2
-    if sorted(data) != list(range(1, 2 * count + 1)):
+def _ansys_terms(source: str, kind: str, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
+    wanted = 2 * (int(count.value) or len(data) // 2)
+    if sorted(data) != list(range(1, wanted + 1)):
+        last = max((entry.line for entry in data.values()), default=count.line)
         raise FileError(
-            source, line, f"{len(data)} constants in TBDATA: must be {2 * count}, for {count} terms"
+            source,
+            last,
+            f"{len(data)} constants in TBDATA: must be {wanted}, for {wanted // 2} terms (line {count.line})",
         )
-    values = np.array([data[i] for i in range(1, 2 * count + 1)])
-    return _terms(source, line, values[0::2], values[1::2], "shear" if kind == "SHEA" else "bulk")
+    entries = [data[i] for i in range(1, wanted + 1)]
+    return _terms(source, "shear" if kind == "SHEA" else "bulk", entries[0::2], entries[1::2])
 
 
-def read_abaqus(source: str, text: str) -> ViscoelasticDeck:
+def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
     """Material of an Abaqus deck with *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i) and *ELASTIC (E, nu).
 
     The constants are those of long times unless *ELASTIC says MODULI=INSTANTANEOUS. *DENSITY is taken as
-    well. One material and one temperature.
+    well. One temperature; `name` chooses one of several materials.
 
     Raises
     ------
     ValueError
         With the name of the source and the number of the line.
     """
-    blocks = _abaqus_blocks(source, text)
-    if len([None for keyword, _, _, _ in blocks if keyword == "*MATERIAL"]) > 1:
-        raise FileError(source, 0, "has more than one *MATERIAL: must be one")
-    name: str | None = None
-    rows: list[list[float]] = []
-    constants: list[float | None] = [None, None]
-    density: float | None = None
-    long_term, start = True, 0
-    for keyword, options, line, data in blocks:
-        if keyword == "*MATERIAL":
-            name = options.get("NAME")
-        elif keyword == "*ELASTIC":
+    materials: dict[str, list[_Block]] = {"": []}
+    current = ""
+    for block in _abaqus_blocks(source, text):
+        if block.keyword == "*MATERIAL":
+            current = block.options.get("NAME", "").strip('"')
+            if any(earlier.keyword == "*MATERIAL" for earlier in materials.setdefault(current, [])):
+                what = f"of the name {current}" if current else "without a name"
+                raise FileError(source, block.line, f"second *MATERIAL {what}: must be one")
+        materials[current].append(block)
+    named = [key for key in materials if key]
+    chosen = _chosen(source, named, name) if named or name is not None else ""
+    elastic, long_term = _Elastic(), True
+    shear = bulk = None
+    for keyword, options, line, data in materials[chosen]:
+        if keyword == "*ELASTIC":
             long_term = not options.get("MODULI", "").upper().startswith("INST")
-            constants = list(_abaqus_row(source, data, line, 2))
+            row = _abaqus_row(source, data, line, 2)
+            elastic = elastic._replace(youngs_modulus=row[0], poisson_ratio=row[1])
         elif keyword == "*DENSITY":
-            density = _abaqus_row(source, data, line, 1)[0]
+            elastic = elastic._replace(density=_abaqus_row(source, data, line, 1)[0])
         elif keyword == "*VISCOELASTIC":
             if options.get("TIME", "").upper() != "PRONY":
                 raise FileError(source, line, "*VISCOELASTIC: must have TIME=PRONY")
-            start = line
-            rows = [_row(source, row, 3) for row in data]
-    if not rows:
-        raise FileError(source, start, "*VISCOELASTIC is followed by no terms")
-    shear, bulk, times = np.array(rows).T
-    return ViscoelasticDeck(
-        _terms(source, start, shear, times, "shear") if shear.any() else None,
-        _terms(source, start, bulk, times, "bulk") if bulk.any() else None,
-        constants[0],
-        constants[1],
-        long_term,
-        density,
-        name,
-        source,
-    )
+            if not data:
+                raise FileError(source, line, "*VISCOELASTIC is followed by no terms")
+            g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
+            shear = _terms(source, "shear", g, tau) if any(entry.value for entry in g) else None
+            bulk = _terms(source, "bulk", k, tau) if any(entry.value for entry in k) else None
+    return _deck(source, chosen or None, shear, bulk, elastic, long_term=long_term)
 
 
-def _abaqus_blocks(source: str, text: str) -> list[tuple[str, dict[str, str], int, list[Line]]]:
-    """Keyword, options, line and data lines of each block."""
-    blocks: list[tuple[str, dict[str, str], int, list[Line]]] = []
+def _chosen(source: str, names: list[str], name: str | None) -> str:
+    """Name of the one material, or of that which is asked for."""
+    known = list(dict.fromkeys(names))
+    if name is None and len(known) == 1:
+        return known[0]
+    found = [one for one in known if name is not None and one.upper() == name.strip().upper()]
+    if not found:
+        what = f"has {len(known)} materials" if name is None else f"has no material {name!r}"
+        advice = f"choose one by its name, {' or '.join(known)}" if known else "its material has no name"
+        raise FileError(source, 0, f"{what}: {advice}")
+    return found[0]
+
+
+def _deck(
+    source: str,
+    name: str | None,
+    shear: PronyTerms | None,
+    bulk: PronyTerms | None,
+    elastic: _Elastic,
+    *,
+    long_term: bool,
+) -> ViscoelasticDeck:
+    modulus, ratio, density = elastic
+    for label, entry in (("Young's modulus", modulus), ("density", density)):
+        if entry is not None and entry.value <= 0:
+            raise FileError(source, entry.line, f"{label} = {entry.value:g}: must be > 0")
+    if ratio is not None and not -1.0 < ratio.value <= 0.5:
+        raise FileError(source, ratio.line, f"Poisson ratio = {ratio.value:g}: must be in (-1, 0.5]")
+    numbers = [None if entry is None else entry.value for entry in elastic]
+    return ViscoelasticDeck(shear, bulk, numbers[0], numbers[1], long_term, numbers[2], name, source)
+
+
+class _Block(NamedTuple):
+    """Keyword of an Abaqus deck, its options, its line, and the lines of data below."""
+
+    keyword: str
+    options: dict[str, str]
+    line: int
+    data: list[Line]
+
+
+def _abaqus_blocks(source: str, text: str) -> list[_Block]:
+    blocks: list[_Block] = []
     goes_on = False
     for line in split_lines(text):
         if line.text.startswith("**"):
@@ -208,29 +255,29 @@ def _abaqus_blocks(source: str, text: str) -> list[tuple[str, dict[str, str], in
         if line.text.startswith("*") or goes_on:
             cells = [cell.strip() for cell in line.text.split(",")]
             if not goes_on:
-                blocks.append((re.sub(r"\s+", " ", cells.pop(0)).upper(), {}, line.number, []))
+                blocks.append(_Block(re.sub(r"\s+", " ", cells.pop(0)).upper(), {}, line.number, []))
             for cell in filter(None, cells):
                 key, _, value = cell.partition("=")
-                blocks[-1][1][key.strip().upper()] = value.strip()
+                blocks[-1].options[key.strip().upper()] = value.strip()
             goes_on = line.text.endswith(",")
         elif blocks:
-            blocks[-1][3].append(line)
+            blocks[-1].data.append(line)
         else:
             raise FileError(source, line.number, f"{line.text!r}: must stand below a keyword")
     return blocks
 
 
-def _abaqus_row(source: str, data: list[Line], line: int, count: int) -> list[float]:
+def _abaqus_row(source: str, data: list[Line], line: int, count: int) -> list[_Entry]:
     if len(data) != 1:
         raise FileError(source, line, f"{len(data)} lines of data: must be 1, for one temperature")
-    return _row(source, data[0], count)[:count]
+    return _row(source, data[0], count)
 
 
-def _row(source: str, line: Line, count: int) -> list[float]:
+def _row(source: str, line: Line, count: int) -> list[_Entry]:
     cells = [cell.strip() for cell in line.text.rstrip(",").split(",")]
     if len(cells) < count:
         raise FileError(source, line.number, f"{len(cells)} values: must be {count}")
-    return [_number(source, line, cell) if cell else 0.0 for cell in cells[:count]]
+    return [_Entry(_number(source, line, cell) if cell else 0.0, line.number) for cell in cells[:count]]
 
 
 def _number(source: str, line: Line, cell: str) -> float:
@@ -244,9 +291,19 @@ def _number(source: str, line: Line, cell: str) -> float:
     return value
 
 
-def _terms(source: str, line: int, moduli: np.ndarray, times: np.ndarray, kind: str) -> PronyTerms:
-    if (moduli < 0).any() or (times <= 0).any():
-        raise FileError(source, line, f"terms in {kind}: the moduli must be >= 0 and the times > 0")
-    if moduli.sum() > 1.002:
-        raise FileError(source, line, f"terms in {kind} add up to {moduli.sum():.6g}: must be at most 1")
-    return PronyTerms(times, moduli, True, "shear" if kind == "shear" else "bulk", source=source)
+def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequence[_Entry]) -> PronyTerms:
+    for modulus, time in zip(moduli, times, strict=True):
+        if modulus.value < 0:
+            raise FileError(
+                source, modulus.line, f"relative modulus in {kind} = {modulus.value:g}: must be >= 0"
+            )
+        if time.value <= 0:
+            raise FileError(source, time.line, f"relaxation time in {kind} = {time.value:g}: must be > 0")
+    shares = np.array([entry.value for entry in moduli])
+    if (beyond := beyond_one(shares)) is not None:
+        raise FileError(
+            source,
+            moduli[beyond].line,
+            f"relative moduli in {kind} add up to {shares.sum():.6g}: must be at most 1",
+        )
+    return PronyTerms(np.array([entry.value for entry in times]), shares, True, kind, source=source)

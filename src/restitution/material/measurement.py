@@ -170,3 +170,15 @@ class PronyTerms:
         if total >= 1.0 - 1e-12:
             raise ValueError(f"the relative moduli add up to {total:.6g}: must be below 1")
         return low, self.moduli * (low / (1.0 - total))
+
+
+def beyond_one(shares: Array) -> int | None:
+    """Index of the relative modulus with which their sum passes one, None where it does not.
+
+    Examples
+    --------
+    >>> beyond_one(np.array([0.75, 0.5, 0.25]))
+    1
+    """
+    beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
+    return int(beyond[0]) if beyond.size else None

@@ -9,17 +9,26 @@ import numpy as np
 
 from restitution.material import table as tables
 from restitution.material.deck import ViscoelasticDeck, read_abaqus, read_ansys
-from restitution.material.measurement import Deformation, DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.measurement import (
+    Deformation,
+    DynamicTable,
+    PronyTerms,
+    RelaxationTable,
+    beyond_one,
+)
+from restitution.material.sheet import FileError
 from restitution.material.shift import ShiftTable
-from restitution.material.table import Column, FileError, Role, Table, read_table
+from restitution.material.table import Column, Role, Table, read_table
 from restitution.material.units import unit
 
 MaterialFile = RelaxationTable | DynamicTable | PronyTerms | ShiftTable | ViscoelasticDeck
 
+# No data scatter by a half and can still be fitted.
+_NOISE = 1.5
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
 
 
-def read(path: str | Path) -> MaterialFile:
+def read(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material, whatever its kind.
 
     Kinds, told apart by content: a relaxation table (time, modulus), a DMA table (frequency, storage
@@ -31,6 +40,8 @@ def read(path: str | Path) -> MaterialFile:
     ----------
     path
         The file: text in UTF-8.
+    name
+        Which material of a deck that has several: its NAME in Abaqus, its number in ANSYS.
 
     Returns
     -------
@@ -40,7 +51,8 @@ def read(path: str | Path) -> MaterialFile:
     Raises
     ------
     ValueError
-        If the file is missing, or malformed; one line with the file and the number of the line.
+        If the file is missing, malformed, or has several materials of which none is chosen; one line with
+        the file and the number of the line.
 
     Examples
     --------
@@ -61,11 +73,11 @@ def read(path: str | Path) -> MaterialFile:
         raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise FileError(str(path), 0, "cannot be read: must be text in UTF-8") from None
-    return parse(text, str(path))
+    return parse(text, str(path), name=name)
 
 
-def parse(text: str, source: str = "text") -> MaterialFile:
-    r"""Read a text as `read` reads a file; `source` is its name in messages.
+def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:
+    r"""Read a text as `read` reads a file; `source` is what messages call it.
 
     Examples
     --------
@@ -75,9 +87,13 @@ def parse(text: str, source: str = "text") -> MaterialFile:
     if "\0" in text:
         raise FileError(source, 0, "cannot be read: must be text in UTF-8")
     if re.search(r"^\s*TB\s*,\s*PRON", text, re.IGNORECASE | re.MULTILINE):
-        return read_ansys(source, text)
+        return read_ansys(source, text, name)
     if re.search(r"^\s*\*\s*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
-        return read_abaqus(source, text)
+        return read_abaqus(source, text, name)
+    if name is not None:
+        raise FileError(
+            source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names"
+        )
     return _from_table(source, read_table(source, text))
 
 
@@ -92,12 +108,14 @@ def _from_table(source: str, table: Table) -> MaterialFile:
     if roles == {tables.TIME, tables.MODULUS}:
         time, modulus = found[tables.TIME], found[tables.MODULUS]
         _ascending(source, table, time)
+        _monotonic(source, table, modulus, falling=True)
         return RelaxationTable(time.values, modulus.values, _deformation(source, modulus), source)
     if frequency is not None and tables.STORAGE in roles and len(roles) == 3:
         storage = found[tables.STORAGE]
         other = found.get(tables.LOSS, found.get(tables.TANGENT))
         if other is not None:
             _ascending(source, table, frequency)
+            _monotonic(source, table, storage, falling=False)
             loss = other.values * (storage.values if other.role is tables.TANGENT else 1.0)
             kind = _deformation(source, storage, other)
             return DynamicTable(frequency.values, storage.values, loss, kind, source)
@@ -130,6 +148,23 @@ def _ascending(source: str, table: Table, column: Column) -> None:
         )
 
 
+def _monotonic(source: str, table: Table, column: Column, *, falling: bool) -> None:
+    """Refuse a relaxation modulus that rises over time, or a storage modulus that falls over frequency."""
+    values = column.values if falling else 1.0 / column.values
+    least = np.minimum.accumulate(values)
+    beyond = np.flatnonzero(values > _NOISE * least)
+    if beyond.size:
+        last = int(beyond[0])
+        first = int(np.argmin(values[:last]))
+        over, change = ("time", "fall") if falling else ("frequency", "rise")
+        raise FileError(
+            source,
+            table.lines[last],
+            f"{column.label} is {column.values[last]:.4g} Pa, and {column.values[first]:.4g} Pa in line "
+            f"{table.lines[first]}: must {change} over {over}, but for noise",
+        )
+
+
 def _deformation(source: str, *columns: Column) -> Deformation | None:
     kinds = {column.deformation for column in columns} - {""}
     if len(kinds) > 1:
@@ -139,25 +174,31 @@ def _deformation(source: str, *columns: Column) -> Deformation | None:
 
 def _prony_terms(source: str, table: Table, times: Column, terms: Column) -> PronyTerms:
     ends: dict[str, float] = {}
-    deformation = _deformation(source, terms)
+    deformation, place = _deformation(source, terms), 0
     for line in table.comments:
         match = _END_MODULUS.search(line.text)
         if match:
+            place = line.number
             try:
                 scale = unit(match[3] or "Pa", ("modulus",)).factor
                 ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale
             except ValueError as error:
-                raise FileError(source, line.number, f"{match[0]!r}: {error}") from None
+                raise FileError(source, place, f"{match[0]!r}: {error}") from None
             deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
-    return PronyTerms(
-        times.values,
-        terms.values,
-        terms.role is tables.SHARE,
-        deformation,
-        ends.get("high"),
-        ends.get("low"),
-        source,
-    )
+    relative, moduli = terms.role is tables.SHARE, terms.values
+    if relative and (beyond := beyond_one(moduli)) is not None:
+        raise FileError(
+            source,
+            table.lines[beyond],
+            f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1",
+        )
+    found = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source)
+    if ends:
+        try:
+            found.series()
+        except ValueError as error:
+            raise FileError(source, place, str(error)) from None
+    return found
 
 
 def _shift_table(source: str, table: Table, temperature: Column, shift: Column) -> ShiftTable:

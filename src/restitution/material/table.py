@@ -1,4 +1,4 @@
-"""Text tables with named columns and units, as instruments and spreadsheets write them."""
+"""Tables of measured moduli: what each column holds, in SI."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.material.sheet import FileError, Line, Sheet, read_sheet
 from restitution.material.units import UNITS, unit
 
 Array = NDArray[np.float64]
-
-
-class FileError(ValueError):
-    """Malformed file, with its name and the number of the line to blame."""
-
-    def __init__(self, source: str, line: int, message: str) -> None:
-        super().__init__(f"{source}: line {line}: {message}" if line else f"{source}: {message}")
 
 
 class Role(NamedTuple):
@@ -75,15 +69,6 @@ _SPELLINGS: dict[Role, str] = {
 _ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
 _TENSION = re.compile(r"^(e\b|e[^a-z]|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
 _SHEAR = re.compile(r"^(g\b|g[^a-z]|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
-_UNIT_IN_BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
-
-
-class Line(NamedTuple):
-    """Line of a file and its number, from 1."""
-
-    number: int
-    text: str
 
 
 class Column(NamedTuple):
@@ -115,18 +100,8 @@ class Table(NamedTuple):
     comments: list[Line]
 
 
-def split_lines(text: str) -> list[Line]:
-    """Lines that hold something, with their numbers."""
-    lines = [Line(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
-    return [line for line in lines if line.text]
-
-
 def read_table(source: str, text: str) -> Table:
-    r"""Table of named columns in a text.
-
-    The names stand in the first line, or in the last comment (#) above the numbers. A unit stands behind
-    the name, in brackets or after an underscore, or in a second line of units; without one the column is in
-    SI. Columns are separated by commas, semicolons (then with decimal points or commas), tabs or blanks.
+    r"""Table of moduli, times, frequencies, temperatures or shift factors in a text; without units in SI.
 
     Raises
     ------
@@ -141,89 +116,12 @@ def read_table(source: str, text: str) -> Table:
     >>> table.columns[1].values
     array([3000000., 4000000.])
     """
-    lines = split_lines(text)
-    comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
-    body = [line for line in lines if not line.text.startswith("#")]
-    if not body:
-        raise FileError(source, 0, "holds no numbers" if lines else "is empty")
-    separator = _separator(body[0].text)
-    if _is_numeric(_cells(body[0].text, separator)):
-        above = [line for line in comments if line.number < body[0].number]
-        if not above:
-            raise FileError(
-                source, body[0].number, "the columns have no names: must begin with a line of names"
-            )
-        header = above[-1]
-    else:
-        header, body = body[0], body[1:]
-    names = _cells(header.text, separator)
-    units: list[str] | None = None
-    if body and not _is_numeric(_cells(body[0].text, separator), some=True):
-        units = _cells(body[0].text, separator)
-        if len(units) != len(names):
-            raise FileError(source, body[0].number, f"{len(units)} units for {len(names)} columns")
-        unit_line, body = body[0].number, body[1:]
-    else:
-        unit_line = header.number
-    if not body:
-        raise FileError(source, header.number, "is followed by no numbers")
-    columns: list[Column] = []
-    rows = [_row(source, line, separator, len(names)) for line in body]
-    labels = [_label_and_unit(name) for name in names]
-    roles = [_role(source, label, header.number) for label, _ in labels]
+    sheet = read_sheet(source, text, UNITS.__contains__)
+    roles = [_role(source, label, sheet.header_line) for label in sheet.labels]
     if RELAXATION_TIME in roles:
         roles = [BRANCH if role is MODULUS else role for role in roles]
-    for i, ((label, given), role) in enumerate(zip(labels, roles, strict=True)):
-        given = units[i] if units is not None else given
-        columns.append(_column(source, label, role, given, unit_line, rows, i))
-    return Table(columns, [line.number for line in body], comments)
-
-
-def _separator(line: str) -> str | None:
-    return next((mark for mark in (";", "\t", ",") if mark in line), None)
-
-
-def _cells(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip().strip('"') for cell in line.split(separator)]
-    if separator == ";":
-        cells = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
-    return cells
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _is_numeric(cells: list[str], some: bool = False) -> bool:
-    # A dash may stand in a line of units.
-    numbers = [_is_number(cell) for cell in cells if cell not in UNITS]
-    return any(numbers) if some else bool(numbers) and all(numbers)
-
-
-def _label_and_unit(name: str) -> tuple[str, str | None]:
-    match = _UNIT_IN_BRACKETS.match(name)
-    if match and match[2].strip() not in ("t",):
-        return match[1], match[2]
-    stem, mark, tail = name.rpartition("_")
-    if mark and tail in UNITS and tail:
-        return stem, tail
-    return name, None
-
-
-def _row(source: str, line: Line, separator: str | None, count: int) -> tuple[int, list[float], list[str]]:
-    cells = _cells(line.text, separator)
-    if len(cells) != count:
-        raise FileError(source, line.number, f"{len(cells)} values: must be {count}, one for each column")
-    values: list[float] = []
-    for cell in cells:
-        if not _is_number(cell):
-            raise FileError(source, line.number, f"{cell!r}: must be a number")
-        values.append(float(cell))
-    return line.number, values, cells
+    columns = [_column(source, sheet, i, role) for i, role in enumerate(roles)]
+    return Table(columns, [row.line for row in sheet.rows], sheet.comments)
 
 
 def _plain(label: str) -> str:
@@ -239,32 +137,25 @@ def _role(source: str, label: str, line: int) -> Role:
     return role
 
 
-def _column(
-    source: str,
-    label: str,
-    role: Role,
-    given: str | None,
-    unit_line: int,
-    rows: list[tuple[int, list[float], list[str]]],
-    index: int,
-) -> Column:
+def _column(source: str, sheet: Sheet, index: int, role: Role) -> Column:
+    label, given = sheet.labels[index], sheet.units[index]
     if role is SHARE and given is not None and UNITS.get(given, UNITS[""]).quantity == "modulus":
         role = BRANCH
     try:
         scale = unit(given, role.quantities) if given is not None else None
     except ValueError as error:
-        raise FileError(source, unit_line, f"column {label!r}: {error}") from None
+        raise FileError(source, sheet.unit_line, f"column {label!r}: {error}") from None
     factor, offset = (scale.factor, scale.offset) if scale is not None else (1.0, 0.0)
     if (scale.quantity if scale is not None else role.quantities[0]) == "frequency":
         factor *= 2.0 * math.pi
-    values = np.empty(len(rows))
-    for i, (number, row, cells) in enumerate(rows):
-        value = (row[index] + offset) * factor
+    values = np.empty(len(sheet.rows))
+    for i, row in enumerate(sheet.rows):
+        value = (row.values[index] + offset) * factor
         bound = role.least
         below = bound is not None and (value < bound or (role.open_bound and value == bound))
         if not math.isfinite(value) or below:
             wanted = "finite" if bound is None else f"finite and {'>' if role.open_bound else '>='} {bound:g}"
-            raise FileError(source, number, f"{label} = {cells[index]}: must be {wanted}")
+            raise FileError(source, row.line, f"{label} = {row.cells[index]}: must be {wanted}")
         values[i] = value
     plain = _plain(label).lower()
     deformation = "tension" if _TENSION.match(plain) else "shear" if _SHEAR.match(plain) else ""
