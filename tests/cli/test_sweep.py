@@ -119,6 +119,39 @@ def test_map_spaces_its_axes_by_how_far_they_reach(monkeypatch: pytest.MonkeyPat
     np.testing.assert_allclose(data.velocity, np.geomspace(0.01, 10.0, 4))
 
 
+def test_slices_are_chosen_with_units_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.plot import style
+
+    titles = []
+    save = style.save_figure
+    monkeypatch.setattr(
+        style, "save_figure", lambda figure, path: (titles.append(figure.get_suptitle()), save(figure, path))
+    )
+    run("sweep", "sweep.toml", "--out", "out.zarr")
+    run("plot", "out.zarr", "--at", "radius=5 mm", "--output", "contact_time")
+    run("plot", "out.zarr", "--at", "radius=0.01", "--output", "contact_time")
+    axes = ("--x", "velocity=1:2", "--y", "radius=1mm:2mm", "--points", "3")
+    run("map", "ball.toml", *axes, "--set", "nu=0.3", "--set", "mass=2 g")
+    assert titles == ["Rubber\n$R$ = 5 mm", "Rubber\n$R$ = 10 mm", "Rubber\n$\\nu$ = 0.3, $m$ = 2 g"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--at", "radius=99"), "at radius = 99.0 m: must lie on the axis, from 0.005 to 0.01 m"),
+        (("--at", "velocity=nan"), "at velocity = nan m/s: must lie on the axis, from 0.01 to 10 m/s"),
+        (("--at", "radius=abc"), '--at radius = "abc": cannot be read as a number and a unit; write e.g. "10 mm"'),
+        (("--at", "radius=5 s"), '--at radius = "5 s": is a time, not a length'),
+        (("--at", "mass=5"), "at mass = 5: is no axis of the sweep; there are velocity, radius"),
+        (("--x", "radius", "--y", "radius"), "axis 'radius': is both x and y; give two axes"),
+    ],
+)  # fmt: skip
+def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> None:
+    run("sweep", "sweep.toml", "--out", "out.zarr")
+    assert refused("plot", "out.zarr", *arguments).startswith(message)
+    assert not Path("out.png").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -139,10 +172,32 @@ def test_map_spaces_its_axes_by_how_far_they_reach(monkeypatch: pytest.MonkeyPat
             ("map", "ball.toml", "--x", "velocity", "--y", "nu=0:0.5"),
             "--x velocity: must be a name, = and what it is",
         ),
-        (("map", "ball.toml", "--x", "velocity=1", "--y", "nu=0:0.5"), "--x 1: must be LOW:HIGH"),
+        (("map", "ball.toml", "--x", "velocity=1", "--y", "nu=0:0.5"), "--x velocity=1: must be LOW:HIGH"),
         (
-            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "speed=1:2"),
-            "ball.toml: speed = 1.0: unknown key",
+            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "radus=1mm:2mm"),
+            "--y radus: unknown quantity; did you mean radius?",
+        ),
+        (
+            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "radius=1mm:2mm", "--set", "body.speed=1"),
+            "ball.toml: body.speed = 1.0: unknown key; known are mass, density, radius",
+        ),
+        (
+            ("map", "ball.toml", "--x", "velocity=1 m/s:100 cm/s", "--y", "radius=1mm:2mm"),
+            "--x velocity=1 m/s:100 cm/s: low and high must differ",
+        ),
+        (("map", "--x", "p2=1:2", "--y", "p2=1:2"), "--y p2=1:2: p2 is given twice"),
+        (
+            (
+                "map",
+                "ball.toml",
+                "--x",
+                "nu=0:0.5",
+                "--y",
+                "radius=1mm:2mm",
+                "--set",
+                "material.poisson_ratio=0",
+            ),
+            "--set material.poisson_ratio=0: material.poisson_ratio is given twice",
         ),
         (("map", "--x", "p2=1:2", "--y", "p3=1:2"), "axes: poisson_ratio: is missing"),
         (

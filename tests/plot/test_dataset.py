@@ -122,6 +122,30 @@ def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
     title = figure.get_suptitle()
     assert title == "steel"
     assert figure.axes[2].get_title() == r"restitution coefficient $e$, $\nu$ = 0.001667"
+    figure = plot_sweep(result(shape), at={"p2": 0.0011, "nu": 0.001, "material": "rubber"})
+    assert figure.get_suptitle() == "rubber, $\\nu$ = 0.001, $p_2$ = 0.001105"
+
+
+def test_values_that_all_points_share_are_said_on_lines_that_fit() -> None:
+    dataset = result({"velocity": line(50)}).assign_attrs(title="Rubber balls")
+    shared = ("mass", "radius", "force", "p2", "p3")
+    dataset = dataset.assign_coords({name: ((), 0.001, input_variable(name).attributes) for name in shared})
+    figure = plot_sweep(dataset)
+    head, first, second = figure.get_suptitle().split("\n")
+    assert (head, first) == ("Rubber balls", "$m$ = 1 g, $R$ = 1 mm, $F_0$ = 1 mN, $p_2$ = 0.001")
+    assert second == "$p_3$ = 0.001"
+
+
+def test_slices_lie_on_the_axis() -> None:
+    dataset = result({"velocity": line(50), "bulk_modulus": [1e6, np.inf], "radius": line(3)})
+    assert plot_sweep(dataset, at={"velocity": 0.002 * (1 + 1e-9), "bulk_modulus": np.inf}) is not None
+    for value in (0.0009, 0.0021, np.nan, np.inf):
+        with pytest.raises(
+            ValueError, match=r"^at velocity = .* m/s: must lie on the axis, from 0.001 to 0.002 m/s$"
+        ):
+            plot_sweep(dataset, at={"velocity": value})
+    with pytest.raises(TypeError, match=r"^at velocity = 'abc': must be a number$"):
+        plot_sweep(dataset, at={"velocity": "abc"})
 
 
 def test_a_map_is_of_the_right_way_round() -> None:

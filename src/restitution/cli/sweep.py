@@ -26,6 +26,8 @@ Outputs = Annotated[
 Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]
 
 _POINTS = 80
+# A map is made in memory, and no picture shows more.
+_MOST_POINTS = 2000
 # Ends of an axis that are further apart than this mean a logarithmic one.
 _LOG_RATIO = 10.0
 
@@ -101,7 +103,9 @@ def plot(
     at: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="AXIS=VALUE", help="Show one value of an axis; may be repeated.", show_default=False
+            metavar="AXIS=VALUE",
+            help="Show one value of an axis, e.g. radius=5mm, the nearest there is; may be repeated.",
+            show_default=False,
         ),
     ] = None,
 ) -> None:
@@ -112,7 +116,7 @@ def plot(
         from restitution.sweep.store import open_sweep
 
         dataset = open_sweep(result)
-        chosen = dict(_assignment("--at", text) for text in at or ())
+        chosen = dict(_slice(dataset, text) for text in at or ())
         _draw(dataset, target, output or [], x=x, y=y, at=chosen)
 
 
@@ -134,10 +138,13 @@ def map_(
     fixed: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", metavar="NAME=VALUE", help="Set another quantity; may be repeated.", show_default=False
+            "--set",
+            metavar="NAME=VALUE",
+            help="Set another quantity, e.g. nu=0.45; may be repeated.",
+            show_default=False,
         ),
     ] = None,
-    points: Annotated[int, typer.Option(min=2, help="Points along each axis.")] = _POINTS,
+    points: Annotated[int, typer.Option(min=2, max=_MOST_POINTS, help="Points along each axis.")] = _POINTS,
     out: Picture = None,
     workers: Workers = None,
 ) -> None:
@@ -148,22 +155,27 @@ def map_(
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
     check_target("--out", target, PICTURES)
     with user_input():
-        from restitution.case.axes import read_axes
+        from restitution.case.axes import known_place, read_axis
         from restitution.case.file import read_toml
         from restitution.case.sweep import plan_case
         from restitution.sweep.run import run
 
         path = Path("standard solid") if case is None else case
         data = {} if case is None else read_toml(case)
-        axes: dict[str, Any] = {}
+        read: dict[str, Any] = {}
         for option, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
             name, value = _assignment(option, text)
-            *tables, key = name.split(".")
-            table = axes
-            for part in tables:
-                table = table.setdefault(part, {})
-            table[key] = _plain(value) if option == "--set" else _range(option, value, points)
-        read = {place: _spaced(axis) for place, axis in read_axes(path, axes, None).items()}
+            where = f"{option} {name}"
+            place = known_place(where, tuple(name.split(".")))
+            if place in read:
+                raise BadInput(f"{option} {text}: {name} is given twice")
+            if option == "--set":
+                read[place] = read_axis(where, place, _plain(value))
+            else:
+                axis = read_axis(where, place, _range(option, text, value, points))
+                if axis.low == axis.high:
+                    raise BadInput(f"{option} {text}: low and high must differ")
+                read[place] = _spaced(axis)
         outputs = output or ["restitution_coefficient"]
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read)
         with progress_bar("computing", rate="impacts/s") as progress:
@@ -187,8 +199,23 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def _range(option: str, text: str, points: int) -> dict[str, Any]:
-    ends = [end.strip() for end in text.split(":")]
+def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
+    """Read at which value of which axis to look; numbers have units as in case files."""
+    from restitution.case.axes import value_in_si
+    from restitution.sweep.schema import ALIASES
+
+    given, value = _assignment("--at", text)
+    name = ALIASES.get(given, given)
+    if name in dataset.coords and dataset[name].dtype.kind == "f":
+        number = value_in_si(f"--at {given}", name, _plain(value))
+        if not isinstance(number, float):
+            raise BadInput(f"--at {text}: must be a number in SI")
+        return name, number
+    return name, value
+
+
+def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
+    ends = [end.strip() for end in value.split(":")]
     if len(ends) != 2 or not all(ends):
         raise BadInput(f"{option} {text}: must be LOW:HIGH")
     return {"linear": [_plain(end) for end in ends], "n": points}

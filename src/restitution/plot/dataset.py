@@ -18,6 +18,7 @@ from restitution.plot.panels import (
     value_name,
 )
 from restitution.plot.quantity import quantity
+from restitution.sweep.schema import ALIASES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +29,11 @@ _MOST_CURVES = 10
 _MOST_PANELS = 6
 # More points than a figure can show need not be read.
 _MOST_POINTS = {"curves": 2000, "map": 300, "draws": 20000}
+# People round the ends of axes.
+_ROUNDED = 1e-6
+
+_WIDTH_OF_VALUE = 1.3
+"""Room that a symbol with its value and unit takes in a title [inch]."""
 
 
 class Layout(NamedTuple):
@@ -81,7 +87,7 @@ def plot_sweep(
     y : str, optional
         Dimension along the ordinate of a map.
     at : dict, optional
-        By name of a dimension, the value at which to look; the nearest one is taken.
+        By name of a dimension, the value at which to look, in SI units; the nearest one is taken.
 
     Returns
     -------
@@ -90,7 +96,11 @@ def plot_sweep(
     Raises
     ------
     ValueError
-        If a name is unknown, or there is nothing to show.
+        If a name is unknown, a value outside its axis, or there is nothing to show.
+
+    Notes
+    -----
+    Above the panels stand the title and the values that all points share.
 
     Examples
     --------
@@ -119,11 +129,8 @@ def plot_sweep(
             if layout.kind == "draws"
             else _figure(dataset, names, layout)
         )
-        notes = [_held(dataset, dimension) for dimension in layout.rest]
-        title = str(dataset.attrs.get("title", ""))
-        text = ", ".join(part for part in (title, *notes) if part)
-        if text:
-            figure.suptitle(text, fontsize=10)
+        if words := _title(dataset, figure.get_figwidth()):
+            figure.suptitle(words, fontsize=9)
         figure.draw_without_rendering()
     return figure
 
@@ -149,9 +156,12 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
     """
     probe = dataset[next(iter(dataset.data_vars))]
     sizes = {str(name): size for name, size in probe.sizes.items() if size > 1}
+    x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
     for name in (x, y):
         if name is not None and name not in sizes:
             raise ValueError(f"axis {name!r}: is not in the sweep; there are {', '.join(sizes)}")
+    if x is not None and x == y:
+        raise ValueError(f"axis {x!r}: is both x and y; give two axes")
     draws = next((name for name in sizes if name not in dataset.coords), None)
     free = [name for name in sizes if name != draws]
     numeric = [name for name in free if is_numeric(probe, name)]
@@ -180,12 +190,13 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
 
 
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
-    for name, value in at.items():
+    for given, value in at.items():
+        name = ALIASES.get(given, given)
         if name not in dataset.dims or name not in dataset.coords:
             there = ", ".join(str(one) for one in dataset.dims if one in dataset.coords)
             raise ValueError(f"at {name} = {value}: is no axis of the sweep; there are {there}")
         if np.issubdtype(dataset[name].dtype, np.number):
-            place = int(np.argmin(np.abs(dataset[name].values - float(value))))
+            place = _nearest(dataset[name], value)
         else:
             words = [str(word) for word in dataset[name].values]
             if str(value) not in words:
@@ -193,6 +204,23 @@ def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
             place = words.index(str(value))
         dataset = dataset.isel({name: place})
     return dataset
+
+
+def _nearest(axis: xr.DataArray, value: Any) -> int:
+    """Place of the nearest value along an axis that reaches so far."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+        raise TypeError(f"at {axis.name} = {value!r}: must be a number")
+    values = np.asarray(axis.values, dtype=np.float64)
+    low, high = float(values.min()), float(values.max())
+    unit = "" if axis.attrs.get("units", "1") in ("", "1") else f" {axis.attrs['units']}"
+    slack = _ROUNDED * max(abs(low), abs(high)) if np.isfinite(high) else 0.0
+    if not low - slack <= float(value) <= high + slack:
+        raise ValueError(
+            f"at {axis.name} = {value}{unit}: must lie on the axis, from {low:.6g} to {high:.6g}{unit}"
+        )
+    with np.errstate(invalid="ignore"):
+        away = np.abs(values - float(value))
+    return int(np.argmin(np.where(values == value, 0.0, away)))
 
 
 def _thinned(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
@@ -252,8 +280,16 @@ def _draws_figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figu
     return figure
 
 
-def _held(dataset: xr.Dataset, dimension: str) -> str:
-    coordinate = dataset[dimension]
+def _title(dataset: xr.Dataset, width: float) -> str:
+    """Title, and below it the values that all points share, on as many lines as the width [inch] asks for."""
+    lines = [str(dataset.attrs.get("title", ""))]
+    shared = [_held(coordinate) for coordinate in dataset.coords.values() if not coordinate.dims]
+    each = max(1, int(width / _WIDTH_OF_VALUE))
+    lines += [", ".join(shared[start : start + each]) for start in range(0, len(shared), each)]
+    return "\n".join(line for line in lines if line)
+
+
+def _held(coordinate: xr.DataArray) -> str:
     if not np.issubdtype(coordinate.dtype, np.number):
         return str(coordinate.values)
     return quantity(coordinate.expand_dims("one")).value_label(0)
