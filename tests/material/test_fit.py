@@ -91,13 +91,49 @@ def test_time_zero_counts_but_does_not_stretch_the_window():
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (RelaxationTable(np.array([1.0, 10.0, 100.0]), np.ones(3)), "3 data: must be at least 4"),
-        (RelaxationTable(np.array([1.0, 1.1, 1.2, 1.3]), np.ones(4)), "half a decade"),
+        (
+            RelaxationTable(np.array([1.0, 10.0, 100.0]), np.ones(3), source="a.csv"),
+            "^a.csv: 3 times up to 100 s: must be at least 4 over half a decade or more$",
+        ),
+        (
+            RelaxationTable(np.array([1.0, 1.1, 1.2, 1.3]), np.ones(4)),
+            "^4 times up to 1.3 s: must .* half a decade",
+        ),
+        (DynamicTable(np.array([2.0]), np.ones(1), np.ones(1)), "^1 frequencies up to 2 rad/s: must"),
     ],
 )
 def test_too_few_data(data, message):
     with pytest.raises(ValueError, match=message):
         fit_prony(data)
+
+
+def test_data_that_do_not_relax_are_told_of():
+    t = np.geomspace(1.0, 100.0, 9)
+    with pytest.warns(UserWarning, match="^a.csv: no relaxation is seen in the data") as told:
+        fit = fit_prony(RelaxationTable(t, np.linspace(2.0, 2.1, 9), source="a.csv"))
+    assert (fit.n_terms, len(told)) == (0, 1)
+
+
+def test_a_poor_fit_is_told_of():
+    """Loss and storage modulus that contradict each other: the loss of no material is flat at a fifth of E'."""
+    omega = np.geomspace(1.0, 1e4, 21)
+    with pytest.warns(UserWarning, match=r"^data: relative misfit 0\.\d+ of the fit: above 0\.1") as told:
+        fit = fit_prony(DynamicTable(omega, np.full(21, 5.0), np.full(21, 4.0)))
+    assert fit.misfit > 0.1
+    assert f"misfit {fit.misfit:.3g} of" in str(told[0].message)
+
+
+@pytest.mark.parametrize("table", [relaxation, dynamic])
+def test_the_picture_of_a_fit_shows_its_data_and_its_curve(table):
+    data = table(TRUTH)
+    fit = fit_prony(data)
+    time, frequency = fit.plot().axes
+    ax = frequency if isinstance(data, DynamicTable) else time
+    dots = next(line for line in ax.lines if line.get_linestyle() == "None")
+    assert dots.get_xdata().size == 91
+    curve = next(line for line in time.lines if line.get_label() == "fit")
+    assert curve.get_xdata()[[0, -1]] == pytest.approx(fit.window)
+    assert curve.get_ydata()[0] == pytest.approx(fit.series.relaxation_modulus(fit.window[0]), rel=1e-12)
 
 
 def rms(values):

@@ -28,6 +28,20 @@ def test_unknown_name():
         library.get("unobtainium")
 
 
+def test_materials_are_attributes():
+    assert library.epoxy is library.get("epoxy")
+    assert dir(library) == sorted(["get", "names", *library.names()])
+    with pytest.raises(AttributeError, match=r"material 'epoxi': must be one of aluminium, .*tungsten"):
+        _ = library.epoxi
+    assert not hasattr(library, "__wrapped__")
+
+
+@pytest.mark.parametrize("temperature", [150.0, 201.9, 400.1, 500.0])
+def test_polyisobutylene_is_refused_where_its_shift_does_not_hold(temperature):
+    with pytest.raises(ValueError, match=rf"temperature = {temperature:g} K: must be in \[202, 400\] K"):
+        library.get("polyisobutylene").at(temperature)
+
+
 def test_ice_is_the_average_of_the_measured_crystal():
     """Gammon et al. (1983) at -16 C, units of 1e8 Pa; hexagonal crystal, Voigt-Reuss-Hill."""
     c11, c12, c13, c33, c44 = 139.29, 70.82, 57.65, 150.10, 30.14

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,8 +27,39 @@ def test_wlf_is_the_same_law_from_another_reference():
 
 
 def test_wlf_ends_at_the_vogel_temperature():
-    with pytest.raises(ValueError, match=r"temperature = 90 K: must be > 97\.6 K"):
-        WLF(298.0, 8.61, 200.4).factor(90.0)
+    """At 298 - 200.4 = 97.6 K; a_T = 1e300 where 8.61 x = 300 (200.4 - x), x K below 298 K."""
+    law = WLF(298.0, 8.61, 200.4)
+    lowest = 298.0 - 300.0 * 200.4 / 308.61
+    assert math.log10(law.factor(lowest + 1e-6)) == pytest.approx(300.0, rel=1e-5)
+    for temperature in (90.0, 97.6, 100.0, lowest - 1e-3):
+        with pytest.raises(
+            ValueError, match=rf"temperature = {temperature:g} K: must be >= 103\.191 K, where"
+        ):
+            law.factor(temperature)
+    assert law.factor(1e4) > 10**-8.61
+
+
+@pytest.mark.parametrize("law", [WLF(300.0, 400.0, 100.0), Arrhenius(300.0, 3e6)])
+def test_factors_too_small_for_numbers(law):
+    with pytest.raises(
+        ValueError, match=r"temperature = 1e\+06 K: must be in \[\d+\.?\d*, \d+\.?\d*\] K, where"
+    ):
+        law.factor(1e6)
+
+
+@pytest.mark.parametrize("law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5)])
+def test_a_law_holds_in_its_range_alone(law):
+    bounded = replace(law, temperature_range=(280.0, 350.0))
+    assert [bounded.factor(t) for t in (280.0, 350.0)] == [law.factor(t) for t in (280.0, 350.0)]
+    for temperature in (279.9, 350.1):
+        message = rf"temperature = {temperature} K: must be in \[280, 350\] K, the range of the law"
+        with pytest.raises(ValueError, match=message):
+            Material(PronySeries(1.0, [1.0], [1.0]), 2.0, shift=bounded).at(temperature)
+    for limits in ((310.0, 350.0), (350.0, 280.0), (300.0, 300.0)):
+        with pytest.raises(ValueError, match=r"temperature_range = .* K: must ascend and hold 300 K"):
+            replace(law, temperature_range=limits)
+    with pytest.raises(ValueError, match=r"temperature_range = -1 K"):
+        replace(law, temperature_range=(-1.0, 350.0))
 
 
 def test_arrhenius():
@@ -58,6 +90,7 @@ def test_table_interpolates_the_logarithm():
         ([300.0, 310.0], [3.0, 1.0], "must pass through 0"),
         ([-1.0, 310.0], [1.0, -1.0], r"temperatures\[0\] = -1 K"),
         ([300.0, 310.0], [0.0, math.nan], r"log10_factors\[1\] = nan"),
+        ([300.0, 310.0], [301.0, 0.0], r"log10_factors\[0\] = 301: must be in \[-300, 300\]"),
     ],
 )
 def test_table_refuses(temperatures, logs, message):

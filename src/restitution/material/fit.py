@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +14,18 @@ from numpy.typing import NDArray
 from restitution.kernel.validation import nonnegative, positive
 from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
+from restitution.material.sheet import FileError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
 _DENSITIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 6.0)
 # One per cent more misfit than that of the densest grid: far within the scatter of any data.
 _SLACK = 1.01
+# A fit that is further off than this is told of.
+_POOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +56,12 @@ class PronyFit:
     def n_terms(self) -> int:
         """Number of branches."""
         return self.series.n_branches
+
+    def plot(self) -> Figure:
+        """Figure of the moduli over time and over frequency, with the data, as the command `material` draws."""
+        # By name: pictures stand above this layer, which must not depend on them.
+        pictures = import_module("restitution.plot.material")
+        return pictures.overview({self.data.deformation or "fit": self.series}, self.window, self.data)
 
 
 def fit_prony(
@@ -89,6 +103,11 @@ def fit_prony(
     ValueError
         If there are fewer than four data or they cover less than half a decade.
 
+    Warns
+    -----
+    UserWarning
+        If the misfit is above a tenth, or the data do not relax at all: a series without terms.
+
     Notes
     -----
     Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23, for the algorithm; the misfit of
@@ -118,7 +137,19 @@ def fit_prony(
     times, moduli = problem.reduced(grids[chosen], solutions[chosen], allowed, weight)
     series = PronySeries(float(moduli[0]), moduli[1:], times)
     residuals = problem.residuals(times, moduli)
-    return PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data)
+    fit = PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data)
+    for line in _doubts(fit):
+        warnings.warn(f"{data.source or 'data'}: {line}", stacklevel=2)
+    return fit
+
+
+def _doubts(fit: PronyFit) -> list[str]:
+    lines: list[str] = []
+    if not fit.n_terms:
+        lines.append("no relaxation is seen in the data, which are fitted by a constant")
+    if fit.misfit > _POOR:
+        lines.append(f"relative misfit {fit.misfit:.3g} of the fit: above {_POOR:g}, the data are met poorly")
+    return lines
 
 
 def _grid(low: float, high: float, density: float) -> Array:
@@ -143,7 +174,11 @@ class _Problem:
         values = data.storage_modulus + 1j * data.loss_modulus if dynamic else data.modulus
         inside = points[points > 0]
         if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
-            raise ValueError(f"{points.size} data: must be at least 4 and cover at least half a decade")
+            what, unit = ("frequencies", "rad/s") if dynamic else ("times", "s")
+            span = f" up to {points[-1]:.4g} {unit}" if points.size else ""
+            raise FileError(
+                data.source, 0, f"{points.size} {what}{span}: must be at least 4 over half a decade or more"
+            )
         ends = float(inside[0]), float(inside[-1])
         window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
         return cls(points, values, dynamic, liquid, loss_weight, window)

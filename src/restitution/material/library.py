@@ -1,6 +1,7 @@
 """Named materials, each with its source, the window of time it is meant for, and what was assumed.
 
-Numbers without a source are left out: where none is known for the density, it is None.
+Numbers without a source are left out: where none is known for the density, it is None. Each material is also an
+attribute of this module: `library.epoxy` is `library.get("epoxy")`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from restitution.material.prony import PronySeries
 from restitution.material.readers import parse
 from restitution.material.shift import WLF, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
+
+__all__ = ["get", "names"]
 
 _KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed. (1995), section 2.2.2"
 
@@ -55,6 +58,19 @@ def get(name: str) -> Material:
     if name not in _LIBRARY:
         raise ValueError(f"material {name!r}: must be one of {', '.join(names())}")
     return _build(name)
+
+
+def __getattr__(name: str) -> Material:
+    if name.startswith("_"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        return get(name)
+    except ValueError as error:
+        raise AttributeError(str(error)) from None
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_LIBRARY])
 
 
 @cache
@@ -100,9 +116,9 @@ def _polyisobutylene(name: str) -> Material:
         "(2008), as carried by the project TappingMode_Simulations (MIT licence); shift factors: "
         "Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980), table 11-II",
         "the terms are moduli in tension (by their magnitude, the source does not say) at 298 K; "
-        "constant bulk modulus of 3 GPa; no equilibrium modulus, so it flows; shift valid from about "
-        "203 K to 400 K",
-        WLF(298.0, 8.61, 200.4),
+        "constant bulk modulus of 3 GPa; no equilibrium modulus, so it flows; shift valid from the glass "
+        "transition at 202 K to about 400 K",
+        WLF(298.0, 8.61, 200.4, temperature_range=(202.0, 400.0)),
     )
 
 

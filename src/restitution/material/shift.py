@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import finite, positive
+from restitution.kernel.validation import positive, within
 
 Array = NDArray[np.float64]
 
@@ -17,6 +17,8 @@ GAS_CONSTANT = 8.31446261815324
 """Molar gas constant R [J/(mol K)], exact in the SI of 2019."""
 
 _LN10 = math.log(10.0)
+# Decades of the shift factor that numbers can hold, with some to spare for the times.
+_DECADES = 300.0
 
 
 @runtime_checkable
@@ -45,11 +47,14 @@ class WLF:
         C1 > 0 [-].
     c2
         C2 > 0 [K].
+    temperature_range
+        Lowest and highest temperature [K] for which the law is meant; without it, all above the Vogel
+        temperature T0 - C2.
 
     Raises
     ------
     ValueError
-        If a number is out of range; from `factor` at or below the Vogel temperature T0 - C2.
+        If a number is out of range; from `factor` outside the range of temperatures.
 
     Notes
     -----
@@ -57,28 +62,35 @@ class WLF:
 
     Examples
     --------
-    >>> print(round(WLF(298.0, 8.61, 200.4).factor(308.0), 6))
+    >>> law = WLF(298.0, 8.61, 200.4, temperature_range=(202.0, 400.0))
+    >>> print(round(law.factor(308.0), 6))
     0.389744
+    >>> law.factor(500.0)
+    Traceback (most recent call last):
+        ...
+    ValueError: temperature = 500 K: must be in [202, 400] K, the range of the law
     """
 
     reference_temperature: float
     c1: float
     c2: float
+    temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         positive("reference_temperature", self.reference_temperature, "K")
         positive("c1", self.c1)
         positive("c2", self.c2, "K")
+        _check_range(self.temperature_range, self.reference_temperature)
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K]."""
-        difference = float(positive("temperature", temperature, "K")) - self.reference_temperature
-        if difference <= -self.c2:
-            raise ValueError(
-                f"temperature = {temperature:g} K: must be > {self.reference_temperature - self.c2:g} K, "
-                "where the WLF law diverges"
-            )
-        return _from_log10(-self.c1 * difference / (self.c2 + difference))
+        number, reference = float(positive("temperature", temperature, "K")), self.reference_temperature
+        c1, c2 = self.c1, self.c2
+        # Where log10 a_T is x: T = T0 - x C2/(C1 + x).
+        low = reference - _DECADES * c2 / (c1 + _DECADES)
+        high = reference + _DECADES * c2 / (c1 - _DECADES) if c1 > _DECADES else math.inf
+        _check(number, self.temperature_range, (low, high))
+        return 10.0 ** (-c1 * (number - reference) / (c2 + number - reference))
 
 
 @dataclass(frozen=True)
@@ -91,6 +103,13 @@ class Arrhenius:
         T0 > 0 [K].
     activation_energy
         Q > 0 [J/mol].
+    temperature_range
+        Lowest and highest temperature [K] for which the law is meant; all without it.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range; from `factor` outside the range of temperatures.
 
     Notes
     -----
@@ -104,16 +123,20 @@ class Arrhenius:
 
     reference_temperature: float
     activation_energy: float
+    temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         positive("reference_temperature", self.reference_temperature, "K")
         positive("activation_energy", self.activation_energy, "J/mol")
+        _check_range(self.temperature_range, self.reference_temperature)
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K]."""
-        number = float(positive("temperature", temperature, "K"))
-        inverse = (self.reference_temperature - number) / (number * self.reference_temperature)
-        return _from_log10(self.activation_energy / GAS_CONSTANT * inverse / _LN10)
+        number, reference = float(positive("temperature", temperature, "K")), self.reference_temperature
+        slope = self.activation_energy / (GAS_CONSTANT * _LN10)
+        low, inverse = 1.0 / (1.0 / reference + _DECADES / slope), 1.0 / reference - _DECADES / slope
+        _check(number, self.temperature_range, (low, 1.0 / inverse if inverse > 0 else math.inf))
+        return 10.0 ** (slope * (reference - number) / (number * reference))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +167,7 @@ class ShiftTable:
 
     def __init__(self, temperatures: ArrayLike, log10_factors: ArrayLike) -> None:
         kelvin = np.atleast_1d(positive("temperatures", temperatures, "K"))
-        logs = np.atleast_1d(finite("log10_factors", log10_factors))
+        logs = np.atleast_1d(within("log10_factors", log10_factors, -_DECADES, _DECADES))
         if kelvin.ndim != 1 or kelvin.shape != logs.shape or kelvin.size < 2:
             raise ValueError(
                 f"temperatures has shape {kelvin.shape} and log10_factors {logs.shape}: "
@@ -169,11 +192,8 @@ class ShiftTable:
         """Shift factor a_T [-] at the temperature T [K] within the table."""
         number = float(positive("temperature", temperature, "K"))
         low, high = float(self.temperatures[0]), float(self.temperatures[-1])
-        if not low <= number <= high:
-            raise ValueError(
-                f"temperature = {number:g} K: must be in [{low:g}, {high:g}] K, the table's range"
-            )
-        return _from_log10(float(np.interp(number, self.temperatures, self.log10_factors)))
+        _within(number, low, high, "the range of the table")
+        return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ShiftTable):
@@ -186,9 +206,24 @@ class ShiftTable:
         return hash((self.temperatures.tobytes(), self.log10_factors.tobytes()))
 
 
-def _from_log10(exponent: float) -> float:
-    if abs(exponent) > 300.0:
+def _check_range(limits: tuple[float, float] | None, reference: float) -> None:
+    if limits is None:
+        return
+    low, high = (float(positive("temperature_range", limit, "K")) for limit in limits)
+    if not low <= reference <= high or low == high:
         raise ValueError(
-            f"temperature: log10 of the shift factor is {exponent:.0f}, beyond what numbers can hold"
+            f"temperature_range = ({low:g}, {high:g}) K: must ascend and hold {reference:g} K, the "
+            "reference_temperature"
         )
-    return 10.0**exponent
+
+
+def _check(temperature: float, limits: tuple[float, float] | None, ends: tuple[float, float]) -> None:
+    if limits is not None:
+        _within(temperature, *limits, "the range of the law")
+    _within(temperature, *ends, "where the shift factor is between 1e-300 and 1e300")
+
+
+def _within(temperature: float, low: float, high: float, what: str) -> None:
+    if not low <= temperature <= high:
+        end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
+        raise ValueError(f"temperature = {temperature:g} K: must be {end} K, {what}")
