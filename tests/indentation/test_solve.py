@@ -356,6 +356,25 @@ def test_bad_input_is_told_in_one_line(arguments, message):
 
 
 @pytest.mark.plain
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("depth", 1e300, "depth up to 1e.300 m: "),
+        ("depth", 1e-300, "depth up to 1e-300 m: "),
+        ("force", 1e200, "force up to"),
+    ],
+)
+def test_numbers_beyond_all_scales(name, value, message):
+    with pytest.raises(ValueError, match=message):
+        indent(GEL, TIP, **{name: value}, time=[0.0, 1.0])
+
+
+def test_functions_that_give_no_numbers():
+    with pytest.raises(TypeError, match="depth = .*must be a real number"):
+        indent(GEL, TIP, depth=lambda t: "a", time=[0.0, 1.0])
+
+
+@pytest.mark.plain
 def test_profiles_and_materials_that_cannot_be():
     loading = {"depth": ramp(1e-6, 1.0)}
     with pytest.raises(TypeError, match=r"^material = 3: must be a Material\Z"):

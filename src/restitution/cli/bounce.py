@@ -117,4 +117,6 @@ def _print(found: Bounces, title: str) -> None:
     presentation.print_rows(
         f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows
     )
-    print(f"{count} bounces in {found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}")
+    print(
+        f"{count} bounce{'s' * (count != 1)} in {found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
+    )

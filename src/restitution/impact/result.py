@@ -48,6 +48,11 @@ class EnergyBudget(NamedTuple):
     residual : float or array
         `(kinetic_out + dissipated + stored - kinetic_in - work of the constant force)/kinetic_in` [-]: zero
         but for errors. All terms are computed on their own, none by subtraction.
+
+    Notes
+    -----
+    `dissipated`, `stored` and `residual` are NaN of impacts that failed or that have no end, since the body does not
+    separate, and of the method "reference".
     """
 
     kinetic_in: Numeric
@@ -75,7 +80,8 @@ class ImpactResult:
     max_contact_radius : float or array
         Largest contact radius a [m].
     residual_indentation_depth : float or array
-        Depth d [m] at separation: the imprint that is left, and recovers.
+        Depth d [m] at separation: the imprint that is left, and recovers. Of a body that does not separate, the depth
+        at which it comes to rest.
     status : Status, or array of int
         How the solve ended.
     impact : Impact or list of Impact

@@ -274,7 +274,7 @@ def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array
             return function
     except (TypeError, ValueError):
         pass
-    return np.vectorize(function, otypes=[np.float64])
+    return np.vectorize(function, otypes=[object])
 
 
 def _checked_values(function: Callable[[Array], Any], times: Array, name: str) -> Array:

@@ -78,11 +78,11 @@ class IndentationResult:
         Stated error of the same: the tolerance, and what the table of the profile leaves where one is needed.
     """
 
-    time: Array
-    indentation_depth: Array
-    velocity: Array
-    force: Array
-    contact_radius: Array
+    time: Array = field(repr=False)
+    indentation_depth: Array = field(repr=False)
+    velocity: Array = field(repr=False)
+    force: Array = field(repr=False)
+    contact_radius: Array = field(repr=False)
     contact_end_time: float
     turning_time: float
     status: IndentationStatus
@@ -90,7 +90,7 @@ class IndentationResult:
     profile: Profile
     counter_material: Material | None
     prescribed: str
-    history_given: History
+    history_given: History = field(repr=False)
     rtol: float
     error: float
     _solution: Solution = field(repr=False)

@@ -127,7 +127,15 @@ def scaled_contact(
         + float(moduli @ np.minimum(1.0, times / duration))
         + series.viscosity / duration
     )
-    units = Units(touch, duration, depth, radius, 2.0 * typical * radius * depth, error)
+    with np.errstate(over="ignore", under="ignore"):
+        force = 2.0 * typical * radius * depth
+    # Squares of both are taken on the way.
+    if not all(1e-150 < value < 1e150 for value in (depth, radius, force)):
+        raise ValueError(
+            f"{name} up to {peak:g} {'m' if by_depth else 'N'}: leads to a depth of {depth:.3g} m, a contact radius of "
+            f"{radius:.3g} m and a force of {force:.3g} N; each must be in [1e-150, 1e+150]"
+        )
+    units = Units(touch, duration, depth, radius, force, error)
     rates = duration / times
     glass, compliances, recoveries = 0.0, np.empty(0), np.empty(0)
     if not by_depth:

@@ -100,7 +100,8 @@ def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
     rises = heights > 0.0
     ax.plot(number[rises], heights[rises] * scale.factor, "o", color=style.GREEN, markersize=4)
     ax.set_yscale("log")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    ax.set_xlim(-0.5, bounces.n_bounces + 0.5)
     ax.set_xlabel("bounce (0: the release)")
     ax.set_ylabel(f"height reached [{scale.unit}]")
     ax.grid(True)
@@ -129,7 +130,8 @@ def overview(bounces: Bounces) -> Figure:
         ):
             draw(panel, bounces)
             style.panel_label(panel, f"({letter})")
-        page.suptitle(f"{bounces.n_bounces} bounces; {bounces.ended}: {bounces.ended.message}", fontsize=11)
+        count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
+        page.suptitle(f"{count}; {bounces.ended}: {bounces.ended.message}", fontsize=11)
         # Tick labels are made when drawn: make them now, while the fonts are those of the package.
         page.draw_without_rendering()
     return page
