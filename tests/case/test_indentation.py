@@ -96,6 +96,22 @@ def test_a_file_names_what_it_prescribes(header, name):
     assert case.solve().rtol == 1e-6
 
 
+@pytest.mark.parametrize(
+    ("text", "name", "peak"),
+    [
+        ("t,d\ns,um\n0,0\n1,2\n2,0\n", "depth", 2e-6),
+        ("t_ms;F_nN\n0;0\n1000;2,5\n2000;0\n", "force", 2.5e-9),
+        ("time,force\nms,nN\n0,0\n1000,2\n2000,0\n", "force", 2e-9),
+    ],
+)
+def test_symbols_and_a_line_of_units_head_a_file(text, name, peak):
+    Path("curve.csv").write_text(text, encoding="utf-8")
+    case = read('file = "curve.csv"')
+    assert case.prescribed == name
+    assert case.history.knots == pytest.approx([0.0, 1.0, 2.0])
+    assert case.history(1.0) == pytest.approx(peak, rel=1e-14)
+
+
 def test_fractional_materials_hold_for_the_history():
     head = HEAD.split("[material]")[0] + (
         '[material]\nmodel = "springpot"\ncoefficient = 100.0\nexponent = 0.3\nbulk_modulus = inf\n'

@@ -63,6 +63,29 @@ def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
         assert float(found.shape(1e-3)) == pytest.approx(2e-3, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "r_um,f_nm\n0,0\n1,10\n2,40\n3,90\n",
+        "r [um],f [nm]\n0,0\n1,10\n2,40\n3,90\n",
+        "r,f\num,nm\n0,0\n1,10\n2,40\n3,90\n",
+        "f;r\nnm;um\n0;0\n10,0;1,0\n40;2\n90;3\n",
+        "# r_um f_nm\n0 0\n1 10\n2 40\n3 90\n",
+    ],
+)
+def test_units_of_a_table_stand_where_tables_of_materials_have_them(text: str) -> None:
+    Path("tip.csv").write_text(text, encoding="utf-8")
+    found = profile('file = "tip.csv"')
+    assert isinstance(found, Tabulated)
+    np.testing.assert_allclose(found.r, [0, 1e-6, 2e-6, 3e-6], rtol=4e-16)
+    np.testing.assert_allclose(found.f, [0, 1e-8, 4e-8, 9e-8], rtol=4e-16)
+
+
+def test_a_table_needs_no_type() -> None:
+    for text in ('file = "tip.csv"', "r = [0, 1]\nf = [0, 1]"):
+        assert profile(text) == profile(f'type = "tabulated"\n{text}')
+
+
 def test_a_table_in_units_from_a_file_and_inline() -> None:
     for text in ('file = "tip.csv"', 'r = "[0, 1, 2, 3] um"\nf = "[0, 10, 40, 90] nm"'):
         found = profile(f'type = "tabulated"\n{text}')
@@ -109,6 +132,12 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
             ".face_radius = 0: must be finite and > 0",
         ),
         ('type = "tabulated"', ": give file, or r and f"),
+        (
+            'half_angle = "80 deg"',
+            '.half_angle = "80 deg": belongs to another type; give type = "cone" or "truncated_cone"',
+        ),
+        ("exponent = 2", '.exponent = 2: belongs to another type; give type = "power_law"'),
+        ("r = [0, 1]", ": give file, or r and f"),
         ('type = "tabulated"\nfile = "t.csv"', '.file = "t.csv": no such file: t.csv'),
         ('type = "tabulated"\nfile = 3', '.file = 3: must be the name of a CSV file, e.g. "tip.csv"'),
         (
@@ -131,19 +160,30 @@ def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
         profile(text)
 
 
+FORMS = 'write e.g. "r_mm,f_mm", "r [mm],f [mm]", or "r,f" and the units in a second line'
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "holds no numbers"),
-        ("r,f\n", "holds no numbers"),
-        ("1,2\n3,4\n", "line 1: unknown column '1'; known are r, f"),
-        ("r\n1\n", "line 1: must name 2 columns, r and f"),
+        ("# nothing\n", "holds no numbers"),
+        ("\n", "is empty"),
+        ("r,f\n", "line 1: is followed by no numbers"),
+        ("1,2\n3,4\n", "line 1: the columns have no names: must begin with a line of names"),
+        ("r,h\n1,2\n", f"line 1: unknown column 'h'; {FORMS}"),
+        ("r\n1\n", f"line 1: must name 2 columns; {FORMS}"),
+        ("r,r\n1,1\n", f"line 1: must name 2 columns; {FORMS}"),
         (
             "r,f [s]\n1,2\n",
-            "line 1: column 'f [s]': is a time, not a length; write e.g. \"10 mm\", or a plain number in m",
+            "line 1: unit 's' of f: is a time, not a length; write e.g. \"10 mm\", or a plain number in m",
         ),
-        ("r,f\n0,0\n\n1,2,3\n", "line 4: 3 values, 2 wanted"),
-        ("r,f\n0,0\n1,half\n", "line 3: f = half: must be a number"),
+        (
+            "r,f\nmm,g\n1,2\n",
+            "line 2: unit 'g' of f: is a mass, not a length; write e.g. \"10 mm\", or a plain number in m",
+        ),
+        ("r,f\nmm\n1,2\n", "line 2: 1 units for 2 columns"),
+        ("r,f\n0,0\n\n1,2,3\n", "line 4: 3 values: must be 2, one for each column"),
+        ("r,f\n0,0\n1,half\n", "line 3: 'half': must be a number"),
         ("r,f\n0,0\n1,nan\n", "line 3: f = nan: must be finite"),
     ],
 )

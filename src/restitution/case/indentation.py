@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, StrictInt, Tag, ValidationError, ValidationInfo, model_validator
 
-from restitution.case.columns import read_columns
+from restitution.case.columns import names_column, read_columns
 from restitution.case.file import read_toml
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
@@ -116,7 +116,7 @@ class IndentationSection(Section):
             If the file cannot be read, or the points are no history.
         """
         if self.file is not None:
-            name = _prescribed_in(folder, self.file)
+            name = "force" if names_column(folder, self.file, "force") else "depth"
             kinds = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
             columns: dict[str, NDArray[np.float64]] = read_columns(folder, self.file, kinds)
             return name, History.from_points(columns["time"], columns[name], name=name)
@@ -139,18 +139,6 @@ class IndentationSection(Section):
                 return triangle(
                     value, loading, unloading_time=self.unloading_time, hold_time=self.hold_time or 0.0
                 )
-
-
-def _prescribed_in(folder: Path, name: str) -> str:
-    """Which quantity the header of a file names; a file that cannot be read is told of when it is read."""
-    try:
-        text = Path(folder, name).read_text(encoding="utf-8-sig")
-    except (OSError, ValueError):
-        return "depth"
-    header = next(
-        (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), ""
-    )
-    return "force" if re.search(r"\bforce(\b|_)", header) else "depth"
 
 
 class IndentationSolverSection(Section):

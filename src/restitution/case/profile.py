@@ -169,7 +169,7 @@ class FlatEndedParabolaSection(ProfileSection):
 class TabulatedSection(ProfileSection):
     """Measured profile: radii and heights, inline or in a CSV file with the columns r and f."""
 
-    type: Literal["tabulated"]
+    type: Literal["tabulated"] = "tabulated"
     file: InstanceOf[Tabulated] | None = None
     r: Lengths | None = None
     f: Lengths | None = None
@@ -200,21 +200,38 @@ class TabulatedSection(ProfileSection):
         return self.file or Tabulated(np.array(self.r), np.array(self.f))
 
 
-_FORMS = (
-    *("parabola", "sphere", "cone", "power_law"),
-    *("flat_punch", "truncated_cone", "flat_ended_parabola", "tabulated"),
-)
+_FORMS: dict[str, type[ProfileSection]] = {
+    "parabola": ParabolaSection,
+    "sphere": SphereSection,
+    "cone": ConeSection,
+    "power_law": PowerLawSection,
+    "flat_punch": FlatPunchSection,
+    "truncated_cone": TruncatedConeSection,
+    "flat_ended_parabola": FlatEndedParabolaSection,
+    "tabulated": TabulatedSection,
+}
 
 
 def _known_type(value: Any) -> Any:
-    if isinstance(value, dict) and value.get("type", "parabola") not in _FORMS:
-        names = ", ".join(f'"{name}"' for name in _FORMS)
-        refuse(f"must be one of {names}", "type")
+    if isinstance(value, dict):
+        if _type(value) not in _FORMS:
+            names = ", ".join(f'"{name}"' for name in _FORMS)
+            refuse(f"must be one of {names}", "type")
+        if "type" not in value:
+            own = _FORMS[_type(value)].model_fields
+            for key in value:
+                forms = [f'"{name}"' for name, form in _FORMS.items() if key in form.model_fields]
+                if key not in own and forms:
+                    refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
     return value
 
 
-def _type(value: Any) -> str:
-    return value.get("type", "parabola") if isinstance(value, dict) else getattr(value, "type", "parabola")
+def _type(value: Any) -> Any:
+    """Type of a profile: a table where one is given, a parabola where nothing is said."""
+    if not isinstance(value, dict):
+        return getattr(value, "type", "parabola")
+    table = any(key in value for key in ("file", "r", "f"))
+    return value.get("type", "tabulated" if table else "parabola")
 
 
 AnyProfile = Annotated[
