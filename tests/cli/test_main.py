@@ -46,6 +46,7 @@ KEYS = [
     "max_contact_radius",
     "residual_indentation_depth",
     "rebound_velocity",
+    "zero_overlap_time",
     "energy",
     "energy_residual",
     "status",
@@ -115,6 +116,8 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
     content = json.loads(answer.stdout)
     assert sorted(content) == sorted(KEYS)
     assert content["contact_time"] == 1.234567891e-3
+    # 1 mm at 0.5 m/s, after the contact.
+    assert content["zero_overlap_time"] == pytest.approx(3.234567891e-3, rel=1e-14)
     assert content["energy"] == {
         "kinetic_in": 2.5e-3,
         "kinetic_out": 6.25e-4,

@@ -370,7 +370,7 @@ def test_numbers_beyond_all_scales(name, value, message):
 
 
 def test_functions_that_give_no_numbers():
-    with pytest.raises(TypeError, match="depth = .*must be a real number"):
+    with pytest.raises(TypeError, match=r"depth = .*must be a real number"):
         indent(GEL, TIP, depth=lambda t: "a", time=[0.0, 1.0])
 
 

@@ -30,6 +30,7 @@ _ROWS = (
     ("largest contact radius", "max_contact_radius", "a_max", "m"),
     ("residual indentation depth", "residual_indentation_depth", "d_end", "m"),
     ("rebound velocity", "rebound_velocity", "v_end", "m/s"),
+    ("back at the undeformed surface", "zero_overlap_time", "t_0", "s"),
 )
 _ENERGY_ROWS = (
     ("kinetic energy before", "kinetic_in", "", "J"),

@@ -341,7 +341,7 @@ class ImpactResult:
         """Plain numbers by name, SI, with the energy budget."""
         names = (
             "restitution_coefficient", "rebound_velocity", "contact_time", "max_indentation_depth",
-            "max_force", "max_contact_radius", "residual_indentation_depth",
+            "max_force", "max_contact_radius", "residual_indentation_depth", "zero_overlap_time",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "energy": self.energy._asdict(),
