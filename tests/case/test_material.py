@@ -208,12 +208,31 @@ def test_data_that_do_not_cover_the_contact_are_told() -> None:
     ]
 
 
+TWO = """*MATERIAL, NAME=A
+*ELASTIC, MODULI=INSTANTANEOUS
+ 9, 0.5
+*VISCOELASTIC, TIME=PRONY
+ 0.5, 0, 2
+*MATERIAL, NAME=B
+*ELASTIC
+ 21, 0.25
+"""
+
+
+def test_one_of_the_materials_of_a_deck() -> None:
+    Path("two.inp").write_text(TWO)
+    # G = E/(2 (1 + nu)); of A the half relaxes.
+    assert material('file = "two.inp"\nmaterial_name = "A"').shear == PronySeries(1.5, [1.5], [2.0])
+    assert material('file = "two.inp"\nmaterial_name = "b"').shear == PronySeries(8.4)
+
+
 FILES = {
     "terms.csv": TERMS,
     "unsaid.csv": "relaxation_time_s,relative_modulus\n1,0.5\n",
     "bad.csv": "relaxation_time_s,relative_modulus\n1,-0.5\n",
     "shift.csv": "T_C,log_aT\n0,1\n20,0\n40,-2\n",
     "deck.inp": "*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n",
+    "two.inp": TWO,
     "relaxation.csv": "t [s],G [Pa]\n1,2\n2,1\n",
 }
 
@@ -232,7 +251,7 @@ FILES = {
         ),
         (
             'library = "polyisobutylene"\ntemperature = "90 K"',
-            ": temperature = 90 K: must be > 97.6 K, where the WLF law diverges",
+            ": temperature = 90 K: must be in [202, 400] K, the range of the law",
         ),
         (
             'library = "ice"\ntemperature = "1 m"',
@@ -314,7 +333,44 @@ FILES = {
         ('file = "deck.inp"', ": youngs_modulus: must be given, as deck.inp does not say it"),
         (
             'file = "relaxation.csv"\nbulk_modulus = inf',
-            ": 2 data: must be at least 4 and cover at least half a decade",
+            '.file = "relaxation.csv": 2 times up to 2 s: must be at least 4 over half a decade or more',
+        ),
+        (
+            'file = "relaxation.csv"\nmaterial_name = "A"\nbulk_modulus = inf',
+            ".file = \"relaxation.csv\": has no material 'A': is no deck of a solver, whose materials have names",
+        ),
+        ('file = "two.inp"', '.file = "two.inp": has 2 materials: choose one by its name, A or B'),
+        (
+            'file = "two.inp"\nmaterial_name = "C"',
+            ".file = \"two.inp\": has no material 'C': choose one by its name, A or B",
+        ),
+        (
+            'coefficient = "1e4"\nexponent = 0.4\nbulk_modulus = inf',
+            '.coefficient = "1e4": is a constant of another model than the standard solid; '
+            'give model = "springpot" or "fractional_kelvin_voigt"',
+        ),
+        (
+            "equilibrium_modulus = 1\nbranch_modulus = 1\nrelaxation_time = 1\nexponent = 0.5",
+            ".relaxation_time = 1: is a constant of another model than the standard solid; "
+            'give model = "fractional_zener"',
+        ),
+        (
+            "bulk_modulus = inf\n[material.shear]\ncoefficient = 1e4\nexponent = 0.4",
+            ".shear.coefficient = 10000.0: does not belong here; fractional models stand in the section of the "
+            'material, by model = "springpot" or the name of another one',
+        ),
+        (
+            'library = "steel"\nshift = {reference_temperature = 300, c1 = 8, c2 = 100, temperature_range = [300]}',
+            ".shift.temperature_range = [300]: must be two temperatures, the lowest and the highest",
+        ),
+        (
+            'library = "steel"\nshift = {reference_temperature = 300, c1 = 8, c2 = 100, temperature_range = [310, 400]}',
+            ".shift: temperature_range = (310, 400) K: must ascend and hold 300 K, the reference_temperature",
+        ),
+        (
+            'library = "epoxy"\ntemperature = "80 degC"\n'
+            'shift = {reference_temperature = 300, activation_energy = 1e5, temperature_range = "[0, 70] degC"}',
+            ": temperature = 353.15 K: must be in [273.15, 343.15] K, the range of the law",
         ),
         (
             'shear = {terms = "terms.csv"}\nbulk = inf',

@@ -8,6 +8,7 @@ from restitution.case.quantity import (
     ANGLE,
     DENSITY,
     LENGTH,
+    MASS,
     MODULUS,
     MOLAR_ENERGY,
     NUMBER,
@@ -61,7 +62,7 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
     known = [(kind, name) for kind, names in quantity._PLAIN.items() for name in names]
     assert len(known) > 40
     for kind, name in known:
-        unit = quantity._unit(quantity.re.sub(r"(\w)([23])$", r"\1^\2", name), "")
+        unit = quantity._unit(quantity.re.sub(r"(\w)([23])$", r"\1^\2", name), kind)
         factor = quantity._registry().Quantity(1.0, unit).to(kind.unit).magnitude
         assert to_si(f"3 {name}", kind) == pytest.approx(3.0 * factor, rel=4e-16), name
 
@@ -92,6 +93,13 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
             MODULUS,
             "unknown unit 'mpa', did you mean MPa? write e.g. \"2 MPa\", or a plain number in Pa",
         ),
+        (
+            "1 m/ss",
+            VELOCITY,
+            "unknown unit 'm/ss', did you mean m/s? write e.g. \"1 m/s\", or a plain number in m/s",
+        ),
+        ("1 mss", TIME, "unknown unit 'mss', did you mean ms? write e.g. \"1 ms\", or a plain number in s"),
+        ("1 mss", MASS, "unknown unit 'mss'; write e.g. \"5 g\", or a plain number in kg"),
         ("60 ShoreA", MODULUS, "unknown unit 'ShoreA'; write e.g. \"2 MPa\", or a plain number in Pa"),
         ("1 fur\nlong)", LENGTH, "unknown unit 'fur\\nlong)'; write e.g. \"10 mm\", or a plain number in m"),
         ("1 Hz", TIME, 'is a frequency, not a time; write e.g. "1 ms", or a plain number in s'),

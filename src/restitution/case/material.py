@@ -23,11 +23,6 @@ from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
 
-_MODELS = (
-    *("elastic", "maxwell", "kelvin_voigt", "standard_solid", "burgers", "generalised_maxwell"),
-    *FractionalSection.keys,
-)
-
 
 class GeneralMaterialSection(MaterialSection):
     """Any relaxation in shear (a number: elastic) and in bulk (a number: constant)."""
@@ -57,6 +52,20 @@ class GeneralMaterialSection(MaterialSection):
         return self.bulk if self.bulk is not None else self.bulk_modulus or 0.0
 
 
+_COMMON = frozenset({"model", "poisson_ratio", "bulk_modulus", *MaterialSection.model_fields})
+_MODELS: dict[str, tuple[str, ...]] = {
+    name: tuple(key for key in section.model_fields if key not in _COMMON)
+    for name, section in {
+        "elastic": ElasticSection,
+        "maxwell": MaxwellSection,
+        "kelvin_voigt": KelvinVoigtSection,
+        "standard_solid": StandardSolidSection,
+        "burgers": BurgersSection,
+        "generalised_maxwell": GeneralisedMaxwellSection,
+    }.items()
+} | FractionalSection.keys
+
+
 def _known_model(value: Any) -> Any:
     if isinstance(value, dict):
         if value.get("model", "elastic") not in _MODELS:
@@ -65,7 +74,20 @@ def _known_model(value: Any) -> Any:
         forms = [key for key in ("library", "file", "model", "shear") if key in value]
         if len(forms) > 1:
             refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
+        if not forms:
+            _without_model(value)
     return value
+
+
+def _without_model(value: dict[str, Any]) -> None:
+    """Point from constants of other models than the standard solid, which needs no name, to those models."""
+    constants = {key for keys in _MODELS.values() for key in keys} & set(value)
+    for key in value:
+        if key in constants and key not in _MODELS["standard_solid"]:
+            having = [name for name, keys in _MODELS.items() if key in keys]
+            models = [name for name in having if constants <= set(_MODELS[name])] or having
+            names = " or ".join(f'"{name}"' for name in models)
+            refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 
 def _form(value: Any) -> str:

@@ -47,6 +47,8 @@ class LibrarySection(MaterialSection):
 class FileSection(MaterialSection):
     """A material in a file: measured data, which are fitted, Prony terms, or the deck of a solver."""
 
+    # Before the file, whose reading needs it.
+    material_name: str | None = None
     file: (
         InstanceOf[RelaxationTable]
         | InstanceOf[DynamicTable]
@@ -66,7 +68,7 @@ class FileSection(MaterialSection):
     @field_validator("file", mode="before")
     @classmethod
     def _read(cls, value: Any, info: ValidationInfo) -> Any:
-        content = read_file(value, info, "dma.csv")
+        content = read_file(value, info, "dma.csv", info.data.get("material_name"))
         if isinstance(content, ShiftTable):
             refuse("holds shift factors and no moduli; give it as shift")
         return content
@@ -76,7 +78,7 @@ class FileSection(MaterialSection):
         deck = isinstance(self.file, ViscoelasticDeck)
         fitted = isinstance(self.file, RelaxationTable | DynamicTable)
         if deck:
-            self._only("the deck of a solver", "youngs_modulus", "poisson_ratio")
+            self._only("the deck of a solver", "material_name", "youngs_modulus", "poisson_ratio")
         else:
             own = ("misfit", "liquid") if fitted else ("equilibrium_modulus", "instantaneous_modulus")
             shared = ("deformation", "bulk_modulus", "constant_poisson_ratio")
@@ -87,6 +89,10 @@ class FileSection(MaterialSection):
                 refuse('is missing: the file does not say whether it is "tension" or "shear"', "deformation")
             if found is not None and self.deformation not in (None, found):
                 refuse(f'contradicts the file, which holds moduli in "{found}"', "deformation")
+        try:
+            _ = self.fit
+        except ValueError as error:
+            refuse(str(error).removeprefix(f"{self.file.source}: "), "file")
         self.build()
         return self
 

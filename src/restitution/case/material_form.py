@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag, ValidationInfo
+from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag, ValidationInfo, model_validator
 
 from restitution.case.quantity import (
     DENSITY,
+    LIST,
     MOLAR_ENERGY,
     NUMBER,
     TEMPERATURE,
@@ -29,6 +30,24 @@ class ShiftSection(Section):
     """What the laws of the time-temperature shift share."""
 
     reference_temperature: Temperature
+    temperature_range: Annotated[list[Temperature], LIST] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> ShiftSection:
+        if self.temperature_range is not None and len(self.temperature_range) != 2:
+            refuse("must be two temperatures, the lowest and the highest", "temperature_range")
+        self.build()
+        return self
+
+    @property
+    def _range(self) -> tuple[float, float] | None:
+        return (
+            None if self.temperature_range is None else (self.temperature_range[0], self.temperature_range[1])
+        )
+
+    def build(self) -> Shift:
+        """Law in SI."""
+        raise NotImplementedError
 
 
 class WLFSection(ShiftSection):
@@ -39,7 +58,7 @@ class WLFSection(ShiftSection):
 
     def build(self) -> Shift:
         """Law in SI."""
-        return WLF(self.reference_temperature, self.c1, self.c2)
+        return WLF(self.reference_temperature, self.c1, self.c2, temperature_range=self._range)
 
 
 class ArrheniusSection(ShiftSection):
@@ -49,7 +68,7 @@ class ArrheniusSection(ShiftSection):
 
     def build(self) -> Shift:
         """Law in SI."""
-        return Arrhenius(self.reference_temperature, self.activation_energy)
+        return Arrhenius(self.reference_temperature, self.activation_energy, temperature_range=self._range)
 
 
 def _table_file(value: Any, info: ValidationInfo) -> Any:

@@ -87,7 +87,7 @@ _PLAIN = {
     MOLAR_ENERGY: {"J/mol": 0, "kJ/mol": 3},
     ANGLE: {"rad": 0},
 }
-_CELSIUS = {"degC", "°C"}
+_CELSIUS = ("degC", "°C")
 
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL
@@ -96,25 +96,9 @@ _UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
 # "mm2" and "s-1", as people write them, which pint reads as names.
 _BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
 _TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
-_COMMON = (
-    "Pa",
-    "kPa",
-    "MPa",
-    "GPa",
-    "mm",
-    "um",
-    "cm",
-    "m",
-    "kg",
-    "g",
-    "mg",
-    "ms",
-    "us",
-    "s",
-    "min",
-    "N",
-    "mN",
-    "kN",
+# What people mean, of units that differ in case alone.
+_COMMON = frozenset(
+    {"Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "ms", "us", "s", "N", "mN", "kN"}
 )
 
 
@@ -126,19 +110,21 @@ def _registry() -> Any:
     return UnitRegistry()
 
 
-def _unit(text: str, advice: str) -> Any:
-    refused = ValueError(f"unknown unit {text!r}; {advice}")
+def _unit(text: str, kind: Kind) -> Any:
+    refused = ValueError(f"unknown unit {text!r}; {kind.advice}")
     # A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
     if not _UNIT.fullmatch(text) or _TOWER.search(text) or len(text) > 80:
         raise refused
     try:
         return _registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
     except Exception:  # pint's parser lets errors of many unrelated types through
-        close = [name for name in _COMMON if name.lower() == text.lower()]
-        close = close or get_close_matches(text, _COMMON, 1, 0.6)
+        plain = [*_PLAIN.get(kind, {}), *(_CELSIUS if kind is TEMPERATURE else ())]
+        names = [name for name in plain if name in _COMMON] or plain
+        close = [name for name in names if name.lower() == text.lower()]
+        close = close or get_close_matches(text, names, 1, 0.6)
         if not close:
             raise refused from None
-        raise ValueError(f"unknown unit {text!r}, did you mean {' or '.join(close)}? {advice}") from None
+        raise ValueError(f"unknown unit {text!r}, did you mean {' or '.join(close)}? {kind.advice}") from None
 
 
 def to_si(text: str, kind: Kind) -> float:
@@ -183,7 +169,7 @@ def to_si(text: str, kind: Kind) -> float:
             return number + 273.15
         if kind is TEMPERATURE_DIFFERENCE:
             return number
-    unit = _unit(name, kind.advice)
+    unit = _unit(name, kind)
     wanted = _registry().parse_units(kind.unit)
     if unit.dimensionality != wanted.dimensionality or (kind is ANGLE and not name):
         found = next(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import (
@@ -49,13 +49,13 @@ Numbers = Annotated[list[Annotated[float, nonnegative(NUMBER)]], LIST]
 Times = Annotated[list[Time], LIST]
 
 
-def read_file(value: Any, info: ValidationInfo, example: str) -> MaterialFile:
+def read_file(value: Any, info: ValidationInfo, example: str, name: str | None = None) -> MaterialFile:
     """Read a file of a material beside the case file."""
     if not isinstance(value, str):
         refuse(f'must be the name of a file, e.g. "{example}"')
     path = Path(folder_of(info), value)
     try:
-        return read(path)
+        return read(path, name=name)
     except ValueError as error:
         refuse(str(error).removeprefix(f"{path}: "))
 
@@ -66,6 +66,12 @@ class PronySection(Section):
     Relative moduli are shares of the instantaneous modulus; where both end moduli are given, they may also be
     shares of the difference of the two.
     """
+
+    elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("coefficient", "exponent"),
+        'fractional models stand in the section of the material, by model = "springpot" or '
+        "the name of another one",
+    )
 
     equilibrium_modulus: EndModulus | None = None
     instantaneous_modulus: Modulus | None = None
