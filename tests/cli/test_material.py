@@ -112,7 +112,7 @@ def test_every_material_of_the_library_is_shown(name: str) -> None:
         (["bad.csv"], r"bad\.csv: line 3: 'half': must be a number"),
         (["."], r"\.: cannot be read: Is a directory"),
         (["steel", "--at", "300"], r"temperature = 300 K: the material has no law of the shift"),
-        (["polyisobutylene", "--at", "90"], r"temperature = 90 K: must be > 97\.6 K.*"),
+        (["polyisobutylene", "--at", "90"], r"temperature = 90 K: must be in \[202, 400\] K.*"),
         (["polyisobutylene", "--at", "20 m"], r'--at "20 m": is a length, not a temperature; .*'),
         (["bad.csv", "--plot", "p.gif"], r"--plot p\.gif: must end in \.png or \.pdf or \.svg"),
     ],
@@ -122,6 +122,41 @@ def test_bad_input_is_one_line(arguments: list[str], message: str) -> None:
     answer = run(*arguments)
     assert (answer.exit_code, answer.stdout) == (2, "")
     assert re.fullmatch(f"error: {message}\n", answer.stderr), answer.stderr
+
+
+def test_a_material_of_a_deck_by_its_name() -> None:
+    Path("deck.inp").write_text(
+        "*MATERIAL, NAME=soft\n*ELASTIC\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"
+        "*MATERIAL, NAME=hard\n*ELASTIC\n 3e9, 0.5\n"
+    )
+    answer = run("deck.inp")
+    assert (answer.exit_code, answer.stderr) == (
+        2,
+        "error: deck.inp: has 2 materials: choose one by its name, soft or hard\n",
+    )
+    content = json.loads(run("deck.inp", "--material-name", "hard", "--json").stdout)
+    assert (content["name"], content["terms_in_shear"]) == ("hard", 0)
+    # G = E/3.
+    assert content["prony_shear"]["equilibrium_modulus_Pa"] == pytest.approx(1e9)
+    message = "error: --material-name hard: steel is no deck of a solver, whose materials have names\n"
+    assert run("steel", "--material-name", "hard").stderr == message
+
+
+def test_a_modulus_that_rises_is_refused() -> None:
+    Path("inc.csv").write_text("t,E\ns,MPa\n1,1\n2,2\n3,30\n4,500\n")
+    answer = run("inc.csv")
+    assert (answer.exit_code, answer.stdout) == (2, "")
+    assert answer.stderr.startswith(
+        "error: inc.csv: line 4: E is 2e+06 Pa, and 1e+06 Pa in line 3: must fall "
+    )
+
+
+def test_a_poor_fit_is_told_of() -> None:
+    rows = "\n".join(f"{10**i},5,4" for i in range(5))
+    Path("flat.csv").write_text(f"omega,storage,loss\n{rows}\n")
+    with pytest.warns(UserWarning, match=r"flat\.csv: relative misfit (0\.\d+) of the fit") as told:
+        misfit = json.loads(run("flat.csv", "--json").stdout)["relative_misfit"]
+    assert f"misfit {misfit:.3g} of" in str(told[0].message)
 
 
 def factors(text: str = "T,log aT\ndegC,-\n0,2.0\n20,0.0\n40,-1.5\n") -> None:
@@ -215,7 +250,7 @@ def test_the_materials_of_a_case_at_a_temperature() -> None:
         ),
         (
             ["terms.csv", "--shift", "shift.csv", "--at", "400"],
-            "temperature = 400 K: must be in [273.15, 313.15] K, the table's range",
+            "temperature = 400 K: must be in [273.15, 313.15] K, the range of the table",
         ),
     ],
 )

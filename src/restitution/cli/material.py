@@ -30,6 +30,10 @@ def material(
             metavar="FILE", help="Shift factors over temperature, for a file of moduli.", show_default=False
         ),
     ] = None,
+    material_name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Which material of a deck that has several.", show_default=False),
+    ] = None,
     json: presentation.Json = False,
     plot: Annotated[
         Path | None,
@@ -43,4 +47,4 @@ def material(
     """
     from restitution.cli import material_report
 
-    material_report.material(source, list_, at, shift, json, plot)
+    material_report.show(source, list_, at, shift, material_name, json, plot)

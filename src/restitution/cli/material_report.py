@@ -8,10 +8,9 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from restitution.cli import presentation
 from restitution.cli.outcome import BadInput, user_input
@@ -36,46 +35,25 @@ class Report:
     data: RelaxationTable | DynamicTable | ShiftTable | None = None
 
 
-def material(
-    source: Annotated[
-        str | None,
-        typer.Argument(metavar="FILE|NAME", help="File, or material of the library.", show_default=False),
-    ] = None,
-    list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TEMPERATURE",
-            help='Temperature of the moduli, e.g. "20 degC" or 293.',
-            show_default=False,
-        ),
-    ] = None,
-    shift: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Shift factors over temperature, for a file of moduli.", show_default=False
-        ),
-    ] = None,
-    json: presentation.Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the moduli: .png, .pdf or .svg.", show_default=False),
-    ] = None,
+def show(
+    source: str | None,
+    in_list: bool,
+    at: str | None,
+    shift: Path | None,
+    material_name: str | None,
+    in_json: bool,
+    plot: Path | None,
 ) -> None:
-    """Read a material, whatever the kind of its file, and say what it is.
-
-    Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors and the
-    decks of ANSYS and Abaqus are read too. Of a case file, its materials.
-    """
+    """Show the material of a file or a name, or the list of the library."""
     presentation.check_target("--plot", plot, presentation.PICTURES)
     with user_input():
-        if list_:
-            _list(json)
+        if in_list:
+            _list(in_json)
             return
         if source is None:
             raise BadInput("material: give a file or a name, or --list")
-        reports = _reports(source, at, shift)
-    if json:
+        reports = _reports(source, at, shift, material_name)
+    if in_json:
         contents = [_content(report) for report in reports]
         _write(contents[0] if len(contents) == 1 else contents)
     else:
@@ -99,7 +77,7 @@ def _list(in_json: bool) -> None:
         )
 
 
-def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
+def _reports(source: str, at: str | None, shift: Path | None, name: str | None) -> list[Report]:
     """What a source says: one report, of a case file one for each of its materials."""
     from restitution.case.quantity import TEMPERATURE
     from restitution.material import library
@@ -109,7 +87,10 @@ def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
     law = None if shift is None else _law(shift)
     if law is not None and kelvin is None:
         raise BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
-    if source in library.names() and not Path(source).exists():
+    named = source in library.names() and not Path(source).exists()
+    if name is not None and (named or Path(source).suffix == ".toml"):
+        raise BadInput(f"--material-name {name}: {source} is no deck of a solver, whose materials have names")
+    if named:
         return [_of_material(library.get(source), source, "material of the library", kelvin, law)]
     if Path(source).suffix == ".toml":
         return _of_case(source, kelvin, law)
@@ -117,7 +98,7 @@ def _reports(source: str, at: str | None, shift: Path | None) -> list[Report]:
         raise BadInput(
             f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
         )
-    content = read(source)
+    content = read(source, name=name)
     if isinstance(content, ShiftTable):
         return [_of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
