@@ -1,8 +1,10 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import QuadMesh
 
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
@@ -177,8 +179,10 @@ def texts(ax) -> set[str]:
     return {text.get_text() for text in ax.texts}
 
 
-def test_planes_name_their_groups_and_label_isolines() -> None:
-    dataset = planes.compute(Computation(seed=1), 3, 41)
+# The isoline of e = 0.1 is short, and crossed by no line along which labels are sought.
+@pytest.mark.parametrize("n", [33, 41])
+def test_planes_name_their_groups_and_label_isolines(n: int) -> None:
+    dataset = planes.compute(Computation(seed=1), 3, n)
     (ax,) = planes.draw(dataset).axes
     assert r"\log_{10}\,p_2" in ax.get_xlabel()
     assert r"p_2 = G_\infty\,/\,G_1" in ax.get_xlabel()
@@ -209,6 +213,10 @@ def test_incompressibility_shows_both_measures_of_the_error() -> None:
     assert r"$(e - e_\mathrm{inc})\,/\,e_\mathrm{inc}$" in right.get_title()
     assert any(text.endswith("%") for text in texts(left))
     assert "100 %" in texts(right)
+    # Where the excess is negative, on the other side of its edge, the shading has a colour too: no steps along it.
+    (shading,) = [part for part in right.collections if isinstance(part, QuadMesh)]
+    assert np.asarray(shading.get_array()).min() < 0.0
+    assert not np.ma.is_masked(shading.norm(shading.get_array()))
 
 
 def test_collapse_shows_spread_against_tolerance() -> None:
@@ -216,5 +224,11 @@ def test_collapse_shows_spread_against_tolerance() -> None:
     viscosity, p3, spread = figure.axes
     assert viscosity.get_xlabel() == r"viscosity $\eta$ [Pa s]"
     assert "p_3" in p3.get_xlabel()
+    (points,) = p3.lines
+    for x, y in points.get_xydata():
+        # A point of 3.5 pt is whole within the frame.
+        assert (
+            p3.get_window_extent().padded(-1.75 / 72.0 * figure.dpi).contains(*p3.transData.transform((x, y)))
+        )
     assert "spread" in spread.get_xlabel()
     assert "tolerance" in [text.get_text() for text in spread.get_legend().get_texts()]

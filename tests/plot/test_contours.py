@@ -77,3 +77,25 @@ def test_labels_of_values_with_gaps(ax) -> None:
     )
     ((_, y_label),) = [text.get_position() for text in ax.texts]
     assert y_label == pytest.approx(0.5, abs=0.01)
+
+
+def test_labels_that_find_their_own_place_stay_within_the_frame(ax) -> None:
+    # Isolines that leave through the corners, where there is no room for a label, and long ones.
+    x = np.linspace(0.0, 1.0, 31)
+    levels = np.round(np.arange(0.02, 2.0, 0.04), 2).tolist()
+    contour_map(ax, x, x, np.add.outer(x, x), levels)
+    frame = ax.get_window_extent()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) > 25
+    for box in boxes:
+        assert frame.x0 < box.x0 < box.x1 < frame.x1
+        assert frame.y0 < box.y0 < box.y1 < frame.y1
+
+
+def test_what_the_given_lines_do_not_cross_is_labelled_too(ax) -> None:
+    x = np.linspace(-2.0, 2.0, 81)
+    two = np.minimum(np.hypot(*np.meshgrid(x + 1.0, x)), np.hypot(*np.meshgrid(x - 1.0, x)))
+    contour_map(ax, x, x, two, [0.5], label_along=[((1.0, 0.0), (1.0, 1.0))])
+    (first, second) = sorted(text.get_position()[0] for text in ax.texts)
+    assert second == pytest.approx(1.0, abs=0.01)
+    assert -1.5 <= first <= -0.5

@@ -11,7 +11,7 @@ import restitution as rs
 from restitution.plot.dataset import Layout, choose_layout, plot_sweep
 from restitution.plot.quantity import quantity
 from restitution.plot.style import save_figure
-from restitution.sweep.schema import OUTPUTS, input_variable
+from restitution.sweep.schema import INPUTS, OUTPUTS, input_variable
 
 
 def result(
@@ -114,6 +114,11 @@ def test_one_value_of_an_axis_is_shown_at_will() -> None:
     dataset = result({"velocity": line(50), "radius": line(11), "material": WORDS})
     figure = plot_sweep(dataset, at={"radius": 0.00152, "material": "steel"})
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), dataset.restitution_coefficient[:, 5, 1])
+
+
+def test_no_two_quantities_share_a_symbol() -> None:
+    symbols = [one.variable.symbol for one in INPUTS.values()] + [one.symbol for one in OUTPUTS.values()]
+    assert len(set(symbols)) == len(symbols)
 
 
 def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:

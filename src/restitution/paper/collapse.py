@@ -22,6 +22,8 @@ E_FLOOR = 1e-3
 """Below this restitution coefficient the solver's tolerance is absolute, `rtol * E_FLOOR`."""
 
 _SPREAD_FLOOR = 1e-17
+# Beside the points [decades].
+_MARGIN = 0.15
 
 
 def compute(computation: Computation, n: int, draws: int) -> xr.Dataset:
@@ -64,7 +66,8 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes[0].set_ylabel(RESTITUTION)
         axes[0].set_xlabel(r"viscosity $\eta$ [Pa s]")
         axes[1].set_xlabel(P3)
-        axes[1].set_xlim(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1])
+        # Points at the ends are to be seen whole.
+        axes[1].set_xlim(10.0 ** (LOG_P3_RANGE[0] - _MARGIN), 10.0 ** (LOG_P3_RANGE[1] + _MARGIN))
         _draw_spread(axes[2], dataset)
         for ax, letter in zip(axes, "abc", strict=True):
             style.panel_label(ax, f"({letter})")

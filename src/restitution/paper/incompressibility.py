@@ -77,8 +77,6 @@ def draw(dataset: xr.Dataset) -> Figure:
     x, y = np.log10(dataset["p2"].values), np.log10(dataset["p3"].values)
     error = 100.0 * dataset["relative_error"].transpose("p3", "p2").values
     excess = 100.0 * dataset["relative_excess"].transpose("p3", "p2").values
-    # On a logarithmic scale there is nothing to show where the incompressible value is the higher one.
-    excess = np.where(excess > 0.0, excess, np.nan)
     with style.context():
         figure = style.new_figure(style.PAGE_WIDTH, 4.0)
         left, right = (figure.add_subplot(1, 2, place) for place in (1, 2))
@@ -110,8 +108,10 @@ def draw(dataset: xr.Dataset) -> Figure:
             fmt="%g %%",
             label_along=_LABELS,
             cmap="YlOrBr",
-            norm=LogNorm(0.1, 1e4),
+            norm=LogNorm(0.1, 1e4, clip=True),
         )
+        # On a logarithmic scale there is nothing to show where the incompressible value is the higher one.
+        right.contourf(x, y, error, levels=[0.0, np.inf], colors="white")
         for ax in (left, right):
             ax.contour(x, y, error, levels=[0.0], colors="black", linewidths=1.6)
         right.text(-2.35, 1.6, r"$e_\mathrm{inc} > e$", ha="center", va="center")

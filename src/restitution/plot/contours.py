@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,39 @@ from restitution.plot import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Array = NDArray[np.float64]
 Segment = tuple[tuple[float, float], tuple[float, float]]
 
 _SAMPLES = 2001
 
 _LABEL_WIDTH = 26.0
 _LABEL_HEIGHT = 7.0
+_CHARACTER_WIDTH = 4.0
+_GAP = 4.0
 """Room that a label of 8 points takes [points]."""
+
+_STEP = 2.0
+"""Distance of the places on an isoline that may take its label [points]."""
+
+# Of a noisy map no reader wants them all.
+_MOST_LABELS = 60
+
+
+class _Label(NamedTuple):
+    """Where a label goes: in the numbers of the axes, and on the page [pixels]."""
+
+    level: float
+    place: Array
+    shown: Array
+
+
+class _Curve(NamedTuple):
+    """A connected part of an isoline on the page [pixels]."""
+
+    level: float
+    word: str
+    points: Array
+    length: float
 
 
 def contour_map(
@@ -50,7 +76,8 @@ def contour_map(
         The isolines' labels.
     label_along : sequence of pairs of points
         Straight lines ((x0, y0), (x1, y1)) along which isolines get their labels, where these do not touch
-        the frame nor, if avoidable, other labels and isolines. Without any, matplotlib finds the places.
+        the frame nor, if avoidable, other labels and isolines. What they do not cross is labelled where it
+        is straight and there is room, if it is long enough.
     cmap : str or matplotlib colormap, optional
         Colours of the shading; none if absent.
     norm : matplotlib.colors.Normalize, optional
@@ -91,27 +118,29 @@ def contour_map(
     # Labels are spaced and their gaps cut in the axes' final size, which the layout settles when drawn.
     figure: Any = ax.get_figure(root=True)
     figure.draw_without_rendering()
-    places: Any = False
-    if label_along:
-        places = _label_places(ax, x, y, z, reached, label_along)
+    labels = _label_places(ax, x, y, z, reached, label_along)
+    words = [fmt % level if isinstance(fmt, str) else fmt(level) for level in reached]
+    labels += _free_places(ax, lines.allsegs, reached, words, labels)
     # The gap beside a label counts in pixels.
-    spacing = round(2.0 / 72.0 * figure.dpi)
+    spacing = round(0.5 * _GAP / 72.0 * figure.dpi)
+    places: Any = [(float(label.place[0]), float(label.place[1])) for label in labels]
     ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=places)
     return ax
 
 
 def _label_places(
     ax: Axes,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    z: NDArray[np.float64],
+    x: Array,
+    y: Array,
+    z: Array,
     levels: Sequence[float],
     segments: Sequence[Segment],
-) -> list[tuple[float, float]]:
+) -> list[_Label]:
+    """Places on given lines."""
     point = ax.get_figure(root=True).dpi / 72.0  # pyright: ignore[reportOptionalMemberAccess]
     frame = ax.get_window_extent().padded(-_LABEL_WIDTH / 2 * point)
-    labels: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
-    passed: dict[float, list[tuple[float, NDArray[np.float64], NDArray[np.float64]]]] = {}
+    labels: list[_Label] = []
+    passed: dict[float, list[tuple[float, _Label]]] = {}
     for start, end in segments:
         points = np.linspace(start, end, _SAMPLES)
         along = _bilinear(x, y, z, points)
@@ -125,25 +154,76 @@ def _label_places(
         for n, (level, place) in enumerate(crossings):
             gap = min(np.hypot(*(np.delete(shown, n, axis=0) - shown[n]).T), default=np.inf) / point
             others = [
-                np.hypot(*(shown[n] - other)) / point - (_LABEL_WIDTH if level == same else 0.0)
-                for same, _, other in labels
+                np.hypot(*(shown[n] - other.shown)) / point - (_LABEL_WIDTH if level == other.level else 0.0)
+                for other in labels
             ]
             if not frame.contains(*shown[n]):
                 continue
             if gap > _LABEL_HEIGHT and min(others, default=np.inf) > 1.5 * _LABEL_HEIGHT:
-                labels.append((level, place, shown[n]))
+                labels.append(_Label(level, place, shown[n]))
             else:
-                passed.setdefault(level, []).append((gap, place, shown[n]))
+                passed.setdefault(level, []).append((gap, _Label(level, place, shown[n])))
     # An isoline that found no free place gets its least crowded one.
-    for level in set(passed) - {level for level, _, _ in labels}:
-        _, place, where = max(passed[level], key=lambda candidate: candidate[0])
-        labels.append((level, place, where))
-    return [(float(place[0]), float(place[1])) for _, place, _ in labels]
+    left = sorted(set(passed) - {label.level for label in labels})
+    return labels + [max(passed[level], key=lambda candidate: candidate[0])[1] for level in left]
 
 
-def _bilinear(
-    x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _free_places(
+    ax: Axes,
+    segments: Any,
+    levels: Sequence[float],
+    words: Sequence[str],
+    labels: Sequence[_Label],
+) -> list[_Label]:
+    """Places on lines that have no label yet: inside the frame, straight, away from other lines and labels."""
+    from scipy.spatial import KDTree
+
+    point = ax.get_figure(root=True).dpi / 72.0  # pyright: ignore[reportOptionalMemberAccess]
+    curves = [
+        _Curve(level, word, *_resampled(ax.transData.transform(segment), _STEP * point))
+        for level, word, parts in zip(levels, words, segments, strict=True)
+        for segment in parts
+        if len(segment) > 1
+    ]
+    labelled = {
+        min(
+            (n for n, curve in enumerate(curves) if curve.level == label.level),
+            key=lambda n: float(np.hypot(*(curves[n].points - label.shown).T).min()),
+        )
+        for label in labels
+    }
+    found: list[_Label] = []
+    longest = sorted(range(len(curves)), key=lambda n: -curves[n].length)[:_MOST_LABELS]
+    for n in longest:
+        curve = curves[n]
+        half = 0.5 * (_CHARACTER_WIDTH * len(curve.word) + _GAP) * point
+        frame = ax.get_window_extent().padded(-half)
+        free = np.array([frame.contains(*one) for one in curve.points])
+        if n in labelled or curve.length < 4.0 * half or not free.any():
+            continue
+        others = [other.points for m, other in enumerate(curves) if m != n]
+        taken = [label.shown for label in (*labels, *found)]
+        reach = round(half / (_STEP * point))
+        ends = np.clip(np.arange(len(free))[:, None] + [-reach, reach], 0, len(free) - 1)
+        chord = np.hypot(*(curve.points[ends[:, 1]] - curve.points[ends[:, 0]]).T) / (2.0 * half)
+        score = 4.0 * np.minimum(chord, 1.0) - np.abs(np.linspace(-0.5, 0.5, len(free)))
+        for obstacles, room in ((others, 1.5 * _LABEL_HEIGHT * point), (taken, 3.0 * half)):
+            if obstacles:
+                away, _ = KDTree(np.vstack(obstacles)).query(curve.points, distance_upper_bound=room)
+                score += np.minimum(away, room) / room
+        best = curve.points[int(np.argmax(np.where(free, score, -np.inf)))]
+        found.append(_Label(curve.level, ax.transData.inverted().transform(best), best))
+    return sorted(found, key=lambda label: label.level)
+
+
+def _resampled(points: Array, step: float) -> tuple[Array, float]:
+    """Points at equal distances along a broken line, and its length."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    places = np.linspace(0.0, along[-1], max(2, int(along[-1] / step) + 1))
+    return np.column_stack([np.interp(places, along, column) for column in points.T]), float(along[-1])
+
+
+def _bilinear(x: Array, y: Array, z: Array, points: Array) -> Array:
     column = np.clip(np.searchsorted(x, points[:, 0]) - 1, 0, x.size - 2)
     row = np.clip(np.searchsorted(y, points[:, 1]) - 1, 0, y.size - 2)
     right = (points[:, 0] - x[column]) / (x[column + 1] - x[column])

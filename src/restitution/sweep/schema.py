@@ -86,7 +86,8 @@ INPUTS = {
         _positive("radius", "m", "radius", r"$R$"),
         _nonnegative("force", "N", "constant force", r"$F_0$"),
         _positive("half_angle", "rad", "half angle of the cone", r"$\alpha$"),
-        _positive("temperature", "K", "temperature", r"$T$"),
+        # T is the contact time, with which a picture may show it.
+        _positive("temperature", "K", "temperature", r"$\theta$"),
         _between(-1.0, 0.5, "poisson_ratio", "1", "static Poisson ratio", r"$\nu$"),
         _between(0.0, float("inf"), "bulk_modulus", "Pa", "bulk modulus", r"$K$"),
         _nonnegative("equilibrium_modulus", "Pa", "shear modulus at equilibrium", r"$G_\infty$"),
