@@ -1,0 +1,85 @@
+"""The page on materials: its code runs, and what it says of the measured polymers is so."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case.file import read_case
+from restitution.material.fit import fit_prony
+from restitution.material.readers import read
+
+PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in blocks("python"):
+        exec(compile(block, "materials.md", "exec"), names)
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith("True ")
+    assert printed[1] == "temperature = 500 K: must be in [202, 400] K, the range of the law"
+    assert printed[2].startswith("(202.0, 400.0) ")
+
+
+@pytest.mark.parametrize("block", blocks("toml"))
+def test_materials_of_case_files_are_read(block, tmp_path):
+    case = '[body]\nmass = "1 g"\nradius = "1 mm"\n[impact]\nvelocity = "1 cm/s"\n'
+    (tmp_path / "case.toml").write_text(case + block)
+    (tmp_path / "deck.inp").write_text(
+        "*MATERIAL, NAME=rubber\n*ELASTIC\n9, .4\n*VISCOELASTIC, TIME=PRONY\n.5, 0, 2\n*MATERIAL, NAME=steel\n"
+    )
+    assert read_case(tmp_path / "case.toml").impact.material.shear.n_branches > 0
+
+
+def rms(values):
+    return np.sqrt(np.mean(np.abs(values) ** 2))
+
+
+def test_table_of_the_dynamic_data(shared_reference):
+    folder = shared_reference / "materials"
+    data = read(folder / "polymer_dma_master_curve.csv")
+    omega, measured = data.angular_frequency, data.storage_modulus + 1j * data.loss_modulus
+    shares = read(folder / "polymer_ansys_prony.MPL").shear.series(instantaneous_modulus=1.0)
+    size = np.abs(measured)
+    per_unit = shares.carson_transform(1j * omega) / size
+    best = np.vdot(per_unit, measured / size).real / np.vdot(per_unit, per_unit).real
+    fits = fit_prony(data), fit_prony(data, loss_weight=1.0)
+    found = [
+        fits[0].series, shares.scaled(data.storage_modulus.max()), shares.scaled(best), fits[1].series
+    ]  # fmt: skip
+    rows = re.findall(r"^\|[^|]+\| (\d+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
+    assert len(rows) == 4
+    for series, row in zip(found, rows, strict=True):
+        moduli = series.carson_transform(1j * omega)
+        misfits = [
+            rms((moduli - measured) / size),
+            rms(moduli.real / measured.real - 1.0),
+            rms(moduli.imag / measured.imag - 1.0),
+        ]
+        assert series.n_branches == int(row[0])
+        assert misfits == pytest.approx([float(number) for number in row[1:]], abs=6e-5)
+    ratio = fits[0].series.loss_modulus(omega) / data.loss_modulus
+    assert f"at {(ratio < 0.7).sum()} of the {omega.size} frequencies" in PAGE
+    assert f"{(ratio[omega < 1.0] < 0.7).sum()} of them below 1 rad/s" in PAGE
+    assert round(1.0 - ratio.min(), 1) == 0.9
+    for decade, lowness in ((0, 0.16), (3, 0.10), (6, 0.13)):
+        inside = (omega >= 10.0**decade) & (omega < 10.0 ** (decade + 3))
+        assert 1.0 - ratio[inside].mean() == pytest.approx(lowness, abs=6e-3)
+    plateau = (omega >= 1e-9) & (omega < 1e-6)
+    slope = np.polyfit(np.log(omega[plateau]), data.storage_modulus[plateau], 1)[0] * np.pi / 2.0
+    assert [slope, data.loss_modulus[plateau].mean()] == pytest.approx([2e6, 11e6], abs=0.5e6)
+
+
+def test_more_weight_on_the_loss_modulus(shared_reference):
+    data = read(shared_reference / "materials" / "polymer_dma_master_curve.csv")
+    with pytest.warns(UserWarning, match=r"relative misfit 0\.144 of the fit"):
+        fit = fit_prony(data, loss_weight=4.0)
+    ratio = fit.series.loss_modulus(data.angular_frequency) / data.loss_modulus
+    assert (round(fit.misfit, 2), round(rms(ratio - 1.0), 2)) == (0.14, 0.35)
