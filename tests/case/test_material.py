@@ -333,7 +333,7 @@ FILES = {
         ('file = "deck.inp"', ": youngs_modulus: must be given, as deck.inp does not say it"),
         (
             'file = "relaxation.csv"\nbulk_modulus = inf',
-            '.file = "relaxation.csv": 2 times up to 2 s: must be at least 4 over half a decade or more',
+            '.file = "relaxation.csv": number of times = 2, up to 2 s: must be >= 4, over half a decade or more',
         ),
         (
             'file = "relaxation.csv"\nmaterial_name = "A"\nbulk_modulus = inf',

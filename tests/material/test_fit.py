@@ -93,13 +93,16 @@ def test_time_zero_counts_but_does_not_stretch_the_window():
     [
         (
             RelaxationTable(np.array([1.0, 10.0, 100.0]), np.ones(3), source="a.csv"),
-            "^a.csv: 3 times up to 100 s: must be at least 4 over half a decade or more$",
+            "^a.csv: number of times = 3, up to 100 s: must be >= 4, over half a decade or more$",
         ),
         (
             RelaxationTable(np.array([1.0, 1.1, 1.2, 1.3]), np.ones(4)),
-            "^4 times up to 1.3 s: must .* half a decade",
+            "^number of times = 4, up to 1.3 s: must .* half a decade",
         ),
-        (DynamicTable(np.array([2.0]), np.ones(1), np.ones(1)), "^1 frequencies up to 2 rad/s: must"),
+        (
+            DynamicTable(np.array([2.0]), np.ones(1), np.ones(1)),
+            "^number of frequencies = 1, up to 2 rad/s: must",
+        ),
     ],
 )
 def test_too_few_data(data, message):

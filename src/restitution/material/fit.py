@@ -175,9 +175,11 @@ class _Problem:
         inside = points[points > 0]
         if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
             what, unit = ("frequencies", "rad/s") if dynamic else ("times", "s")
-            span = f" up to {points[-1]:.4g} {unit}" if points.size else ""
+            span = f", up to {points[-1]:.4g} {unit}" if points.size else ""
             raise FileError(
-                data.source, 0, f"{points.size} {what}{span}: must be at least 4 over half a decade or more"
+                data.source,
+                0,
+                f"number of {what} = {points.size}{span}: must be >= 4, over half a decade or more",
             )
         ends = float(inside[0]), float(inside[-1])
         window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
