@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -87,3 +89,17 @@ def test_no_axis_is_one_point() -> None:
 def test_what_is_refused(axes: dict[str, object], chunk: object, message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         make_grid(axes, chunk)  # type: ignore[arg-type]
+
+
+def test_chunks_of_long_axes_come_one_by_one() -> None:
+    grid = make_grid({"velocity": Linear(1.0, 2.0, 10**8), "mass": Linear(1.0, 2.0, 10**6)}, chunk=1000)
+    assert grid.n_chunks == 10**11
+    tracemalloc.start()
+    try:
+        chunks = grid.chunks()
+        first = [next(chunks) for _ in range(1001)]
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (first[0], first[999], first[1000]) == ((0, 0), (0, 999), (1, 0))
+    assert most < 1e6

@@ -73,7 +73,7 @@ class Grid:
 
     def chunks(self) -> Iterator[Index]:
         """Indices of all chunks, the last dimension running fastest."""
-        return np.ndindex(*self.chunk_counts)
+        return _indices(self.chunk_counts)
 
     def region(self, index: Index) -> tuple[slice, ...]:
         """Where a chunk lies."""
@@ -190,6 +190,16 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
             made[name] = axis
     shape = tuple(axis.size for axis in made.values())
     return Grid(made, fixed, _chunk_shape(tuple(made), shape, chunk))
+
+
+def _indices(counts: tuple[int, ...]) -> Iterator[Index]:
+    # As np.ndindex, which newer versions of NumPy give a list of each dimension.
+    if not counts:
+        yield ()
+        return
+    for first in range(counts[0]):
+        for rest in _indices(counts[1:]):
+            yield (first, *rest)
 
 
 def _chunk_shape(
