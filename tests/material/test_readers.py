@@ -188,7 +188,9 @@ def test_one_of_several_materials_of_a_deck_by_its_name():
     second = (
         ANSYS.replace("PRON,1", "PRON,2").replace("MP,EX,1,9e6", "MP,EX,2,18e6").replace("NUXY,1", "NUXY,2")
     )
+    second = second.replace("TBDATA,1,0.1", "TBDATA,1,0.4")
     both = parse(ANSYS + second, name="2")
+    assert both.shear.moduli.tolist() == [0.4, 0.2, 0.3]
     assert (both.youngs_modulus, both.density, both.name) == (18e6, None, "2")
     assert parse(ANSYS + second, name="1").material() == parse(ANSYS).material()
 
