@@ -189,6 +189,12 @@ def test_incompressible_is_a_bulk_modulus() -> None:
     result = sweep(text + '[axes]\nbulk_modulus = ["5 MPa", "incompressible"]\nvelocity = [1]\n')
     case = BODY + IMPACT + SOLID.replace("0.45", "0.5")
     check(result.sel(bulk_modulus=np.inf), case, {"velocity": "impact.velocity"})
+    # One of the other body is a key of the case.
+    counter = '[counter_material]\nshear = "10 MPa"\n'
+    axes = '[axes]\ncounter_material.bulk_modulus = ["1 GPa", "incompressible"]\nvelocity = [1]\n'
+    result = sweep(BODY + IMPACT + SOLID + counter + axes)
+    case = BODY + IMPACT + SOLID + counter + "poisson_ratio = 0.5\n"
+    check(result.isel({"counter_material.bulk_modulus": 1}), case, {"velocity": "impact.velocity"})
 
 
 def test_groups_of_the_paper() -> None:

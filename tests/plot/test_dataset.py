@@ -142,8 +142,19 @@ def test_values_that_all_points_share_are_said_on_lines_that_fit() -> None:
 
 
 def test_slices_lie_on_the_axis() -> None:
-    dataset = result({"velocity": line(50), "bulk_modulus": [1e6, np.inf], "radius": line(3)})
+    dataset = result({"velocity": line(50), "bulk_modulus": [1e6, 2e6, np.inf], "radius": line(3)})
     assert plot_sweep(dataset, at={"velocity": 0.002 * (1 + 1e-9), "bulk_modulus": np.inf}) is not None
+    for choice in (
+        {},
+        {"x": "bulk_modulus"},
+        {"x": "velocity", "y": "radius", "at": {"bulk_modulus": np.inf}},
+    ):
+        plot_sweep(dataset, **choice)  # type: ignore[arg-type]
+    assert plot_sweep(dataset, at={"bulk_modulus": np.inf}).get_suptitle() == "$K$ = $\\infty$"
+    ax = plot_sweep(dataset, x="bulk_modulus", at={"velocity": 0.001, "radius": 0.001}).axes[0]
+    assert np.asarray(ax.lines[0].get_xdata()).tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match=r"^axis 'bulk_modulus': has too few finite values to draw over$"):
+        plot_sweep(dataset.isel(bulk_modulus=[0, 2]), x="velocity", y="bulk_modulus")
     for value in (0.0009, 0.0021, np.nan, np.inf):
         with pytest.raises(
             ValueError, match=r"^at velocity = .* m/s: must lie on the axis, from 0.001 to 0.002 m/s$"

@@ -133,9 +133,10 @@ def value_in_si(where: str, place: str, given: Any) -> Any:
     """Return a number in SI where the quantity is known, anything else as it stands."""
     if isinstance(given, int | float) and not isinstance(given, bool):
         return float(given)
-    if given == "incompressible" and place == "material.bulk_modulus":
+    key = place.rpartition(".")[2].partition("[")[0]
+    if given == "incompressible" and key == "bulk_modulus":
         return math.inf
-    kind = _KINDS.get(place.rpartition(".")[2].partition("[")[0])
+    kind = _KINDS.get(key)
     if isinstance(given, str) and kind is not None and given != "incompressible":
         try:
             return to_si(given, kind)

@@ -122,7 +122,7 @@ def plot_sweep(
     for dimension in layout.rest:
         dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})
     names = list(outputs) or (known[:1] if layout.slices else known)
-    dataset = _thinned(dataset[names], layout)
+    dataset = _thinned(_finite(dataset[names], layout), layout)
     with style.context():
         figure = (
             _draws_figure(dataset, names, layout)
@@ -221,6 +221,16 @@ def _nearest(axis: xr.DataArray, value: Any) -> int:
     with np.errstate(invalid="ignore"):
         away = np.abs(values - float(value))
     return int(np.argmin(np.where(values == value, 0.0, away)))
+
+
+def _finite(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
+    """Leave out what lies at infinity, as what is incompressible does along an axis of bulk moduli."""
+    for name in (layout.x, layout.y if layout.kind == "map" else None):
+        if name is not None and np.issubdtype(dataset[name].dtype, np.number):
+            dataset = dataset.isel({name: np.isfinite(dataset[name].values)})
+            if dataset.sizes[name] < (2 if layout.kind == "map" else 1):
+                raise ValueError(f"axis {name!r}: has too few finite values to draw over")
+    return dataset
 
 
 def _thinned(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:

@@ -44,6 +44,9 @@ class Quantity(NamedTuple):
 
     def value_label(self, place: int) -> str:
         """Return one of its values in words, for a legend or a title."""
+        if np.isnan(self.values[place]):
+            # Axes have infinite values, as the bulk modulus of what is incompressible, and no others of this kind.
+            return rf"{self.short} = $\infty$"
         number = f"{self.short} = {self.values[place]:.4g}"
         return f"{number} {self.unit}" if self.unit else number
 
