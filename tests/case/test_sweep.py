@@ -340,6 +340,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + AXES + "[solver]\nmethod = 'elements'\n", 'solver.method = "elements": must be "exact" in a sweep'),
         ("[axes]\nnu = 0.3\np3 = [1]\n", "axes: p2: is missing; or give body, material and impact"),
         (BODY + AXES, "material: the section is missing"),
+        (BODY + IMPACT + "[material]\nlibrary = 'epoxy'\n[axes]\np2 = [1]\n", "axes.p2: belongs to a standard solid, which"),
     ],
 )  # fmt: skip
 def test_what_is_refused(text: str, message: str) -> None:

@@ -238,6 +238,8 @@ def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str
     if place in columns and place in _BY_WAY_OF:
         case.setdefault("material", {}).setdefault(_BY_WAY_OF[place], 1.0)
         return
+    if place in ("p2", "p3"):
+        raise ValueError("belongs to a standard solid, which the material is not")
     for rivals in _RIVALS:
         for other in rivals if place in rivals else ():
             section, _, key = other.partition(".")
