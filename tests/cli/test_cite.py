@@ -72,7 +72,7 @@ def test_indentations_and_sweeps() -> None:
     assert "@article{catsiff1955," in text
     assert "@article{love1939," in text
     assert "hairer1996" not in text
-    axes = '[axes]\n"impact.velocity" = { linear = ["0.1 m/s", "1 m/s"], n = 3 }\n'
+    axes = '[axes]\nimpact.velocity = { linear = ["0.1 m/s", "1 m/s"], n = 3 }\n'
     Path("sweep.toml").write_text(CASE.replace('[impact]\nvelocity = "1 m/s"\n', "") + axes)
     answer = run("sweep.toml")
     assert answer.exit_code == 0, answer.stderr
