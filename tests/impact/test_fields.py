@@ -2,6 +2,7 @@
 
 import functools
 import math
+from functools import lru_cache
 import re
 from itertools import pairwise
 
@@ -53,8 +54,12 @@ def motion(result: ImpactResult, t) -> dict[str, np.ndarray]:
     return {key: found[key].values for key in found.data_vars}
 
 
+# Takes a while for hundreds of nodes.
+legendre = lru_cache(np.polynomial.legendre.leggauss)
+
+
 def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
-    nodes, weights = np.polynomial.legendre.leggauss(n)
+    nodes, weights = legendre(n)
     return low + 0.5 * (high - low) * (nodes + 1.0), 0.5 * (high - low) * weights
 
 

@@ -228,7 +228,7 @@ def bounces(
     >>> impact = rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5)
     >>> found = rs.bounces(impact)
     >>> print(found.ended, found.n_bounces, found.height[:3].round(4))
-    captured 29 [0.3141 0.2002 0.1292]
+    captured 29 [0.3141 0.2002 0.1293]
     """
     if not isinstance(impact, Impact):
         raise TypeError(f"impact = {impact!r}: must be an Impact")
