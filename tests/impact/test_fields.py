@@ -2,7 +2,6 @@
 
 import functools
 import math
-from functools import lru_cache
 import re
 from itertools import pairwise
 
@@ -55,7 +54,7 @@ def motion(result: ImpactResult, t) -> dict[str, np.ndarray]:
 
 
 # Takes a while for hundreds of nodes.
-legendre = lru_cache(np.polynomial.legendre.leggauss)
+legendre = functools.lru_cache(np.polynomial.legendre.leggauss)
 
 
 def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
