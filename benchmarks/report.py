@@ -90,7 +90,7 @@ def machine(results: dict[str, Any]) -> str:
     minutes = results["seconds"] / 60.0
     return (
         f"{found['processor']}, {found['cores']} cores, {found['system']}; {words}. "
-        f"One run of {minutes:.0f} minutes; at most {load:.1f} processes were running or waiting on the average of a "
+        f"{minutes:.0f} minutes in all; at most {load:.1f} processes were running or waiting on the average of a "
         "minute, ours included."
     )
 

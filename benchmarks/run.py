@@ -99,6 +99,7 @@ def measure(given: argparse.Namespace) -> None:
     if given.only:
         results = json.loads(given.out.read_text(encoding="utf-8"))
     results["machine"] = describe()._asdict()
+    before = results.get("seconds", 0.0)
     begin = time.perf_counter()
 
     def note(line: str) -> None:
@@ -112,7 +113,7 @@ def measure(given: argparse.Namespace) -> None:
         # What else ran: 1 is one thread that is always busy, ours.
         results.setdefault("load", {})[name] = os.getloadavg()[0]
         given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
-    results["seconds"] = time.perf_counter() - begin
+    results["seconds"] = before + time.perf_counter() - begin
     given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
 
 
