@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from threading import Event, Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -130,17 +131,32 @@ def solve_scaled(
         return np.hstack([outcomes, energies])
     # The first chunk alone compiles; threads that start together would each do so.
     done = run(0, _CHUNK)
+    todo, lock, stop = _chunks(block.size, _CHUNK), Lock(), Event()
+
+    def work() -> None:
+        nonlocal done
+        while not stop.is_set():
+            with lock:
+                part = next(todo, None)
+            if part is None:
+                return
+            count = run(*part)
+            with lock:
+                done += count
+
     with ThreadPoolExecutor(workers) as pool:
-        pending = {pool.submit(run, start, stop) for start, stop in _chunks(block.size, _CHUNK)}
         try:
+            # A future for each thread, not for each chunk: an interrupt while `wait` holds the locks of thousands would
+            # leave some of them locked for ever.
+            pending = {pool.submit(work) for _ in range(workers)}
             while pending:
-                finished, pending = wait(pending, timeout=0.2, return_when="FIRST_COMPLETED")
-                done += sum(future.result() for future in finished)
+                finished, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    future.result()
                 if progress is not None:
                     progress(done, block.size)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        finally:
+            stop.set()
     return np.hstack([outcomes, energies])
 
 
