@@ -445,7 +445,9 @@ def test_a_terminal_that_knows_no_greek_is_no_reason_to_fail(tmp_path: Path) -> 
 
 def test_ctrl_c_ends_by_its_signal_and_with_one_line(folder: Path) -> None:
     code = (
-        "import sys, time; sys.argv = ['restitution', 'solve', 'ball.toml']\n"
+        "import signal, sys, time; sys.argv = ['restitution', 'solve', 'ball.toml']\n"
+        # A shell that runs the tests in the background has the signal ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from restitution.impact import solve\n"
         "solve.solve = lambda impact, **options: (print('solving', flush=True), time.sleep(60))\n"
         "from restitution.cli.main import main; main()"

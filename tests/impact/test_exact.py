@@ -188,7 +188,9 @@ def test_columns_are_the_impacts() -> None:
 @pytest.mark.parametrize("workers", [1, 2])
 def test_ctrl_c_ends_a_long_call_at_once(workers: int) -> None:
     script = (
-        "import sys, time\n"
+        "import signal, sys, time\n"
+        # A shell that runs the tests in the background has the signal ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import numpy as np\n"
         "from restitution.impact.solve import standard_solid_restitution as e\n"
         "e(0.3, 0.1, 1.0)\n"

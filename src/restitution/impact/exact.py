@@ -131,6 +131,8 @@ def solve_scaled(
         return np.hstack([outcomes, energies])
     # The first chunk alone compiles; threads that start together would each do so.
     done = run(0, _CHUNK)
+    if progress is not None:
+        progress(done, block.size)
     todo, lock, stop = _chunks(block.size, _CHUNK), Lock(), Event()
 
     def work() -> None:
