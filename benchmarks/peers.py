@@ -7,6 +7,7 @@ import math
 import os
 import subprocess
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -92,19 +93,23 @@ def elements(count: int, errors: list[float], longest: float, note: Note) -> dic
         impact = rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=1.0)
         depth = float(rs.solve(impact).max_indentation_depth)
 
-        def in_numpy(many: int) -> float:
-            try:
-                return rs.solve(impact, method="elements", n_elements=many).restitution_coefficient  # noqa: B023
-            except ValueError:
-                return math.nan
-
-        def compiled(many: int) -> float:
-            return compiled_elements.restitution(nu, p2, p3, depth, many, 10**8)[0]  # noqa: B023
-
-        for (name, rows), method in zip(found.items(), (in_numpy, compiled), strict=True):
+        methods = (partial(_in_numpy, impact), partial(_compiled, nu, p2, p3, depth))
+        for (name, rows), method in zip(found.items(), methods, strict=True):
             rows.append(_refined(method, float(exact[n]), errors, longest))
             note(f"{name}, {n + 1} of {count}: {rows[-1]}")
     return found
+
+
+def _in_numpy(impact: rs.Impact, many: int) -> float:
+    """Restitution coefficient by so many elements; NaN where they need too many steps."""
+    try:
+        return rs.solve(impact, method="elements", n_elements=many).restitution_coefficient
+    except ValueError:
+        return math.nan
+
+
+def _compiled(nu: float, p2: float, p3: float, depth: float, many: int) -> float:
+    return compiled_elements.restitution(nu, p2, p3, depth, many, 10**8)[0]
 
 
 def _refined(
@@ -173,7 +178,7 @@ def lammps(python: Path, pairs: int, steps: list[int], repeats: int, note: Note)
     here = []
     for rtol in (1e-4, 1e-8):
         e = rs.solve(collision, rtol=rtol, workers=1).restitution_coefficient
-        seconds = best(lambda: rs.solve(collision, rtol=rtol, workers=1), repeats) / pairs  # noqa: B023
+        seconds = best(partial(rs.solve, collision, rtol=rtol, workers=1), repeats) / pairs
         here.append({"rtol": rtol, "seconds": seconds, "error": float(np.abs(e - exact).max())})
         note(f"ours {rtol:g}: {1e6 * seconds:.1f} us")
     return found | {"loss": LOSS, "pairs": pairs, "law": law, "exact": float(exact[0]), "ours": here}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -69,10 +70,10 @@ def profiles(materials: int, masses: int, repeats: int, note: Note) -> list[dict
     for name, profile in tips().items():
         problems = of_profile(profile, materials, masses)
         exact, found = problems.solve(1e-11), problems.solve(RTOL)
-        seconds = best(lambda: problems.solve(RTOL), repeats) / problems.size  # noqa: B023
+        seconds = best(partial(problems.solve, RTOL), repeats) / problems.size
         table = 0.0
         if profile.path_exponent is None:
-            table = best(lambda: path_table(profile, 4.0), repeats)  # noqa: B023
+            table = best(partial(path_table, profile, 4.0), repeats)
         error = float((np.abs(found - exact) / np.maximum(exact, 1e-3)).max())
         rows.append({"profile": name, "seconds": seconds, "table": table, "error": error, "masses": masses})
         note(f"{name}: {1e6 * seconds:.1f} us, {error:.1e}, table {1e3 * table:.2f} ms")
@@ -85,7 +86,7 @@ def terms(counts: Sequence[int], masses: int, repeats: int, note: Note) -> list[
     for count in counts:
         problems = even_prony(count, masses)
         problems.solve(RTOL)
-        seconds = best(lambda: problems.solve(RTOL), repeats) / masses  # noqa: B023
+        seconds = best(partial(problems.solve, RTOL), repeats) / masses
         rows.append({"terms": count, "seconds": seconds})
         note(f"{count} terms: {1e6 * seconds:.1f} us")
     return rows
@@ -98,7 +99,7 @@ def tolerances(points: int, repeats: int, note: Note) -> list[dict[str, Any]]:
     rows = []
     for exponent in range(4, 13):
         rtol = 10.0**-exponent
-        seconds = best(lambda: problems.solve(rtol), repeats) / points  # noqa: B023
+        seconds = best(partial(problems.solve, rtol), repeats) / points
         error = np.abs(problems.solve(rtol) - exact)
         share = float((error / (rtol * np.maximum(exact, 1e-3))).max())
         rows.append({"rtol": rtol, "seconds": seconds, "error": float(error.max()), "share": share})
@@ -113,7 +114,7 @@ def sizes(counts: Sequence[int], note: Note) -> list[dict[str, Any]]:
         problems = plane(count)
         # As often as fits into some seconds.
         repeats = min(50, max(1, 200_000 // count))
-        seconds = best(lambda: problems.solve(RTOL), repeats)  # noqa: B023
+        seconds = best(partial(problems.solve, RTOL), repeats)
         rows.append({"points": count, "seconds": seconds})
         note(f"{count} points: {seconds:.3g} s")
     return rows

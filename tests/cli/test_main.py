@@ -261,7 +261,7 @@ def test_times_outside_the_contact_are_refused(folder: Path, monkeypatch: pytest
     answer = run("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "1 s", "--json")
     assert answer.exit_code == 2
     assert (
-        answer.stderr == "error: --pressure-at '1 s': must be within the contact, which lasts 0.00123457 s\n"
+        answer.stderr == 'error: --pressure-at "1 s": must be within the contact, which lasts 0.00123457 s\n'
     )
     assert answer.stdout == ""
 

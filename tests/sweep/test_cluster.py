@@ -214,8 +214,7 @@ def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
             time.sleep(0.02)
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=100)
-    assert out == ""
-    assert "Traceback" not in err
-    assert err.endswith(
-        "note: o.zarr: the same command resumes\nerror: interrupted; every file written is whole\n"
+    assert (out, err) == (
+        "",
+        "note: o.zarr: the same command resumes\nerror: interrupted; every file written is whole\n",
     )

@@ -128,7 +128,7 @@ def solve(
         for text, time in zip(pressure_at or [], times, strict=True):
             if result.status == Status.SEPARATED and not 0.0 <= time <= result.contact_time:
                 raise BadInput(
-                    f"--pressure-at {text!r}: must be within the contact, which lasts {result.contact_time:.6g} s"
+                    f'--pressure-at "{text}": must be within the contact, which lasts {result.contact_time:.6g} s'
                 )
     presentation.show(result, problem.title or str(case), in_json=json)
     if not json:

@@ -67,11 +67,15 @@ def surrogate(
     presentation.check_target("--plot", plot, presentation.PICTURES)
     presentation.check_target("--out", out, (_SAVED,))
     with user_input():
-        speeds = [_speed("--at", text) for text in at or ()]
+        from restitution.case.quantity import VELOCITY
+
+        speeds = [presentation.read_quantity("--at", text, VELOCITY) for text in at or ()]
         if source.suffix.lower() == _SAVED:
             made, notes = _saved(source, {"--velocity": velocity, "--rtol": rtol, "--out": out}), []
         else:
-            low, high = (_speed("--velocity", text) for text in velocity or _RANGE)
+            low, high = (
+                presentation.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE
+            )
             made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
@@ -123,18 +127,6 @@ def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
     from restitution.impact.window import for_contact
 
     return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))
-
-
-def _speed(option: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        from restitution.case.quantity import VELOCITY, to_si
-
-        try:
-            return to_si(text, VELOCITY)
-        except ValueError as error:
-            raise BadInput(f"{option} {text}: {error}") from None
 
 
 def _as_json(made: Surrogate, rows: list[tuple[float, ...]]) -> str:

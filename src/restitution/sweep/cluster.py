@@ -171,7 +171,8 @@ def _client(cluster: Any, workers: int | None) -> Generator[Any]:
         options: dict[str, Any] = {
             "threads_per_worker": 1,
             "dashboard_address": ":0",
-            "silence_logs": logging.ERROR,
+            # What matters comes through the client, in one line.
+            "silence_logs": logging.CRITICAL,
         }
         with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
             client.register_plugin(_left_to_the_client())
