@@ -7,9 +7,12 @@ import pytest
 
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated
+from restitution.impact.exact import element_tolerance, kernel_path, path_tolerance
 from restitution.impact.problem import Impact
+from restitution.impact.scaling import scale
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
+from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
@@ -34,3 +37,43 @@ def test_same_ending_under_a_weight(series, force, status):
     )
     assert table.status is parabola.status is status
     assert table.restitution_coefficient == pytest.approx(parabola.restitution_coefficient, rel=2e-8)
+
+
+def rough_tip(seed: int) -> Tabulated:
+    """Few points whose steepness changes from one to the next."""
+    random = np.random.default_rng([seed, 7])
+    r = np.linspace(0.0, 12.0, random.integers(6, 30))
+    f = np.maximum.accumulate(0.5 * r**2 * np.exp(np.cumsum(random.normal(0.0, 0.05, r.size)))) + 1e-6 * r
+    return Tabulated(r, f)
+
+
+def noisy_tip(seed: int) -> Tabulated:
+    """Many points of a paraboloid, with noise."""
+    random = np.random.default_rng([seed, 7])
+    r = np.linspace(0.0, 12.0, random.integers(30, 200))
+    return Tabulated(r, 0.5 * r**2 * (1.0 + 10.0 ** random.uniform(-8.0, -3.0) * random.normal(size=r.size)))
+
+
+# Of 600 tips those with the largest errors.
+@pytest.mark.parametrize("profile", [rough_tip(56), rough_tip(86), noisy_tip(84), noisy_tip(85)])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
+def test_the_tolerance_holds_on_a_rough_surface(profile: Tabulated, rtol: float) -> None:
+    depth = 10.0 ** np.linspace(-1.5, 0.2, 60)
+    mass = profile.contact_radius(depth) * depth**2
+    impact = Impact(standard_solid(1.0, 3.0, 1.0, poisson_ratio=0.5), profile, mass=mass, velocity=1.0)
+    wanted = solve(impact, rtol=1e-12).restitution_coefficient
+    found = solve(impact, rtol=rtol).restitution_coefficient
+    assert np.all(np.abs(found - wanted) < rtol * np.maximum(wanted, 1e-3))
+
+
+def test_points_close_to_each_other_are_no_kinks() -> None:
+    # A table good to 1e-12 would follow every joint of the spline, and impacts take small steps over them.
+    r = np.linspace(0.0, 12.0, 241)
+    smooth = Tabulated(r, np.hypot(1.0, r) - 1.0)
+    depth = np.array([0.3, 3.0])
+    for profile, kinks in ((smooth, False), (rough_tip(56), True)):
+        mass = profile.contact_radius(depth) * depth**2
+        block = scale(
+            Impact(Material(PronySeries(1.0, [3.0], [0.5]), math.inf), profile, mass, 1.0), rtol=1e-8
+        )
+        assert (path_tolerance(1e-8, kernel_path(block)) < element_tolerance(1e-8)) is kinks

@@ -52,9 +52,9 @@ def path_tolerance(rtol: float, path: Path) -> float:
         return tolerance
     widths = np.diff(path.edges)
     if np.any(widths < np.maximum(_SMOOTH_PLACE * path.edges[1:], _SMOOTH_CELL * path.end)):
-        return min(tolerance, max(0.1 * rtol, 1e-13))
+        return min(tolerance, max(0.05 * rtol, 1e-13))
     # The edge of a flat face is a weaker one.
-    return min(tolerance, 2.0 * rtol) if path.radius[0, 0] > 0.0 else tolerance
+    return min(tolerance, rtol) if path.radius[0, 0] > 0.0 else tolerance
 
 
 def newton_tolerance(rtol: float) -> float:

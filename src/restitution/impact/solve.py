@@ -274,7 +274,7 @@ def _outcomes(
     """
     depth_factor = 4.0
     while True:
-        block = scale(impact, depth_factor)
+        block = scale(impact, depth_factor, rtol)
         outcomes = solve_scaled(block, rtol, workers=workers, progress=progress)
         if block.table is None:
             return block, outcomes
