@@ -71,3 +71,37 @@ def test_nowhere_to_keep_the_code(tmp_path):
     # A path below a plain file can be written by nobody, root included.
     answer = _run(SOLVE, root, NUMBA_CACHE_DIR=str(blocked / "cache"))
     assert float(answer) == pytest.approx(0.434356162547, rel=1e-9)
+
+
+ROOM = """
+import sys
+from numba.core import event
+from restitution.kernel.compile import kernel, stage
+
+# Words of the frames that the compiler has above it, the largest of them.
+class Listener(event.Listener):
+    def on_start(self, _):
+        frame, largest = sys._getframe(), 0
+        while frame is not None:
+            largest = max(largest, frame.f_code.co_stacksize)
+            frame = frame.f_back
+        print(largest)
+    def on_end(self, _):
+        pass
+
+@stage
+def half(x):
+    return 0.5 * x
+
+@kernel
+def quarter(x):
+    return half(half(x))
+
+with event.install_listener("numba:compile", Listener()):
+    assert quarter(2.0) == 0.5
+"""
+
+
+def test_the_compiler_has_room_for_its_frames(tmp_path):
+    # The piece of memory for a frame of so many words is twice as large; CPython's usual pieces have 2048 words.
+    assert _run(ROOM, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)).split() == ["32768", "32768"]

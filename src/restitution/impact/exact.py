@@ -175,7 +175,7 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
 
 def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> Array:
     """Solve a block one by one, and return the energy dissipated and stored of each, in units of m v0^2."""
-    from restitution.kernel.energy import allocate_ledger, approach_budget, rebound_budget
+    from restitution.kernel.energy import allocate_ledger, energy_budget
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.radau import radau
 
@@ -184,10 +184,7 @@ def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, 
     for n in range(block.size):
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
         if outcomes[n, 7] == Status.SEPARATED:
-            problem = _problem(block, n, path), radau(STAGES), work, ledger
-            first = approach_budget(*problem)
-            second, stored = rebound_budget(*problem)
-            energies[n] = first + second, stored
+            energies[n] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
     return energies
 
 

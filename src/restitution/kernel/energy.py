@@ -103,13 +103,9 @@ def _integral(scheme: Any, work: Any, values: Any, h: float, end: float) -> floa
     return h * total(load(basis, 1) * times(scheme.columns, values))
 
 
-@kernel
-def approach_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
-    """Energy dissipated during the approach, in units of m v0^2; leaves the memory in the ledger.
-
-    `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
-    `solve_block`: whoever does not ask for the energy does not wait for its compilation.
-    """
+@stage
+def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
+    """Energy dissipated during the approach; leaves the memory in the ledger."""
     memory = ledger.memory
     dissipated = 0.0
     for element in range(work.counts[N_APPROACH] + 1):
@@ -199,9 +195,9 @@ def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
     return a * (H * H) - 2.0 * (H * X * P) + X * X * Q
 
 
-@kernel
-def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during the rebound, and stored by the elements as they are left; after `approach_budget`."""
+@stage
+def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
+    """Energy dissipated during the rebound, and stored by the elements as they are left; after `_approach`."""
     N = problem.moduli.shape[0]
     nodes, memory, past, present = ledger.nodes, ledger.memory, ledger.past, ledger.present
     sigma_m = work.turning_place[0]
@@ -255,3 +251,15 @@ def rebound_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger)
             dissipated += end[0]
             stored += end[1]
     return dissipated, stored
+
+
+@kernel
+def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
+    """Energy dissipated during an impact and stored at its end, in units of m v0^2.
+
+    `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
+    `solve_block`: whoever does not ask for the energy does not wait for its compilation.
+    """
+    before = _approach(problem, scheme, work, ledger)
+    after, stored = _rebound(problem, scheme, work, ledger)
+    return before + after, stored

@@ -187,7 +187,9 @@ def approach(
     force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
     if not exact_start:
         h *= 0.1
-    element = 0
+    # Read back, as numba would compile for a constant 0 what it compiles for all numbers.
+    work.counts[N_APPROACH] = 0
+    element = work.counts[N_APPROACH]
     table = work.approach[0]
     for n in range(rows):
         table[n, 0] = 0.0
@@ -278,7 +280,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     rows = work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     sigma_m = work.turning_place[0]
-    element = 0
+    work.counts[N_REBOUND] = 0
+    element = work.counts[N_REBOUND]
     hint = work.counts[N_APPROACH]
     table = work.rebound[0]
     for n in range(rows):
