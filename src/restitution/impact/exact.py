@@ -16,8 +16,8 @@ from restitution.impact.status import Status
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
-    from restitution.kernel.impact import Problem
     from restitution.kernel.path import Path
+    from restitution.kernel.problem import Problem
     from restitution.kernel.workspace import Work
 
 Array = NDArray[np.float64]
@@ -189,7 +189,7 @@ def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, 
 
 
 def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
-    from restitution.kernel.impact import Problem
+    from restitution.kernel.problem import Problem
 
     row = block.row(n)
     return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)

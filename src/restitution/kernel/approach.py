@@ -11,34 +11,58 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import part, stage
-from restitution.kernel.dense import invert, invert_modes, times
+from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
+from restitution.kernel.interpolation import interpolate, tail, value
 from restitution.kernel.lanes import WIDTH, absolute, largest, load, smallest, spread, store
 from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
+from restitution.kernel.problem import (
+    CAPTURED,
+    SEPARATED,
+    SINKS_IN,
+    STEP_TOO_SMALL,
+    TOO_DEEP,
+    TOO_MANY_STEPS,
+    Problem,
+)
+from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     COUPLING,
     DASHPOT,
     F_,
     FORCE,
     JACOBIAN,
+    LENGTH,
     MODES_,
+    N_APPROACH,
+    N_FACTOR,
     RADIUS,
     S_,
     SPEED,
+    START,
     SUM,
     T_,
     UNKNOWN,
     V_,
     VALUES,
+    Work,
 )
 
 ROUNDING = 1e-9
 # Length of an element over a relaxation time from which a mode is fast.
 LAG = 0.05
 _MOST_ITERATIONS = 12
+# Weight of an error of the force in the approach, times the scale of the depth.
+FORCE_WEIGHT = 0.1
+# Factor by which the tail counts more where fast modes carry all of the force.
+STIFF = 15.0
+# First step over the scale of s.
+FIRST = 0.35
 
 
 @part
-def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float, accept: float) -> int:
+def approach_element(
+    problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float
+) -> int:
     """Solve one element of length h from the first column of `table`; fill the others.
 
     `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where they
@@ -153,7 +177,7 @@ def approach_element(problem: Any, scheme: Any, work: Any, table: Any, h: float,
 
 
 @stage
-def _add_dashpot(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> None:
+def _add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
     """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
 
     (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
@@ -171,7 +195,7 @@ def _add_dashpot(problem: Any, scheme: Any, work: Any, v0: float, h: float) -> N
 
 
 @stage
-def _dashpot_coupling(problem: Any, scheme: Any, work: Any) -> None:
+def _dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
     """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
     A, vectors = scheme.columns, work.vectors
     inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
@@ -180,3 +204,140 @@ def _dashpot_coupling(problem: Any, scheme: Any, work: Any) -> None:
     for i in range(WIDTH):
         slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
         vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
+
+
+@stage
+def _zero_of_velocity(scheme: Scheme, work: Work, row: Any) -> float:
+    """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
+    low, high = 0.0, 1.0
+    f_low, f_high = row[0], row[WIDTH]
+    x = 0.5
+    for _ in range(100):
+        x = low + (high - low) * f_low / (f_low - f_high)
+        x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
+        f = value(scheme, work, row, x)
+        if f > 0.0:
+            low, f_low = x, f
+        else:
+            high, f_high = x, f
+        if abs(f) < 1e-17 or high - low < 1e-15:
+            break
+    return x
+
+
+@part
+def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
+    """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
+    table = work.approach[element]
+    s0, v0 = table[S_, 0], table[V_, 0]
+    slope = -2.0 * s0 * (table[F_, 0] - problem.load)
+    ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
+    x = h * load(scheme.c, 1)
+    s = spread(0.0)
+    if 0.0 < ratio <= 2.5:
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * load(scheme.c, 1), work.basis)
+        s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
+    if not smallest(s) > 0.2 * s0:
+        s = s0 + x * (v0 + (0.5 * slope) * x)
+    if not smallest(s) > 0.2 * s0:
+        s = s0 + (0.1 * abs(v0)) * x
+    store(work.vectors[UNKNOWN], 0, s)
+
+
+@stage
+def approach(
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
+) -> int:
+    """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
+    S = WIDTH
+    rows = work.turning.shape[0]
+    exponent = -1.0 / (S + 1.0)
+    h = first
+    # a(s) of parabola, cone and flat punch is smooth at s = 0; elsewhere the first element is no better than its tail.
+    exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
+    force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
+    if not exact_start:
+        h *= 0.1
+    # Read back, as numba would compile for a constant 0 what it compiles for all numbers.
+    work.counts[N_APPROACH] = 0
+    element = work.counts[N_APPROACH]
+    table = work.approach[0]
+    for n in range(rows):
+        table[n, 0] = 0.0
+    table[V_, 0] = 1.0
+    for n in range(MODES_ + 1, rows, 2):
+        table[n, 0] = 1.0
+    # A flat face meets a dashpot at once.
+    table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
+    sigma = 0.0
+    attempts = 0
+    while True:
+        attempts += 1
+        if element >= work.approach.shape[0] - 1 or attempts > 4 * work.approach.shape[0]:
+            return TOO_MANY_STEPS
+        if not h > 1e-15 * sigma + 1e-150:
+            return STEP_TOO_SMALL
+        table = work.approach[element]
+        if element > 0:
+            slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.load)
+            if slope < 0.0:
+                h = min(h, 1.35 * table[V_, 0] / -slope)
+        if problem.path.exponent < 0.0:
+            # Never far beyond the end of the table, where its polynomials mean nothing.
+            end = problem.path.end
+            if table[S_, 0] > end:
+                return TOO_DEEP
+            h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
+        _predict(problem, scheme, work, element, h)
+        iterations = approach_element(problem, scheme, work, table, h, accept)
+        work.counts[N_FACTOR] += 1
+        if iterations < 0:
+            h *= 0.3
+            continue
+        # What may come back, down to where the tolerance of e asks for no more digits, or rounding leaves none.
+        amplitude = min(math.sqrt(table[V_, S] ** 2 + max(table[F_, S], 0.0) * table[S_, S] ** 2), 1.0)
+        allowed = max(tolerance * amplitude, min(0.02 * accept, 1e-13))
+        # Where modes faster than the step carry the force, the order of the method falls to that of its stages, and
+        # the error at the end of the element is as large as inside: measured, the tail then is 1/10 of it.
+        stiff = 0.0
+        for k in range(problem.moduli.shape[0]):
+            z = 2.0 * h * table[S_, S] / problem.times[k]
+            stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + 10.0)
+        stiff = min(abs(stiff) / max(table[F_, S], 1e-300), 1.0)
+        error = (1.0 + STIFF * stiff) * tail(scheme, table[V_]) / allowed
+        if element == 0 and not exact_start:
+            error *= 20.0 * tolerance / accept
+        # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
+        error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
+        if not error <= 1.0:
+            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
+            continue
+        work.places[START, element] = sigma
+        work.places[LENGTH, element] = h
+        if table[V_, S] <= 0.0:
+            break
+        sigma += h
+        element += 1
+        for n in range(rows):
+            work.approach[element, n, 0] = table[n, S]
+        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
+        rest = 1e-7 * problem.load
+        creeps = abs(table[F_, 0] - problem.load) < rest and abs(table[F_, S] - problem.load) < rest
+        # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
+        least = 0.02 * accept
+        fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least
+        slow = table[V_, S] < 1e-14 or (fades and 2.0 * table[V_, S] < least)
+        stops = problem.equilibrium == 0.0 and (creeps or slow)
+        if stops or (creeps and table[V_, S] < 1e-6):
+            for n in range(rows):
+                work.turning[n] = table[n, S]
+            work.counts[N_APPROACH] = element - 1
+            work.turning_place[0] = sigma
+            return SINKS_IN if stops else CAPTURED
+        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+    x = _zero_of_velocity(scheme, work, table[V_])
+    sigma += x * h
+    interpolate(scheme, work, table, x, work.turning)
+    work.counts[N_APPROACH] = element
+    work.turning_place[0] = sigma
+    return SEPARATED

@@ -21,9 +21,10 @@ import numpy as np
 
 from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.dense import combine, invert, lagrange, lagrange_lanes, times
-from restitution.kernel.impact import Problem, interpolate, interpolate_lanes
+from restitution.kernel.interpolation import interpolate, interpolate_lanes
 from restitution.kernel.lanes import WIDTH, at_least, load, store, total
 from restitution.kernel.path import radii_and_integrals
+from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     BACK_LENGTH,

@@ -12,32 +12,49 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import LAG
-from restitution.kernel.compile import part
-from restitution.kernel.dense import invert, invert_modes, times
-from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, spread, store
+from restitution.kernel.compile import part, stage
+from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
+from restitution.kernel.interpolation import interpolate_lanes, tail
+from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, smallest, spread, store
+from restitution.kernel.path import radii_and_integrals
+from restitution.kernel.problem import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS, Problem
+from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
+    BACK_LENGTH,
+    BACK_START,
     DELAY,
     F_,
     INTEGRAL,
     JACOBIAN,
+    LENGTH,
     MODES_,
+    N_APPROACH,
+    N_FACTOR,
+    N_REBOUND,
     S_,
     SUM,
     T_,
     UNKNOWN,
     V_,
+    VALUES,
     WEIGHTED,
+    Work,
 )
 
 # Size of a step below which it may be rounding: at most, and over the velocity of the approach, of which little is left
 # at the turning point.
 ROUNDING, NOISE = 1e-9, 1e-14
 _MOST_ITERATIONS = 14
+# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a
+# body that loses much, and of one that loses little.
+KAPPA, KAPPA_ELASTIC = 0.03, 0.3
+# Weight of an error of the time in the rebound, as F dt, beside that of the velocity.
+TIME_WEIGHT = 0.4
 
 
 @part
 def rebound_element(
-    problem: Any, scheme: Any, work: Any, table: Any, h: float, delay: float, accept: float
+    problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, delay: float, accept: float
 ) -> int:
     """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the others.
 
@@ -166,3 +183,132 @@ def rebound_element(
         store(table[MODES_ + 2 * k], 1, load(X[k], 0))
         store(table[MODES_ + 1 + 2 * k], 1, load(W[k], 0))
     return iterations
+
+
+@stage
+def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
+    """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
+    S = WIDTH
+    N = problem.moduli.shape[0]
+    rows = work.turning.shape[0]
+    exponent = -1.0 / (S + 1.0)
+    sigma_m = work.turning_place[0]
+    work.counts[N_REBOUND] = 0
+    element = work.counts[N_REBOUND]
+    hint = work.counts[N_APPROACH]
+    table = work.rebound[0]
+    for n in range(rows):
+        table[n, 0] = work.turning[n]
+    table[V_, 0] = 0.0
+    s_m = work.turning[S_]
+    h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
+    glass = problem.equilibrium
+    for k in range(N):
+        table[MODES_ + 2 * k, 0] = 1.0
+        glass += problem.moduli[k]
+    # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
+    recoverable = 0.8 * table[F_, 0] * s_m * s_m
+    share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
+    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * share) * math.sqrt(recoverable)
+    for k in range(N):
+        if work.turning[F_] * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
+            h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
+    position = 0.0
+    delay = 0.0
+    attempts = 0
+    previous = 0.0
+    while True:
+        attempts += 1
+        if element >= work.rebound.shape[0] - 1 or attempts > 4 * work.rebound.shape[0]:
+            return TOO_MANY_STEPS
+        if not h > 1e-15 * sigma_m:
+            # Under a constant force the edge of contact may turn back outwards: q vanishes, dt/dlambda diverges.
+            if problem.load > 0.0 and element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m:
+                return CAPTURED
+            return STEP_TOO_SMALL
+        left = sigma_m - position
+        final = h >= 0.999 * left
+        if final:
+            h = left
+        elif h > 0.6 * left:
+            h = 0.5 * left
+        table = work.rebound[element]
+        sigma = left - h * load(scheme.c, 1)
+        if final:
+            sigma = at_least(sigma, 0.0)
+        place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
+        Pi = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[1]
+        store(work.vectors[INTEGRAL], 0, Pi)
+        _predict(problem, scheme, work, element, h, previous)
+        iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
+        work.counts[N_FACTOR] += 1
+        if iterations < 0:
+            h *= 0.3
+            continue
+        scale = max(abs(table[V_, S]), amplitude)
+        # Taken from the pace: as a difference of times it would be rounding after a long contact.
+        duration = work.vectors[VALUES]
+        duration[0] = 0.0
+        store(duration, 1, h * times(scheme.columns, load(work.vectors[UNKNOWN], 0)))
+        # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
+        # known to what rounding leaves of a place in a short element.
+        late = tail(scheme, duration)
+        error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
+        error = max(error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
+        if not error <= 1.0:
+            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
+            continue
+        work.places[BACK_START, element] = position
+        work.places[BACK_LENGTH, element] = h
+        store(work.slopes[element], 0, load(work.vectors[UNKNOWN], 0))
+        previous = h
+        hint = place
+        delay = work.vectors[DELAY, S - 1]
+        if problem.load > 0.0 and table[V_, S] >= 0.0:
+            return CAPTURED
+        if final:
+            break
+        position += h
+        element += 1
+        for n in range(rows):
+            work.rebound[element, n, 0] = table[n, S]
+        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+    work.counts[N_REBOUND] = element
+    return SEPARATED
+
+
+@part
+def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
+    """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued.
+
+    At the turning point, where X_k = 1: -q = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
+    """
+    s1 = at_least(load(work.past[S_], 0), 1e-12)
+    if element == 0:
+        braking = problem.viscosity * (work.turning[F_] - problem.load)
+        share = spread(1.0)
+        if braking > 0.0:
+            glass = problem.equilibrium
+            for k in range(problem.moduli.shape[0]):
+                glass += problem.moduli[k]
+            driving = glass * at_least(load(work.past[V_], 0), 0.0)
+            share = driving / (driving + braking)
+        store(work.vectors[UNKNOWN], 0, 2.0 * s1 * share)
+        return
+    ratios = work.vectors[VALUES]
+    store(ratios, 0, load(work.slopes[element - 1], 0) / load(work.rebound[element - 1, S_], 1))
+    x = 1.0 + (h / previous) * load(scheme.c, 1)
+    end = ratios[WIDTH - 1]
+    if h <= 2.0 * previous:
+        lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
+        ratio = combine(work.basis, WIDTH, ratios)
+    else:
+        # After a jump of the step: a parabola through the ends and the middle.
+        middle = WIDTH // 2
+        x0, x1 = scheme.c[1], scheme.c[middle + 1]
+        first = (ratios[middle] - ratios[0]) / (x1 - x0)
+        second = ((end - ratios[middle]) / (1.0 - x1) - first) / (1.0 - x0)
+        ratio = ratios[0] + (x - x0) * (first + (x - x1) * second)
+    if not (smallest(ratio) > 0.1 * end and largest(ratio) < 10.0 * end):
+        ratio = spread(end)
+    store(work.vectors[UNKNOWN], 0, ratio * s1)

@@ -1,0 +1,67 @@
+"""Polynomials through the nodes of an element: their values anywhere, the stored approach at eight places, their tails."""
+
+from typing import Any
+
+from restitution.kernel.compile import part
+from restitution.kernel.dense import combine, lagrange, lagrange_lanes
+from restitution.kernel.lanes import WIDTH, from_lane, load, store, total
+from restitution.kernel.radau import Scheme
+from restitution.kernel.workspace import BASIS, LENGTH, START, Work
+
+
+@part
+def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
+    """Write the rows of an element at x into `row`."""
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
+    for n in range(row.shape[0]):
+        row[n] = basis[0] * table[n, 0] + total(load(basis, 1) * load(table[n], 1))
+
+
+@part
+def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint: int, rows: Any) -> int:
+    """Write the rows of the approach at eight falling sigma into `rows`; return the element of the last.
+
+    `tables` holds the elements of the approach. The search for the element of the first starts at `hint`.
+    """
+    lane = 0
+    place = hint
+    while lane < WIDTH:
+        place = seek(work.places, place, sigma[lane])
+        start, length = work.places[START, place], work.places[LENGTH, place]
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, (sigma - start) / length, work.basis)
+        table = tables[place]
+        for n in range(rows.shape[0]):
+            value = combine(work.basis, WIDTH + 1, table[n])
+            if lane > 0:
+                value = from_lane(lane, value, load(rows[n], 0))
+            store(rows[n], 0, value)
+        lane += 1
+        while lane < WIDTH and (place == 0 or sigma[lane] >= start):
+            lane += 1
+    return place
+
+
+@part
+def seek(places: Any, element: int, sigma: float) -> int:
+    """Element of the approach that holds sigma, searched from `element` down."""
+    while element > 0 and sigma < places[START, element]:
+        element -= 1
+    return element
+
+
+@part
+def tail(scheme: Scheme, row: Any) -> float:
+    """Size of the last two Legendre coefficients of a row over an element, the second to last with weight 0.05."""
+    values = load(row, 1)
+    before = scheme.tail[0, 0] * row[0] + total(load(scheme.tail[0], 1) * values)
+    last = scheme.tail[1, 0] * row[0] + total(load(scheme.tail[1], 1) * values)
+    return abs(last) + 0.05 * abs(before)
+
+
+@part
+def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
+    """Value at x of the interpolant of a row over an element."""
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
+    return basis[0] * row[0] + total(load(basis, 1) * load(row, 1))
