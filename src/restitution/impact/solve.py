@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.impact.assumptions import doubts
 from restitution.impact.exact import Progress, outcome_columns, solve_scaled, solve_stored
-from restitution.impact.history import DenseOutput, Trajectory
+from restitution.impact.history import DenseOutput
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.rows import energy_columns, si_columns
@@ -396,71 +395,19 @@ def _solve_by_sampling(
     impact: Impact, method: Method, rtol: float, n_elements: int | None, time_step: float | None
 ) -> ImpactResult:
     """Solve one impact by the element method or the reference."""
+    from restitution.impact.sampling import by_elements, by_reference
+
     if impact.shape:
         raise ValueError(
             f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}"
         )
-    if method == "reference":
-        return _solve_reference(impact, rtol)
-    from restitution.impact.elements import solve_elements
-
-    solution = solve_elements(
-        impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step
-    )
-    return _from_trajectory(impact, method, None, solution, (1.0, 1.0, 1.0, 1.0, 1.0))
-
-
-def _solve_reference(impact: Impact, rtol: float) -> ImpactResult:
-    from restitution.impact.reference import solve_reference
-
-    row = scale(impact).row(0)
-    profile = impact.profile
-
-    def radius(s: Any) -> Any:
-        return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
-
-    solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
-    force = float(impact.mass) * float(impact.velocity) / row.time
-    units = (row.time, row.length, float(impact.velocity), force, row.radius)
-    result = _from_trajectory(impact, "reference", rtol, solution, units)
+    if method == "elements":
+        found = by_elements(impact, n_elements, time_step)
+        return _result(impact, method, None, found.fields, (), found.budget, lambda: found.trajectory)
+    found = by_reference(impact, rtol)
+    result = _result(impact, method, rtol, found.fields, (), found.budget, lambda: found.trajectory)
     result.warnings.append("energy: this method finds neither what is dissipated nor what stays stored (NaN)")
     return result
-
-
-def _from_trajectory(
-    impact: Impact,
-    method: str,
-    rtol: float | None,
-    solution: Any,
-    units: tuple[float, float, float, float, float],
-) -> ImpactResult:
-    """Make a result of sampled motion, given in units of time, length, velocity, force and contact radius."""
-    time, length, velocity, force, radius = units
-    trajectory = Trajectory(
-        solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
-        solution.force * force, solution.contact_radius * radius,
-    )  # fmt: skip
-    fields: dict[str, Any] = {
-        "restitution_coefficient": solution.restitution_coefficient,
-        "contact_time": solution.contact_time * time,
-        "max_indentation_depth": solution.max_indentation_depth * length,
-        "max_force": solution.max_force * force,
-        "max_contact_radius": solution.max_contact_radius * radius,
-        "residual_indentation_depth": solution.residual_indentation_depth * length,
-        "status": int(solution.status),
-    }
-    kinetic = 0.5 * float(impact.mass) * float(impact.velocity) ** 2
-    out = kinetic * solution.restitution_coefficient**2
-
-    def budget() -> EnergyBudget:
-        dissipated = float(getattr(solution, "dissipated", math.nan))
-        stored = float(getattr(solution, "stored", math.nan))
-        work = float(impact.force) * fields["residual_indentation_depth"]
-        return EnergyBudget(
-            kinetic, out, dissipated, stored, (out + dissipated + stored - kinetic - work) / kinetic
-        )
-
-    return _result(impact, method, rtol, fields, (), budget, lambda: trajectory)
 
 
 def _flat(value: Numeric, shape: tuple[int, ...]) -> Array:
