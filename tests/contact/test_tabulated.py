@@ -162,3 +162,13 @@ def test_the_table_cannot_be_changed_afterwards():
     assert table.r[2] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         table.r[2] = 1.0
+
+
+def test_depths_that_are_reached_more_than_once_are_reached():
+    # Few points: just below a = 0.4 the transform of this spline falls, by less than its samples see.
+    r = [0.0, 0.1, 0.3, 0.4, 0.7, 1.0, 1.5, 2.0]
+    tip = Tabulated(r, [0.0, 0.008, 0.03, 0.1, 0.25, 0.5, 1.3, 2.4])
+    radius = np.linspace(0.39, 0.42, 3001)
+    assert np.any(np.diff(tip.transform(radius)) < 0.0)
+    depth = np.linspace(0.2391, 0.2392, 2001)
+    np.testing.assert_allclose(tip.transform(tip.contact_radius(depth)), depth, rtol=4e-16)
