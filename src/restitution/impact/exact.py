@@ -42,7 +42,7 @@ def element_tolerance(rtol: float) -> float:
 # A table has kinks where cells are narrower than the first part of their place, such as the joints of a measured tip
 # or the equator of a sphere, or than the second part of the whole: what is seen inside an element that spans one then
 # is as large as the error at its end.
-_SMOOTH_PLACE, _SMOOTH_CELL = 1.0 / 15.0, 1.0 / 100.0
+_SMOOTH_PLACE, _SMOOTH_CELL = 1.0 / 8.0, 1.0 / 100.0
 
 
 def path_tolerance(rtol: float, path: Path) -> float:
