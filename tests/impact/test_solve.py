@@ -431,6 +431,16 @@ def test_joints_that_a_table_does_not_resolve(monkeypatch):
         solve(impact)
 
 
+@pytest.mark.parametrize(
+    ("moduli", "times"),
+    [([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])],
+)
+def test_flat_face_meets_fast_branches_at_once(moduli, times):
+    impact = Impact(Material(PronySeries(1.0, moduli, times), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    wanted = solve(impact, rtol=1e-11).restitution_coefficient
+    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=1e-9)
+
+
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
 def test_flat_face_meets_a_dashpot_at_once(profile):
     # F = 2 eta* a v with eta* = 4 eta of an incompressible half-space.
