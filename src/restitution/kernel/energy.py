@@ -21,7 +21,7 @@ import numpy as np
 
 from restitution.kernel.compile import kernel, part, stage
 from restitution.kernel.dense import combine, invert, lagrange, lagrange_lanes, times
-from restitution.kernel.interpolation import interpolate, interpolate_lanes
+from restitution.kernel.interpolation import interpolate, interpolate_lanes, product
 from restitution.kernel.lanes import WIDTH, at_least, load, store, total
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.problem import Problem
@@ -142,8 +142,7 @@ def _slope_of_density(scheme: Scheme, nodes: Any) -> None:
     """Write d(density)/dlambda over the length of the element into `nodes[SLOPE]`."""
     density = nodes[DENSITY]
     for i in range(WIDTH + 1):
-        row = scheme.derivative[i]
-        nodes[SLOPE, i] = row[0] * density[0] + total(load(row, 1) * load(density, 1))
+        nodes[SLOPE, i] = product(scheme.derivative[i], density)
 
 
 @stage

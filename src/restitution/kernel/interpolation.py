@@ -10,12 +10,18 @@ from restitution.kernel.workspace import BASIS, LENGTH, START, Work
 
 
 @part
+def product(weights: Any, row: Any) -> float:
+    """Product of weights with a row: its value at the start of an element, then those at the nodes."""
+    return weights[0] * row[0] + total(load(weights, 1) * load(row, 1))
+
+
+@part
 def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
     """Write the rows of an element at x into `row`."""
     basis = work.vectors[BASIS]
     lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
     for n in range(row.shape[0]):
-        row[n] = basis[0] * table[n, 0] + total(load(basis, 1) * load(table[n], 1))
+        row[n] = product(basis, table[n])
 
 
 @part
@@ -53,10 +59,7 @@ def seek(places: Any, element: int, sigma: float) -> int:
 @part
 def tail(scheme: Scheme, row: Any) -> float:
     """Size of the last two Legendre coefficients of a row over an element, the second to last with weight 0.05."""
-    values = load(row, 1)
-    before = scheme.tail[0, 0] * row[0] + total(load(scheme.tail[0], 1) * values)
-    last = scheme.tail[1, 0] * row[0] + total(load(scheme.tail[1], 1) * values)
-    return abs(last) + 0.05 * abs(before)
+    return abs(product(scheme.tail[1], row)) + 0.05 * abs(product(scheme.tail[0], row))
 
 
 @part
@@ -64,4 +67,4 @@ def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
     """Value at x of the interpolant of a row over an element."""
     basis = work.vectors[BASIS]
     lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
-    return basis[0] * row[0] + total(load(basis, 1) * load(row, 1))
+    return product(basis, row)
