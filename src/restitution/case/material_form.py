@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -45,9 +46,9 @@ class ShiftSection(Section):
             None if self.temperature_range is None else (self.temperature_range[0], self.temperature_range[1])
         )
 
+    @abstractmethod
     def build(self) -> Shift:
         """Law in SI."""
-        raise NotImplementedError
 
 
 class WLFSection(ShiftSection):
@@ -109,9 +110,9 @@ class MaterialSection(Section):
         """Whether the material can only be had for a window of time."""
         return False
 
+    @abstractmethod
     def isothermal(self, window: Window | None) -> Material:
         """Material in SI at the temperature of its numbers."""
-        raise NotImplementedError
 
     def build(self, window: Window | None = None) -> Material:
         """Material in SI at the temperature wanted.

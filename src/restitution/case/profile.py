@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -38,9 +39,9 @@ class ProfileSection(Section):
         """Whether the body has to have a radius."""
         return False
 
+    @abstractmethod
     def build(self, body_radius: float | None) -> Profile:
         """Profile in SI."""
-        raise NotImplementedError
 
 
 class ParabolaSection(ProfileSection):
