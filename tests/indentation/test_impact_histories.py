@@ -40,13 +40,13 @@ def test_force_of_the_motion_and_depth_of_the_force(material, profile):
 
     pressed = indent(material, profile, depth=column("indentation_depth"), time=times, rtol=1e-9)
     np.testing.assert_allclose(pressed.force, motion.force, rtol=0.0, atol=1e-8 * impact.max_force)
-    # A flat face leaves at once, which of the two ends of contact is the first is left to rounding.
-    np.testing.assert_allclose(
-        pressed.contact_radius[:-1],
-        motion.contact_radius[:-1],
-        rtol=0.0,
-        atol=2e-6 * impact.max_contact_radius,
-    )
+    # A flat face leaves at once: which of the two ends of contact is the first, and so whether it is still there at the
+    # last instant, is left to rounding. All others end at a point.
+    face = float(profile.contact_radius(0.0))
+    radius = np.array(pressed.contact_radius)
+    assert radius[-1] == pytest.approx(0.0, abs=2e-6) or radius[-1] == pytest.approx(face, abs=2e-6)
+    radius[-1] = float(motion.contact_radius[-1]) if face > 0.0 else radius[-1]
+    np.testing.assert_allclose(radius, motion.contact_radius, rtol=0.0, atol=2e-6 * impact.max_contact_radius)
     loaded = indent(material, profile, force=column("force"), time=times, rtol=1e-8)
     np.testing.assert_allclose(
         loaded.indentation_depth, motion.indentation_depth, rtol=0.0, atol=1e-7 * impact.max_indentation_depth
