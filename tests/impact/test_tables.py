@@ -83,3 +83,13 @@ def test_what_passes_for_a_kink(profile: Profile, kinks: bool) -> None:
     mass = profile.contact_radius(depth) * depth**2
     block = scale(Impact(Material(PronySeries(1.0, [3.0], [0.5]), math.inf), profile, mass, 1.0), rtol=1e-8)
     assert (path_tolerance(1e-8, kernel_path(block)) < element_tolerance(1e-8)) is kinks
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", [rough_tip(56), noisy_tip(85)])
+def test_a_rough_surface_without_a_table(profile: Tabulated) -> None:
+    # SciPy's integrators on the profile itself, to 1e-9.
+    mass = float(profile.contact_radius(1.0))
+    impact = Impact(standard_solid(1.0, 3.0, 1.0, poisson_ratio=0.5), profile, mass=mass, velocity=1.0)
+    wanted = solve(impact, method="reference", rtol=1e-9).restitution_coefficient
+    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=2e-9)
