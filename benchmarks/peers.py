@@ -201,20 +201,16 @@ def _asked(material: str, collision: rs.Impact, pairs: int, repeats: int) -> dic
     slow, fast = 0.1 * VELOCITY, VELOCITY
     velocity = slow * (fast / slow) ** np.random.default_rng(8).uniform(size=pairs)
 
-    def build_and_ask() -> Any:
-        return rs.surrogate(collision, velocity=(slow, fast), rtol=1e-8, workers=1)(velocity)
-
-    error = np.abs(
-        build_and_ask() - rs.solve(replace(collision, velocity=velocity), rtol=EXACT).restitution_coefficient
-    )
-    made = rs.surrogate(collision, velocity=(slow, fast), rtol=1e-8, workers=1)
+    build = partial(rs.surrogate, collision, velocity=(slow, fast), rtol=1e-8, workers=1)
+    made = build()
+    exact = rs.solve(replace(collision, velocity=velocity), rtol=EXACT).restitution_coefficient
     return {
         "material": material,
         "slow": slow,
         "fast": fast,
-        "seconds": best(build_and_ask, repeats) / pairs,
+        "seconds": best(lambda: build()(velocity), repeats) / pairs,
         "again": best(partial(made, velocity), repeats) / pairs,
-        "error": float(error.max()),
+        "error": float(np.abs(made(velocity) - exact).max()),
     }
 
 

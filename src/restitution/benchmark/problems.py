@@ -95,7 +95,8 @@ class Impacts:
     def prepared(self) -> Impacts:
         """Return the same with the reduced moduli of the materials known."""
         for impact in self.arrays:
-            impact.reduced_modulus  # noqa: B018 (kept by the impact)
+            # Kept by the impact.
+            _ = impact.reduced_modulus
         return self
 
 
