@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.surrogate import make, standard_solid
-from restitution.surrogate.velocity import OUTPUTS
+from restitution.surrogates import make, standard_solid
+from restitution.surrogates.velocity import OUTPUTS
 
 POINTS = 20_000
 KERNEL_POINTS = 500

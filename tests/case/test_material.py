@@ -13,7 +13,7 @@ from restitution.material import classical, library
 from restitution.material.conversion import shear_from_tension
 from restitution.material.fractional import FractionalMaterial, springpot
 from restitution.material.prony import PronySeries
-from restitution.material.readers import read
+from restitution.material.readers import read_material
 from restitution.material.shift import WLF, Arrhenius, ShiftTable
 from restitution.material.viscoelastic import Material
 
@@ -395,4 +395,4 @@ def test_the_counter_material_has_the_same_forms() -> None:
     found = case('library = "epoxy"\n[counter_material]\nlibrary = "steel"').impact
     assert found.counter_material == library.get("steel")
     Path("terms.csv").write_text(TERMS)
-    assert read("terms.csv").deformation == "tension"
+    assert read_material("terms.csv").deformation == "tension"

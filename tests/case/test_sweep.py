@@ -14,8 +14,8 @@ import restitution as rs
 from restitution.case.file import read_case
 from restitution.case.section import CaseError
 from restitution.case.sweep import read_sweep
-from restitution.sweep.run import run
-from restitution.sweep.samples import Samples
+from restitution.sweeps.run import run
+from restitution.sweeps.samples import Samples
 
 BODY = '[body]\nmass = "5 g"\nradius = "10 mm"\n'
 DENSE = '[body]\ndensity = "1100 kg/m^3"\nradius = "10 mm"\n'

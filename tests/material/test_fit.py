@@ -7,7 +7,7 @@ from restitution.material.fit import fit_prony
 from restitution.material.fractional import fractional_zener
 from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
-from restitution.material.readers import read
+from restitution.material.readers import read_material
 
 TRUTH = PronySeries(1.0, [5.0, 2.0, 7.0], [1e-3, 0.4, 50.0])
 
@@ -146,8 +146,8 @@ def rms(values):
 def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
     """The deck holds another program's 27 terms for these data, relative to the highest storage modulus."""
     folder = shared_reference / "materials"
-    data = read(folder / "polymer_dma_master_curve.csv")
-    other = read(folder / "polymer_ansys_prony.MPL").shear.series(
+    data = read_material(folder / "polymer_dma_master_curve.csv")
+    other = read_material(folder / "polymer_ansys_prony.MPL").shear.series(
         instantaneous_modulus=data.storage_modulus.max()
     )
     fit = fit_prony(data)
@@ -163,8 +163,8 @@ def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
 def test_measured_relaxation_polymer_no_worse_than_the_other_fit(shared_reference):
     """Another program's 31 terms of the same data."""
     folder = shared_reference / "materials"
-    data = read(folder / "polymer_relaxation_master_curve.csv")
-    other = read(folder / "polymer_relaxation_prony.csv").series()
+    data = read_material(folder / "polymer_relaxation_master_curve.csv")
+    other = read_material(folder / "polymer_relaxation_prony.csv").series()
     fit = fit_prony(data)
     theirs = rms(other.relaxation_modulus(data.time) / data.modulus - 1)
     assert theirs == pytest.approx(2.54e-3, rel=0.01)

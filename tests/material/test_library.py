@@ -7,7 +7,7 @@ from restitution.material import library
 from restitution.material.conversion import tension_from_shear
 from restitution.material.fit import fit_prony
 from restitution.material.prony import PronySeries
-from restitution.material.readers import read
+from restitution.material.readers import read_material
 from restitution.material.reduced_modulus import reduced_modulus
 
 
@@ -88,7 +88,7 @@ def test_epoxy_has_the_printed_end_moduli():
 
 
 def test_polyisobutylene_in_tension_is_what_was_printed(shared_reference):
-    terms = read(shared_reference / "materials" / "polyisobutylene_prony.csv")
+    terms = read_material(shared_reference / "materials" / "polyisobutylene_prony.csv")
     tension = tension_from_shear(library.get("polyisobutylene").shear, bulk_modulus=3e9)
     t = np.geomspace(1e-11, 1e5, 60)
     printed = PronySeries(0.0, terms.moduli, terms.relaxation_times)
@@ -113,7 +113,7 @@ def test_polyisobutylene_shifts_as_ferry_says():
     ],
 )
 def test_fitted_polymers_are_the_fits_of_their_data(shared_reference, name, file, bulk):
-    fit = fit_prony(read(shared_reference / "materials" / file))
+    fit = fit_prony(read_material(shared_reference / "materials" / file))
     tension = tension_from_shear(library.get(name).shear, bulk_modulus=bulk)
     t = np.geomspace(*fit.window, 80)
     assert tension.relaxation_modulus(t) == pytest.approx(fit.series.relaxation_modulus(t), rel=1e-4)

@@ -8,7 +8,7 @@ import pytest
 
 from restitution.case.file import read_case
 from restitution.material.fit import fit_prony
-from restitution.material.readers import read
+from restitution.material.readers import read_material
 
 PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text(encoding="utf-8")
 
@@ -44,9 +44,9 @@ def rms(values):
 
 def test_table_of_the_dynamic_data(shared_reference):
     folder = shared_reference / "materials"
-    data = read(folder / "polymer_dma_master_curve.csv")
+    data = read_material(folder / "polymer_dma_master_curve.csv")
     omega, measured = data.angular_frequency, data.storage_modulus + 1j * data.loss_modulus
-    shares = read(folder / "polymer_ansys_prony.MPL").shear.series(instantaneous_modulus=1.0)
+    shares = read_material(folder / "polymer_ansys_prony.MPL").shear.series(instantaneous_modulus=1.0)
     size = np.abs(measured)
     per_unit = shares.carson_transform(1j * omega) / size
     best = np.vdot(per_unit, measured / size).real / np.vdot(per_unit, per_unit).real
@@ -78,7 +78,7 @@ def test_table_of_the_dynamic_data(shared_reference):
 
 
 def test_more_weight_on_the_loss_modulus(shared_reference):
-    data = read(shared_reference / "materials" / "polymer_dma_master_curve.csv")
+    data = read_material(shared_reference / "materials" / "polymer_dma_master_curve.csv")
     with pytest.warns(UserWarning, match=r"relative misfit 0\.144 of the fit"):
         fit = fit_prony(data, loss_weight=4.0)
     ratio = fit.series.loss_modulus(data.angular_frequency) / data.loss_modulus

@@ -6,7 +6,7 @@ import pytest
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
 from restitution.material.prony import PronySeries
-from restitution.material.readers import parse, read
+from restitution.material.readers import parse, read_material
 from restitution.material.shift import ShiftTable
 
 pytestmark = pytest.mark.plain
@@ -310,46 +310,46 @@ def test_malformed_text_is_blamed_on_its_line(text, message):
 def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
     path = tmp_path / "relaxation.csv"
     path.write_bytes(b"\xef\xbb\xbft,E\r\ns,MPa\r\n1,3\r\n2,1\r\n")
-    assert read(path).modulus.tolist() == [3e6, 1e6]
-    assert read(str(path)).source == str(path)
+    assert read_material(path).modulus.tolist() == [3e6, 1e6]
+    assert read_material(str(path)).source == str(path)
     path.write_bytes(b"t,E\n1,3\n1,\xff\n")
     with pytest.raises(ValueError, match="must be text in UTF-8"):
-        read(path)
+        read_material(path)
     path.write_text("t,E\n1,x\n")
     with pytest.raises(ValueError, match=r"relaxation\.csv: line 2: 'x'"):
-        read(path)
+        read_material(path)
     with pytest.raises(ValueError, match=r"absent\.csv: no such file"):
-        read(tmp_path / "absent.csv")
+        read_material(tmp_path / "absent.csv")
     with pytest.raises(ValueError, match="cannot be read"):
-        read(tmp_path)
+        read_material(tmp_path)
 
 
 def test_the_measured_materials(shared_reference):
     """Counts and end values as they stand in the files."""
     folder = shared_reference / "materials"
-    dma = read(folder / "polymer_dma_master_curve.csv")
+    dma = read_material(folder / "polymer_dma_master_curve.csv")
     assert isinstance(dma, DynamicTable)
     assert dma.angular_frequency.size == 206
     assert dma.angular_frequency[[0, -1]] == pytest.approx([2e-12 * math.pi, 2e14 * math.pi])
     assert dma.storage_modulus[-1] == pytest.approx(9.5805012940722e9)
-    relaxation = read(folder / "polymer_relaxation_master_curve.csv")
+    relaxation = read_material(folder / "polymer_relaxation_master_curve.csv")
     assert isinstance(relaxation, RelaxationTable)
     assert (relaxation.time.size, relaxation.modulus[0]) == (481, pytest.approx(1714.266e6))
-    shift = read(folder / "polymer_dma_shift_factors.csv")
+    shift = read_material(folder / "polymer_dma_shift_factors.csv")
     assert isinstance(shift, ShiftTable)
     assert shift.reference_temperature == pytest.approx(268.15)
     assert shift.factor(223.15) == pytest.approx(10**12.75)
-    epoxy = read(folder / "epoxy_prony.csv")
+    epoxy = read_material(folder / "epoxy_prony.csv")
     assert isinstance(epoxy, PronyTerms)
     assert epoxy.total == pytest.approx(1.0, abs=1e-12)
     assert (epoxy.relative, epoxy.relaxation_times.size) == (True, 24)
-    rubber = read(folder / "polyisobutylene_prony.csv")
+    rubber = read_material(folder / "polyisobutylene_prony.csv")
     assert (rubber.relative, rubber.deformation) == (False, "tension")
     assert rubber.total == pytest.approx(2.96895091e9)
-    deck = read(folder / "polymer_ansys_prony.MPL")
+    deck = read_material(folder / "polymer_ansys_prony.MPL")
     assert isinstance(deck, ViscoelasticDeck)
     assert deck.shear.moduli[[0, 2]] == pytest.approx([4.017567e-2, 3.561656e-2])
     assert deck.shear.relaxation_times[26] == 1e12
-    other = read(folder / "polymer_relaxation_prony.csv")
+    other = read_material(folder / "polymer_relaxation_prony.csv")
     assert other.instantaneous_modulus == pytest.approx(1739.03e6)
     assert other.series().instantaneous_modulus == pytest.approx(1739.03e6)

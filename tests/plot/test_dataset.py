@@ -11,7 +11,7 @@ import restitution as rs
 from restitution.plot.dataset import Layout, choose_layout, plot_sweep
 from restitution.plot.quantity import quantity
 from restitution.plot.style import save_figure
-from restitution.sweep.schema import INPUTS, OUTPUTS, input_variable
+from restitution.sweeps.schema import INPUTS, OUTPUTS, input_variable
 
 
 def result(

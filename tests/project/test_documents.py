@@ -96,19 +96,3 @@ def test_reference_names_every_public_name():
     assert {
         name for name in public if name not in words and f"restitution.impact.{name}" not in words
     } == set()
-
-
-def test_architecture_names_every_module_and_no_other():
-    page = (ROOT / "docs" / "development" / "architecture.md").read_text()
-    layout = re.search(r"^```text\n(src/restitution.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
-    assert layout is not None
-    folder, named = "", set()
-    for line in layout.group(1).splitlines()[1:]:
-        entry = line.split()[0]
-        if entry.endswith("/"):
-            folder = entry
-        else:
-            named.add(folder + entry if line.startswith("    ") else entry)
-    source = ROOT / "src" / "restitution"
-    present = {str(path.relative_to(source)) for path in source.rglob("*.py")}
-    assert named == {name for name in present if name == "__init__.py" or not name.endswith("__init__.py")}

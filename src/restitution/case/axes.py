@@ -24,10 +24,10 @@ from restitution.case.quantity import (
 )
 from restitution.case.schema import CaseFile
 from restitution.case.section import CaseError, key_path, toml_value
-from restitution.sweep.axis import Linear, Logarithmic
-from restitution.sweep.distribution import LogNormal, LogUniform, Normal, Uniform
-from restitution.sweep.samples import Samples
-from restitution.sweep.schema import ALIASES
+from restitution.sweeps.axis import Linear, Logarithmic
+from restitution.sweeps.distribution import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweeps.samples import Samples
+from restitution.sweeps.schema import ALIASES
 
 DRAWS = "sample"
 """Name of the dimension of random draws."""

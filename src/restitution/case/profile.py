@@ -19,12 +19,12 @@ from pydantic import (
 from restitution.case.columns import read_columns
 from restitution.case.quantity import ANGLE, LENGTH, LIST, NUMBER, Kind, nonnegative, positive, refuse, to_si
 from restitution.case.section import Section, folder_of
+from restitution.checks import positive as checked_positive
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
-from restitution.kernel.validation import positive as checked_positive
 
 Length = Annotated[float, positive(LENGTH)]
 Angle = Annotated[float, positive(ANGLE)]

@@ -12,7 +12,7 @@ from typing import Any, Never
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from restitution.kernel import validation
+from restitution import checks as validation
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from restitution.case.quantity import (
 from restitution.case.section import Section, folder_of
 from restitution.material.measurement import PronyTerms
 from restitution.material.prony import PronySeries
-from restitution.material.readers import MaterialFile, read
+from restitution.material.readers import MaterialFile, read_material
 
 
 def _incompressible(value: Any) -> Any:
@@ -55,7 +55,7 @@ def read_file(value: Any, info: ValidationInfo, example: str, name: str | None =
         refuse(f'must be the name of a file, e.g. "{example}"')
     path = Path(folder_of(info), value)
     try:
-        return read(path, name=name)
+        return read_material(path, name=name)
     except ValueError as error:
         refuse(str(error).removeprefix(f"{path}: "))
 

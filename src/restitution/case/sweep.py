@@ -16,12 +16,12 @@ from restitution.case.quantity import refuse
 from restitution.case.schema import SolverSection
 from restitution.case.section import CaseError, Section, explain
 from restitution.case.template import CaseTemplate, put
-from restitution.sweep.axis import Linear
-from restitution.sweep.grid import make_grid
-from restitution.sweep.plan import Plan
-from restitution.sweep.samples import Samples
-from restitution.sweep.schema import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweep.template import (
+from restitution.sweeps.axis import Linear
+from restitution.sweeps.grid import make_grid
+from restitution.sweeps.plan import Plan
+from restitution.sweeps.samples import Samples
+from restitution.sweeps.schema import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.template import (
     Template,
     dimensionless_template,
 )
@@ -95,7 +95,7 @@ def read_sweep(path: str | Path) -> Plan:
     Returns
     -------
     Plan
-        To be run by `restitution.sweep.run.run`.
+        To be run by `restitution.sweeps.run.run`.
 
     Raises
     ------

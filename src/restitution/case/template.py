@@ -16,8 +16,8 @@ from pydantic import ValidationError
 from restitution.case.quantity import LIST
 from restitution.case.schema import CaseFile
 from restitution.case.section import CaseError, explain
-from restitution.sweep.description import describe
-from restitution.sweep.template import Prepared, check_columns, profile_names
+from restitution.sweeps.description import describe
+from restitution.sweeps.template import Prepared, check_columns, profile_names
 
 _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 

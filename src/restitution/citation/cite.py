@@ -22,7 +22,7 @@ from restitution.material import library
 from restitution.material.prony import PronySeries
 from restitution.material.shift import WLF, Arrhenius
 from restitution.material.viscoelastic import Material
-from restitution.sweep.plan import Plan
+from restitution.sweeps.plan import Plan
 
 Reason = tuple[str, str]
 

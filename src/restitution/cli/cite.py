@@ -44,7 +44,7 @@ def cite(
             sys.stdout.write(json_text.dumps(content, indent=2, ensure_ascii=False) + "\n")
         text = cite(*subjects) + "\n"
     if out is not None:
-        from restitution.sweep.whole_file import whole_file
+        from restitution.files import whole_file
 
         with whole_file(out) as partial:
             partial.write_text(text, encoding="utf-8")

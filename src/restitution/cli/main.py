@@ -69,10 +69,10 @@ def standard_solid(
 
     All numbers are dimensionless: mass, radius, velocity and equilibrium shear modulus are 1.
     """
+    from restitution.checks import positive, within
     from restitution.contact.profile import Parabola
     from restitution.impact.problem import Impact
     from restitution.impact.solve import solve as solve_impact
-    from restitution.kernel.validation import positive, within
     from restitution.material.classical import standard_solid as material
 
     with user_input():

@@ -81,7 +81,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
     """What a source says: one report, of a case file one for each of its materials."""
     from restitution.case.quantity import TEMPERATURE
     from restitution.material import library
-    from restitution.material.readers import read
+    from restitution.material.readers import read_material
 
     kelvin = None if at is None else presentation.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else _law(shift)
@@ -98,7 +98,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
         raise BadInput(
             f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
         )
-    content = read(source, name=name)
+    content = read_material(source, name=name)
     if isinstance(content, ShiftTable):
         return [_of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
@@ -116,9 +116,9 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
 
 
 def _law(path: Path) -> ShiftTable:
-    from restitution.material.readers import read
+    from restitution.material.readers import read_material
 
-    table = read(path)
+    table = read_material(path)
     if not isinstance(table, ShiftTable):
         raise BadInput(f"--shift {path}: must hold temperatures and shift factors")
     return table

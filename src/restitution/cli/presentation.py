@@ -175,7 +175,7 @@ def write_history(result: ImpactResult, path: Path) -> None:
 
 def write_dataset(table: xr.Dataset, path: Path) -> None:
     """Write columns over one dimension, whole or not at all: NetCDF, or CSV with the units in the header."""
-    from restitution.sweep.whole_file import whole_file, write_netcdf
+    from restitution.files import whole_file, write_netcdf
 
     if path.suffix.lower() == ".nc":
         write_netcdf(table, path)

@@ -17,7 +17,7 @@ from restitution.cli.patience import progress_bar
 if TYPE_CHECKING:
     from restitution.case.file import Case
     from restitution.impact.problem import Impact
-    from restitution.surrogate.velocity import Surrogate
+    from restitution.surrogates.velocity import Surrogate
 
 _SAVED = ".json"
 _RANGE = ("1e-3", "10")
@@ -96,7 +96,7 @@ def surrogate(
 
 
 def _saved(path: Path, options: dict[str, Any]) -> Surrogate:
-    from restitution.surrogate.velocity import Surrogate
+    from restitution.surrogates.velocity import Surrogate
 
     for name, value in options.items():
         if value is not None:
@@ -110,7 +110,7 @@ def _build(
     """Build the surrogate of a case, and say what should be known of its materials."""
     from restitution.case.file import read_case
     from restitution.impact.solve import solve
-    from restitution.surrogate.build import surrogate
+    from restitution.surrogates.build import surrogate
 
     case = read_case(path)
     with progress_bar("building") as progress:

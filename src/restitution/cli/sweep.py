@@ -55,7 +55,7 @@ def sweep(
     """
     with user_input():
         from restitution.case.sweep import read_sweep
-        from restitution.sweep.run import run
+        from restitution.sweeps.run import run
 
         plan = read_sweep(file)
         there: int | None = None
@@ -113,7 +113,7 @@ def plot(
     target = result.with_suffix(".png") if out is None else out
     check_target("--out", target, PICTURES)
     with user_input():
-        from restitution.sweep.store import open_sweep
+        from restitution.sweeps.store import open_sweep
 
         dataset = open_sweep(result)
         chosen = dict(_slice(dataset, text) for text in at or ())
@@ -158,7 +158,7 @@ def map_(
         from restitution.case.axes import known_place, read_axis
         from restitution.case.file import read_toml
         from restitution.case.sweep import plan_case
-        from restitution.sweep.run import run
+        from restitution.sweeps.run import run
 
         path = Path("standard solid") if case is None else case
         data = {} if case is None else read_toml(case)
@@ -202,7 +202,7 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
 def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
     """Read at which value of which axis to look; numbers have units as in case files."""
     from restitution.case.axes import value_in_si
-    from restitution.sweep.schema import ALIASES
+    from restitution.sweeps.schema import ALIASES
 
     given, value = _assignment("--at", text)
     name = ALIASES.get(given, given)
@@ -223,7 +223,7 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
 
 def _spaced(axis: Any) -> Any:
     """Space an axis by ratios where its ends are far apart."""
-    from restitution.sweep.axis import Linear, Logarithmic
+    from restitution.sweeps.axis import Linear, Logarithmic
 
     if not isinstance(axis, Linear) or min(axis.low, axis.high) <= 0.0:
         return axis

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import Numeric, positive
 from restitution.contact.power_law import half_angle_slope
 from restitution.contact.profile import Array, Profile, as_array
-from restitution.kernel.validation import Numeric, positive
 
 
 def _flank_root(x: Array, face: Numeric) -> Array:

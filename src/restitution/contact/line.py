@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import positive
 from restitution.contact.profile import Array, as_array
-from restitution.kernel.validation import positive
 
 _DEGREE = 10
 _MAX_LEVEL = 60

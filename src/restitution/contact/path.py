@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import positive
 from restitution.contact.profile import Array, Profile, as_array
-from restitution.kernel.validation import positive
 
 _DEGREE = 7
 _FIRST_CELLS = 4

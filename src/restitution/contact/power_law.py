@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import Numeric, positive
 from restitution.contact.profile import Array, Profile, as_array, plain
-from restitution.kernel.validation import Numeric, positive
 
 
 def half_angle_slope(half_angle: Any) -> tuple[Numeric, Numeric]:

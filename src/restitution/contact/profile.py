@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import Numeric, positive
+from restitution.checks import Numeric, positive
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import Numeric, positive
 from restitution.contact.profile import Array, Profile, as_array
-from restitution.kernel.validation import Numeric, positive
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import finite
 from restitution.contact.abel import AbelTransform, Pieces
 from restitution.contact.profile import Array, Profile, as_array
-from restitution.kernel.validation import finite
 
 # Points between two of the table, at which g is checked to rise and from which its inverse starts.
 _SAMPLES = 8

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import nonnegative, positive
 from restitution.impact.collision import Body, collision
 from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.result import dataset
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
-from restitution.kernel.validation import nonnegative, positive
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.kernel.validation import Numeric, nonnegative, positive, within
+from restitution.checks import Numeric, nonnegative, positive, within
 
 HERTZ_TIME_FACTOR = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 """Contact time of an elastic sphere over d_m/v0 [-], 2.9432751843 (Hertz 1882)."""

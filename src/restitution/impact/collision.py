@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from restitution.checks import Numeric, positive
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
-from restitution.kernel.validation import Numeric, positive
 from restitution.material.viscoelastic import Material
 
 

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import positive
 from restitution.impact.element_laws import element_law, padded
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import scale
 from restitution.impact.status import Status
-from restitution.kernel.validation import positive
 
 Array = NDArray[np.float64]
 

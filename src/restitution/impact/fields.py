@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import nonnegative
 from restitution.contact.line import LineFunction, line_function
 from restitution.contact.pressure import pressure, surface_displacement
 from restitution.impact.problem import Impact
 from restitution.impact.stored import D_, H_, S_, T_, V_, StoredImpact
-from restitution.kernel.validation import nonnegative
 from restitution.material.secular import secular_roots
 
 Array = NDArray[np.float64]

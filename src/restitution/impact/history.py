@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import finite
 from restitution.contact.path import evaluate
-from restitution.kernel.validation import finite
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledImpact

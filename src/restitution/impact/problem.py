@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from restitution.checks import Numeric, nonnegative, positive
 from restitution.contact.profile import Profile
-from restitution.kernel.validation import Numeric, nonnegative, positive
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.reduced_modulus import reduced_modulus

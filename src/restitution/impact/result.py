@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import Numeric
 from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.status import Status
-from restitution.kernel.validation import Numeric
 
 if TYPE_CHECKING:
     import xarray

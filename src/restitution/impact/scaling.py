@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import Numeric
 from restitution.impact.problem import Impact
-from restitution.kernel.validation import Numeric
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import Numeric, positive, within
 from restitution.impact.assumptions import doubts
 from restitution.impact.exact import Progress, outcome_columns, solve_scaled, solve_stored
 from restitution.impact.history import DenseOutput
@@ -17,7 +18,6 @@ from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.rows import energy_columns, si_columns
 from restitution.impact.scaling import ScaledBlock, power_block, scale, scale_alike
 from restitution.impact.status import SolverError, Status
-from restitution.kernel.validation import Numeric, positive, within
 from restitution.material.standard_solid import reduced_standard_solid
 
 Array = NDArray[np.float64]

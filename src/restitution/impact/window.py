@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import nonnegative
 from restitution.impact.problem import Impact
-from restitution.kernel.validation import nonnegative
 from restitution.material.fractional import Window
 
 # Any contact lasts less than a year and more than a picosecond; only its duration is wanted.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import finite
 from restitution.contact.profile import Profile
 from restitution.indentation.growth import grow_contact, scratch
 from restitution.indentation.history import History
@@ -19,7 +20,6 @@ from restitution.indentation.shrinkage import (
     recover_depth,
     shrink_contact,
 )
-from restitution.kernel.validation import finite
 from restitution.material.prony import PronySeries
 
 Array = NDArray[np.float64]

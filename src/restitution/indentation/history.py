@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import finite, nonnegative, positive
+from restitution.checks import finite, nonnegative, positive
 
 Array = NDArray[np.float64]
 

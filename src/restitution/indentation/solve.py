@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import finite, positive, within
 from restitution.contact.profile import Profile
 from restitution.indentation.exact import Solution
 from restitution.indentation.history import History
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.kernel.validation import finite, positive, within
 from restitution.material.reduced_modulus import reduced_modulus
 from restitution.material.viscoelastic import Material
 

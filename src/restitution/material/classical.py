@@ -6,7 +6,7 @@ import math
 
 from numpy.typing import ArrayLike
 
-from restitution.kernel.validation import nonnegative, positive
+from restitution.checks import nonnegative, positive
 from restitution.material.connection import series_connection
 from restitution.material.conversion import shear_from_tension
 from restitution.material.prony import PronySeries

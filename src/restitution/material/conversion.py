@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from restitution.kernel.validation import finite, positive
+from restitution.checks import finite, positive
 from restitution.material.connection import series_connection
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restitution.kernel.validation import positive
+from restitution.checks import positive
 from restitution.material.measurement import Deformation, PronyTerms, beyond_one
 from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material

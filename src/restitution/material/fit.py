@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.kernel.validation import nonnegative, positive
+from restitution.checks import nonnegative, positive
 from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.sheet import FileError

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import nonnegative, positive, within
+from restitution.checks import nonnegative, positive, within
 from restitution.material.prony import PronySeries
 from restitution.material.spectrum import discretise, relaxation_by_quadrature
 from restitution.material.viscoelastic import Material

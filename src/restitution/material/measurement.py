@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.kernel.validation import nonnegative, positive
+from restitution.checks import nonnegative, positive
 from restitution.material.prony import PronySeries
 
 Array = NDArray[np.float64]

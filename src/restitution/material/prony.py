@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import nonnegative, positive
+from restitution.checks import nonnegative, positive
 from restitution.material.secular import secular_roots
 
 Array = NDArray[np.float64]

@@ -28,7 +28,7 @@ _NOISE = 1.5
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
 
 
-def read(path: str | Path, *, name: str | None = None) -> MaterialFile:
+def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material, whatever its kind.
 
     Kinds, told apart by content: a relaxation table (time, modulus), a DMA table (frequency, storage
@@ -60,7 +60,7 @@ def read(path: str | Path, *, name: str | None = None) -> MaterialFile:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "relaxation.csv")
     ...     _ = file.write_text("t,E\nms,MPa\n1,30\n10,20\n")
-    ...     data = read(file)
+    ...     data = read_material(file)
     >>> data.time, data.modulus, data.deformation
     (array([0.001, 0.01 ]), array([30000000., 20000000.]), 'tension')
     """

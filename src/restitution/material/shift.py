@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.kernel.validation import positive, within
+from restitution.checks import positive, within
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.kernel.validation import finite, nonnegative, positive
+from restitution.checks import finite, nonnegative, positive
 from restitution.material.prony import PronySeries
 from restitution.material.shift import Shift
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from restitution.kernel.validation import within
+from restitution.checks import within
+from restitution.files import whole_file, write_netcdf
 from restitution.paper import claims as claims_of
 from restitution.paper import collapse, curves, incompressibility, planes
 from restitution.paper.claims import Claim
 from restitution.paper.computation import Computation
 from restitution.plot.style import save_figure
-from restitution.sweep.whole_file import whole_file, write_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,7 +18,7 @@ from restitution.plot.panels import (
     value_name,
 )
 from restitution.plot.quantity import quantity
-from restitution.sweep.schema import ALIASES
+from restitution.sweeps.schema import ALIASES
 
 if TYPE_CHECKING:
     import xarray as xr

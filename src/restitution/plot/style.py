@@ -187,7 +187,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     ...     save_figure(new_figure(2.0, 1.0), f"{folder}/empty.pdf").name
     'empty.pdf'
     """
-    from restitution.sweep.whole_file import whole_file
+    from restitution.files import whole_file
 
     path = Path(path)
     suffix = path.suffix.lower().lstrip(".")

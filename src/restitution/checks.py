@@ -1,0 +1,175 @@
+"""Checks of numbers. What is refused raises an `InputError` with the field, its value and the admissible range.
+
+A number may carry a unit (pint, astropy, unyt, or the attribute `units` of an xarray.DataArray): it is converted to the unit of the
+field, or refused where the dimensions differ. Masked values, dates, texts, booleans and complex numbers are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.errors import InputError, InputTypeError
+
+Numeric = float | NDArray[np.float64]
+
+_NUMBER = "must be a real number or an array of real numbers"
+
+
+@cache
+def unit_registry() -> Any:
+    """The registry of units that all parts of the package share."""
+    # Pint takes 0.4 s to import and to set up, which plain numbers need not pay.
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+def _has_unit(value: Any) -> bool:
+    return (hasattr(value, "magnitude") and hasattr(value, "units")) or (
+        hasattr(value, "to_value") and (hasattr(value, "unit") or hasattr(value, "units"))
+    )
+
+
+def _without_unit(name: str, value: Any, unit: str) -> Any:
+    """Return the plain numbers of a value that carries a unit, in the unit of the field."""
+    attributes = getattr(value, "attrs", None)
+    if not _has_unit(value):
+        stated = attributes.get("units") if isinstance(attributes, dict) else None
+        if stated is None or (stated == unit or (stated == "1" and not unit)):
+            return value
+        value = _stated(name, np.asarray(value), str(stated), unit)
+    try:
+        if hasattr(value, "magnitude"):
+            return value.to(unit or "dimensionless").magnitude
+        return value.to_value(unit.replace(" ", "*") or "")
+    except (
+        Exception
+    ):  # each library of units has its own classes of errors, which it need not be imported for
+        wanted = f"must be a quantity in {unit}" if unit else "must be a plain number"
+        raise InputError(name, str(value), wanted) from None
+
+
+def _stated(name: str, values: Any, stated: str, unit: str) -> Any:
+    try:
+        return unit_registry().Quantity(values, stated)
+    except Exception:  # pint's parser lets errors of many unrelated types through
+        wanted = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
+        raise InputError(f"{name}.attrs['units']", stated, wanted) from None
+
+
+def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
+    """Return `value` as an array of floats in `unit`, refusing all that is no real number.
+
+    Parameters
+    ----------
+    name : str
+        Name of the field.
+    value : object
+        A number, a sequence or an array; with or without a unit.
+    unit : str
+        SI unit of the field; empty for a plain number.
+
+    Raises
+    ------
+    InputTypeError
+        If the value is no number, or is masked.
+    InputError
+        If its unit cannot be converted.
+    """
+    if isinstance(value, (bool, str, bytes)) or value is None:
+        raise InputTypeError(name, value, _NUMBER)
+    value = _without_unit(name, value, unit)
+    if isinstance(value, Sequence) and any(map(_has_unit, value)):
+        value = [_without_unit(name, item, unit) for item in value]
+    if isinstance(value, np.ma.MaskedArray):
+        mask = np.ma.getmaskarray(value)
+        if mask.any():
+            index = tuple(int(i) for i in np.argwhere(np.atleast_1d(mask))[0]) if value.ndim else ()
+            raise InputTypeError(f"{name}", "masked", _NUMBER, index=index)
+        value = value.data
+    try:
+        plain = np.asarray(value)
+        if plain.dtype.kind not in "iufO":
+            raise InputTypeError(name, value, _NUMBER)
+        if plain.dtype.kind == "O" and any(isinstance(item, (str, bytes, bool)) for item in plain.flat):
+            raise InputTypeError(name, value, _NUMBER)
+        return np.array(plain, dtype=np.float64)
+    except OverflowError:
+        raise InputError(name, value, "must be a number that a double can hold") from None
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputTypeError):
+            raise
+        raise InputTypeError(name, value, _NUMBER) from None
+
+
+def _checked(
+    name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str
+) -> Numeric:
+    if not np.all(good):
+        where = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
+        bad = float(np.atleast_1d(array)[where])
+        raise InputError(name, bad, wanted, unit, index=where if array.ndim else ())
+    if array.ndim == 0:
+        return float(array)
+    array.setflags(write=False)
+    return array
+
+
+def finite(name: str, value: Any, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing NaN and infinities."""
+    array = number(name, value, unit)
+    return _checked(name, array, np.isfinite(array), unit, "must be finite")
+
+
+def positive(name: str, value: Any, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing all that is not finite and above zero."""
+    array = number(name, value, unit)
+    return _checked(name, array, np.isfinite(array) & (array > 0), unit, "must be finite and > 0")
+
+
+def nonnegative(name: str, value: Any, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing all that is not finite and at least zero."""
+    array = number(name, value, unit)
+    return _checked(name, array, np.isfinite(array) & (array >= 0), unit, "must be finite and >= 0")
+
+
+def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing all outside the closed interval [low, high]."""
+    array = number(name, value, unit)
+    suffix = f" {unit}" if unit else ""
+    wanted = f"must be in [{low:g}, {high:g}]{suffix}"
+    return _checked(name, array, (array >= low) & (array <= high), unit, wanted)
+
+
+def between(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing all outside the open interval (low, high)."""
+    array = number(name, value, unit)
+    suffix = f" {unit}" if unit else ""
+    wanted = f"must be > {low:g} and < {high:g}{suffix}"
+    return _checked(name, array, (array > low) & (array < high), unit, wanted)
+
+
+def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
+    """Return `value` as an int, refusing all that is no whole number in [low, high]."""
+    wanted = (
+        f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
+    )
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise InputTypeError(name, value, wanted)
+    if value < low or (high is not None and value > high):
+        raise InputError(name, int(value), wanted)
+    return int(value)
+
+
+def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
+    """Return `value` if it is one of the choices."""
+    if value not in choices:
+        *most, last = (f"'{choice}'" for choice in choices)
+        wanted = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
+        raise InputError(name, value, wanted)
+    return str(value)

@@ -1,0 +1,119 @@
+"""Errors of the input, as objects: which field, its value, and what it must be.
+
+Code that wants to know what was wrong reads the attributes; the message is for people alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, Self
+
+
+class _Absent:
+    def __repr__(self) -> str:
+        return "ABSENT"
+
+
+ABSENT: Final = _Absent()
+"""Stands for a value that is not given."""
+
+_LONGEST = 60
+
+
+class InputError(ValueError):
+    """An input that is not admissible.
+
+    Parameters
+    ----------
+    field : str
+        Name of the field, such as `velocity`, or of several, such as `depth, force`.
+    value : object
+        Its value; `ABSENT` where there is none to show.
+    wanted : str
+        What the value must be, as the end of a sentence: "must be finite and > 0".
+    unit : str
+        Unit of the value.
+    index : tuple of int
+        Place of the value in an array.
+    where : str
+        Where the field stands, such as the name of a file.
+
+    Attributes
+    ----------
+    field, value, wanted, unit, index, where
+        As given.
+
+    Examples
+    --------
+    >>> error = InputError("velocity", -1.0, "must be finite and > 0", "m/s")
+    >>> print(error)
+    velocity = -1 m/s: must be finite and > 0
+    >>> print(error.within("impact", where="case.toml"))
+    case.toml: impact.velocity = -1 m/s: must be finite and > 0
+    """
+
+    def __init__(
+        self,
+        field: str,
+        value: Any = ABSENT,
+        wanted: str = "is not admissible",
+        unit: str = "",
+        *,
+        index: tuple[int, ...] = (),
+        where: str = "",
+    ) -> None:
+        super().__init__(field, value, wanted, unit)
+        self.field, self.value, self.wanted, self.unit = field, value, wanted, unit
+        self.index, self.where = index, where
+
+    def __str__(self) -> str:
+        place = f"[{', '.join(map(str, self.index))}]" if self.index else ""
+        shown = "" if self.value is ABSENT else f" = {shown_value(self.value)}"
+        unit = f" {self.unit}" if self.unit and shown else ""
+        name = f"{self.field}{place}{shown}{unit}"
+        return ": ".join(part for part in (self.where, name, self.wanted) if part)
+
+    def within(self, section: str = "", *, where: str = "") -> Self:
+        """Return the same error for a field that stands in a section, or in a file."""
+        field = f"{section}.{self.field}" if section and self.field else section or self.field
+        return type(self)(
+            field, self.value, self.wanted, self.unit, index=self.index, where=where or self.where
+        )
+
+    def __reduce__(self) -> Any:
+        return _rebuild, (type(self), self.field, self.value, self.wanted, self.unit, self.index, self.where)
+
+
+class InputTypeError(InputError, TypeError):
+    """An input of another type than the field takes."""
+
+
+def _rebuild(kind: type[InputError], *parts: Any) -> InputError:
+    *positional, index, where = parts
+    return kind(*positional, index=index, where=where)
+
+
+class RestitutionWarning(UserWarning):
+    """A warning with a kind, so that code can tell warnings apart without reading them.
+
+    Parameters
+    ----------
+    kind : str
+        What the warning is about, such as "window" or "density".
+    message : str
+        One line for people.
+    """
+
+    def __init__(self, kind: str, message: str) -> None:
+        super().__init__(kind, message)
+        self.kind, self.message = kind, message
+
+    def __str__(self) -> str:
+        return self.message
+
+
+def shown_value(value: Any) -> str:
+    """Return a value as one short line."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

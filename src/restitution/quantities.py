@@ -1,0 +1,222 @@
+"""Every physical quantity once: name, unit, words, symbol and admissible range.
+
+Case files, sweeps, results, pictures and exports read this registry. A new quantity is one entry here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any, NamedTuple
+
+from restitution import checks
+from restitution.checks import Numeric
+from restitution.errors import InputError
+
+
+class Dimension(NamedTuple):
+    """What a quantity measures.
+
+    Attributes
+    ----------
+    name : str
+        Its name, such as "length".
+    unit : str
+        SI unit; empty for a plain number.
+    example : str
+        How a person writes one.
+    """
+
+    name: str
+    unit: str
+    example: str = ""
+
+    @property
+    def advice(self) -> str:
+        """How to write one."""
+        if not self.unit:
+            return "write a plain number"
+        return f'write e.g. "{self.example}", or a plain number in {self.unit}'
+
+
+NUMBER = Dimension("dimensionless number", "")
+LENGTH = Dimension("length", "m", "10 mm")
+MASS = Dimension("mass", "kg", "5 g")
+TIME = Dimension("time", "s", "1 ms")
+DENSITY = Dimension("density", "kg/m^3", "1100 kg/m^3")
+VELOCITY = Dimension("velocity", "m/s", "1 m/s")
+ACCELERATION = Dimension("acceleration", "m/s^2", "9.81 m/s^2")
+FORCE = Dimension("force", "N", "50 mN")
+ENERGY = Dimension("energy", "J", "1 mJ")
+MODULUS = Dimension("modulus", "Pa", "2 MPa")
+VISCOSITY = Dimension("viscosity", "Pa s", "1 kPa s")
+ANGLE = Dimension("angle", "rad", "80 deg")
+TEMPERATURE = Dimension("temperature", "K", "20 degC")
+TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
+MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
+
+
+class Quantity(NamedTuple):
+    """A physical quantity.
+
+    Attributes
+    ----------
+    name : str
+        Its name in Python, in case files and in results.
+    dimension : Dimension
+        What it measures, with the SI unit.
+    words : str
+        What it is, in words.
+    symbol : str
+        Symbol, in the mathematical notation of matplotlib.
+    low, high : float
+        Ends of the admissible range.
+    open : bool
+        Whether the ends themselves are excluded. An infinite end is excluded, unless `infinite`.
+    infinite : bool
+        Whether the quantity may be infinite.
+    """
+
+    name: str
+    dimension: Dimension
+    words: str
+    symbol: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    open: bool = False
+    infinite: bool = False
+
+    @property
+    def unit(self) -> str:
+        """SI unit; empty for a plain number."""
+        return self.dimension.unit
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of an array of it, by which CF readers know it."""
+        return {"units": self.unit or "1", "long_name": self.words, "symbol": self.symbol}
+
+    def check(self, value: Any, field: str = "") -> Numeric:
+        """Return values as a float or a read-only array in SI, refusing those outside the range.
+
+        Parameters
+        ----------
+        value : float or array_like
+            With or without a unit.
+        field : str
+            Name of the field in messages, where it is not that of the quantity.
+
+        Raises
+        ------
+        InputError
+            If a value is outside the range or has another dimension.
+        """
+        name = field or self.name
+        if self.low == 0.0 and self.high == math.inf and not self.infinite:
+            return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)
+        if math.isinf(self.low) and math.isinf(self.high):
+            return checks.finite(name, value, self.unit)
+        if not self.open:
+            return checks.within(name, value, self.low, self.high, self.unit)
+        return checks.between(name, value, self.low, self.high, self.unit)
+
+
+def _positive(name: str, dimension: Dimension, words: str, symbol: str = "") -> Quantity:
+    return Quantity(name, dimension, words, symbol, 0.0, open=True)
+
+
+def _nonnegative(name: str, dimension: Dimension, words: str, symbol: str = "") -> Quantity:
+    return Quantity(name, dimension, words, symbol, 0.0)
+
+
+INPUTS = {
+    one.name: one
+    for one in (
+        _positive("velocity", VELOCITY, "impact velocity", r"$v_0$"),
+        _positive("drop_height", LENGTH, "height of the fall", r"$h$"),
+        _positive("gravity", ACCELERATION, "acceleration of gravity", r"$g$"),
+        _positive("mass", MASS, "mass", r"$m$"),
+        _positive("density", DENSITY, "density", r"$\rho$"),
+        _positive("radius", LENGTH, "radius", r"$R$"),
+        _nonnegative("external_force", FORCE, "constant external force", r"$F_0$"),
+        Quantity("half_angle", ANGLE, "half angle of the cone", r"$\alpha$", 0.0, math.pi / 2, open=True),
+        # T is the contact time, with which a picture may show it.
+        _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),
+        Quantity("poisson_ratio", NUMBER, "static Poisson ratio", r"$\nu$", -1.0, 0.5),
+        Quantity("bulk_modulus", MODULUS, "bulk modulus", r"$K$", 0.0, infinite=True),
+        _nonnegative("equilibrium_modulus", MODULUS, "equilibrium shear modulus", r"$G_\infty$"),
+        _positive("instantaneous_modulus", MODULUS, "instantaneous shear modulus", r"$G_0$"),
+        _positive("branch_modulus", MODULUS, "shear modulus of the branch", r"$G_1$"),
+        _positive("viscosity", VISCOSITY, "shear viscosity of the branch", r"$\eta$"),
+        _positive("relaxation_time", TIME, "relaxation time of the branch", r"$\tau$"),
+        _nonnegative("branch_moduli", MODULUS, "shear modulus of a branch", r"$G_k$"),
+        _positive("relaxation_times", TIME, "relaxation time of a branch", r"$\tau_k$"),
+        _positive("p2", NUMBER, "equilibrium over branch modulus", r"$p_2$"),
+        _positive("p3", NUMBER, "dimensionless viscosity", r"$p_3$"),
+    )
+}
+"""What an axis of a sweep may set by name; a builder or a case file may have further quantities."""
+
+ALIASES = {"nu": "poisson_ratio", "p1": "poisson_ratio"}
+
+OUTPUTS = {
+    one.name: one
+    for one in (
+        _nonnegative("restitution_coefficient", NUMBER, "restitution coefficient", r"$e$"),
+        _nonnegative("contact_time", TIME, "contact time", r"$T$"),
+        _nonnegative("max_indentation_depth", LENGTH, "largest indentation depth", r"$d_\mathrm{max}$"),
+        _nonnegative("max_force", FORCE, "largest normal force", r"$F_\mathrm{max}$"),
+        _nonnegative("max_contact_radius", LENGTH, "largest contact radius", r"$a_\mathrm{max}$"),
+        Quantity(
+            "residual_indentation_depth", LENGTH, "indentation depth at separation", r"$d_\mathrm{end}$"
+        ),
+        _nonnegative("rebound_velocity", VELOCITY, "rebound velocity", r"$v_\mathrm{end}$"),
+        _nonnegative("kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$"),
+        _nonnegative("kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$"),
+        _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
+        _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
+        Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$"),
+    )
+}
+"""What an impact gives."""
+
+HISTORY = {
+    one.name: one
+    for one in (
+        _nonnegative("time", TIME, "time since first touch", r"$t$"),
+        Quantity("indentation_depth", LENGTH, "indentation depth", r"$d$"),
+        Quantity("indentation_velocity", VELOCITY, "indentation velocity", r"$v$"),
+        _nonnegative("force", FORCE, "normal force", r"$F$"),
+        _nonnegative("contact_radius", LENGTH, "contact radius", r"$a$"),
+        _nonnegative("kinetic_energy", ENERGY, "kinetic energy of the body", r"$E_\mathrm{kin}$"),
+        _nonnegative("stored_energy", ENERGY, "energy in the springs of the foundation", r"$E_\mathrm{s}$"),
+        _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
+    )
+}
+"""What a history over time holds."""
+
+
+def check(name: str, value: Any, field: str = "") -> Numeric:
+    """Return the values of an input in SI, refusing those outside its range; see `Quantity.check`.
+
+    Examples
+    --------
+    >>> check("velocity", [0.5, 1.0]).tolist()
+    [0.5, 1.0]
+    >>> check("poisson_ratio", 0.6)
+    Traceback (most recent call last):
+        ...
+    restitution.errors.InputError: poisson_ratio = 0.6: must be in [-1, 0.5]
+    """
+    return INPUTS[name].check(value, field)
+
+
+def known(field: str, name: str, choices: Iterable[str]) -> str:
+    """Return a name if it is one of the choices; refuse it otherwise, and advise the nearest one."""
+    choices = list(choices)
+    if name in choices:
+        return name
+    close = get_close_matches(str(name), choices, 1)
+    advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(choices)}"
+    raise InputError(field, name, f"is not known; {advice}")

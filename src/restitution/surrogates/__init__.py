@@ -1,0 +1,1 @@
+"""Interpolants of a stated error in place of solves."""

@@ -1,0 +1,1 @@
+"""Many impacts over named axes, in memory or in a store."""

@@ -1,0 +1,139 @@
+"""From columns of quantities to impacts that can be solved together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.impact.problem import Impact
+from restitution.impact.rows import Rows, join_rows
+from restitution.sweeps.combination import Columns, combinations
+from restitution.sweeps.material import Bodies, changed_impact, material_rows
+from restitution.sweeps.template import NUMBERS, Prepared, Template, profile_names
+
+Array = NDArray[Any]
+Places = NDArray[np.intp]
+Part = tuple[Places, Rows | Impact]
+Tick = Callable[[int], None]
+
+_MOST_REMEMBERED = 4096
+
+
+class Assembly:
+    """Makes impacts of a template and of values along axes.
+
+    Parameters
+    ----------
+    template : Template
+        What is varied.
+    names : tuple of str
+        The quantities that axes set.
+
+    Raises
+    ------
+    ValueError
+        If the template has no such quantity.
+    """
+
+    def __init__(self, template: Template, names: tuple[str, ...]) -> None:
+        self._template = template
+        self._built = template.builds_with(names)
+        self._remembered: dict[tuple[Any, ...], Prepared] = {}
+
+    def parts(self, columns: Columns, n: int, tick: Tick, *, strict: bool = False) -> Iterator[Part]:
+        """Turn columns of quantities into what can be solved.
+
+        Parameters
+        ----------
+        columns : dict of str to array, shape (n,)
+            Values of all quantities.
+        n : int
+            Number of points.
+        tick : callable
+            Called now and then with 0; ends the work by raising.
+        strict : bool
+            Whether points that are not admissible raise, rather than belonging to no part.
+
+        Yields
+        ------
+        tuple of array and Rows or Impact
+            Places among the n points, and the impacts there.
+        """
+        kinds: dict[tuple[int, float], list[tuple[Places, Rows]]] = {}
+        for places, values in combinations({name: columns[name] for name in self._built}, n):
+            tick(0)
+            try:
+                prepared = self._prepare(values)
+                own = {name: column[places] for name, column in columns.items() if name not in self._built}
+                if prepared.derive is not None:
+                    own = prepared.derive(own)
+            except ValueError:
+                if strict:
+                    raise
+                continue
+            for inner, part in _parts(prepared, own, places.size, tick, strict=strict):
+                if isinstance(part, Impact):
+                    yield places[inner], part
+                else:
+                    kinds.setdefault((part.moduli.shape[1], part.exponent), []).append((places[inner], part))
+        for members in kinds.values():
+            yield np.concatenate([places for places, _ in members]), join_rows([rows for _, rows in members])
+
+    def _prepare(self, values: dict[str, Any]) -> Prepared:
+        # Objects come from lists that live as long as the sweep: their identity is theirs alone.
+        key = tuple(value if isinstance(value, float) else id(value) for value in values.values())
+        known = self._remembered.get(key)
+        if known is None:
+            known = self._template.prepare(values)
+            if len(self._remembered) >= _MOST_REMEMBERED:
+                self._remembered.clear()
+            self._remembered[key] = known
+        return known
+
+
+def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: bool) -> Iterator[Part]:
+    """Parts of the impacts that differ from one by columns."""
+    impact = prepared.impact
+    plain: Any = impact.profile
+    mass, velocity, force = (
+        columns[name] if name in columns else np.full(n, getattr(impact, name)) for name in NUMBERS
+    )
+    own = profile_names(impact)
+    shape = {name: column for name, column in columns.items() if name in own}
+    material = {name: column for name, column in columns.items() if name not in (*NUMBERS, *own)}
+    exponent = impact.profile.path_exponent
+    if exponent is None or "exponent" in shape:
+        for places, values in combinations({**shape, **material}, n):
+            tick(0)
+            try:
+                profile: Any = replace(plain, **{name: values[name] for name in shape})
+                changed = changed_impact(impact, {name: values[name] for name in material}, prepared.held)
+            except ValueError:
+                if strict:
+                    raise
+                continue
+            yield (
+                places,
+                replace(
+                    changed,
+                    profile=profile,
+                    mass=mass[places],
+                    velocity=velocity[places],
+                    force=force[places],
+                ),
+            )
+        return
+    profile = replace(plain, **shape) if shape else plain
+    coefficient = np.broadcast_to(np.asarray(profile.path_coefficient, dtype=np.float64), (n,))
+    bodies = Bodies(mass, velocity, coefficient**2 if exponent == 1.0 else None)
+    for places, series in material_rows(impact, material, prepared.held, bodies, tick, strict=strict):
+        yield (
+            places,
+            Rows(
+                *series, coefficient[places], float(exponent), mass[places], velocity[places], force[places]
+            ),
+        )

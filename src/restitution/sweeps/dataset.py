@@ -1,0 +1,170 @@
+"""The result of a sweep as an xarray.Dataset, and what describes its variables."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.sweeps.axis import Axis, Listed
+from restitution.sweeps.grid import Grid, Index
+from restitution.sweeps.plan import Plan
+from restitution.sweeps.schema import NOT_COMPUTED, OUTPUTS, STATUS, input_variable, status_attributes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[Any]
+
+# Linux grants more memory than there is, and ends a process that comes to use it.
+_SHARE_OF_MEMORY = 0.5
+
+LABELS = "labels"
+"""Attribute of a coordinate of numbers that stand for words."""
+
+
+class Field(NamedTuple):
+    """A variable of the result.
+
+    Attributes
+    ----------
+    dimensions : tuple of str
+        Its dimensions.
+    dtype : str
+        Its type.
+    fill : float
+        What stands where nothing is computed yet.
+    attributes : dict
+        Unit, words, symbol.
+    """
+
+    dimensions: tuple[str, ...]
+    dtype: str
+    fill: float
+    attributes: dict[str, Any]
+
+
+def output_fields(plan: Plan) -> dict[str, Field]:
+    """Describe what a sweep computes, by name."""
+    dimensions = plan.grid.dimensions
+    fields = {name: Field(dimensions, "float64", np.nan, OUTPUTS[name].attributes) for name in plan.outputs}
+    return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, status_attributes())}
+
+
+def coordinate_fields(grid: Grid) -> dict[str, Field]:
+    """Describe the quantities along the axes and those that all points share, by name."""
+    fields: dict[str, Field] = {}
+    for name, value in grid.fixed.items():
+        if isinstance(value, float):
+            fields[name] = Field((), "float64", np.nan, input_variable(name).attributes)
+    for dimension, axis in grid.axes.items():
+        for name in axis.names(dimension):
+            attributes: dict[str, Any] = input_variable(name).attributes | {"scale": axis.scale}
+            if _is_words(axis):
+                assert isinstance(axis, Listed)
+                fields[name] = Field(
+                    (dimension,), "int32", NOT_COMPUTED, attributes | {LABELS: axis.labels(dimension)}
+                )
+            else:
+                fields[name] = Field((dimension,), "float64", np.nan, attributes)
+    return fields
+
+
+def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, slice | None, Any]]:
+    """Yield the values of the coordinates in pieces: name, place (None for a single number), values."""
+    for name, value in grid.fixed.items():
+        if isinstance(value, float):
+            yield name, None, value
+    for dimension, axis in grid.axes.items():
+        for start in range(0, axis.size, size):
+            stop = min(start + size, axis.size)
+            for name, values in axis.columns(dimension, start, stop).items():
+                numbers = np.arange(start, stop, dtype=np.int32) if _is_words(axis) else values
+                yield name, slice(start, stop), numbers
+
+
+def _is_words(axis: Axis) -> bool:
+    return isinstance(axis, Listed) and not axis.is_numeric
+
+
+class Memory:
+    """Results of a sweep that stay in memory.
+
+    Parameters
+    ----------
+    plan : Plan
+        The sweep.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._fields = output_fields(plan)
+        n = plan.grid.n_points
+        needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
+        refusal = ValueError(
+            f"axes: {n} points take {needed / 1e9:.3g} GB, too much for the memory of this machine; "
+            "give out=, a store, which takes any number"
+        )
+        if needed > _SHARE_OF_MEMORY * _memory():
+            raise refusal
+        try:
+            self._arrays = {
+                name: np.full(plan.grid.shape, field.fill, dtype=field.dtype)
+                for name, field in self._fields.items()
+            }
+        except MemoryError:
+            raise refusal from None
+
+    def keep(self, index: Index, results: dict[str, Array]) -> None:
+        """Keep the results of a chunk."""
+        for name, values in results.items():
+            self._arrays[name][self._plan.grid.region(index)] = values
+
+    def statuses(self) -> Iterator[Array]:
+        """Yield all statuses."""
+        yield self._arrays[STATUS]
+
+    def dataset(self) -> xr.Dataset:
+        """Return the results with their coordinates."""
+        import xarray as xr
+
+        grid = self._plan.grid
+        fields = coordinate_fields(grid)
+        values: dict[str, Any] = {
+            name: np.empty([grid.axes[dim].size for dim in field.dimensions], dtype=field.dtype)
+            for name, field in fields.items()
+        }
+        for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
+            values[name][... if place is None else place] = part
+        dataset = xr.Dataset(
+            {
+                name: (field.dimensions, self._arrays[name], field.attributes)
+                for name, field in self._fields.items()
+            },
+            {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
+            self._plan.attributes,
+        )
+        return in_words(dataset)
+
+
+def _memory() -> float:
+    """Memory of this machine [bytes]; infinite where it is not told, as where systems refuse what they lack."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def in_words(dataset: xr.Dataset) -> xr.Dataset:
+    """Turn coordinates of numbers that stand for words into these."""
+    for name in list(dataset.coords):
+        coordinate = dataset[name]
+        if LABELS in coordinate.attrs:
+            attributes = {key: value for key, value in coordinate.attrs.items() if key != LABELS}
+            words = np.array(coordinate.attrs[LABELS])[coordinate.values]
+            dataset = dataset.assign_coords({name: (coordinate.dims, words, attributes)})
+    return dataset

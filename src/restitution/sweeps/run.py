@@ -1,0 +1,228 @@
+"""Sweeps: many impacts over named axes, in memory or in a store, on threads or on a cluster."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from restitution.checks import within
+from restitution.impact.problem import Impact
+from restitution.impact.status import Status
+from restitution.sweeps.dataset import Memory
+from restitution.sweeps.grid import make_grid
+from restitution.sweeps.material import HeldElastic
+from restitution.sweeps.plan import Plan
+from restitution.sweeps.schema import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.template import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Progress = Callable[[int, int], None]
+Engine = Literal["threads", "dask"]
+
+
+def sweep(
+    base: Impact | Callable[..., Impact] | None,
+    axes: Mapping[str, Any],
+    outputs: Iterable[str] = DEFAULT_OUTPUTS,
+    *,
+    out: str | Path | None = None,
+    chunk: int | Mapping[str, int] | None = None,
+    rtol: float = 1e-9,
+    held: HeldElastic = "bulk_modulus",
+    engine: Engine = "threads",
+    cluster: Any = "local",
+    workers: int | None = None,
+    progress: Progress | None = None,
+    title: str = "",
+) -> xr.Dataset:
+    """Restitution coefficient, contact time, peaks and energies of many impacts over named axes.
+
+    Parameters
+    ----------
+    base : Impact, callable or None
+        What is varied: an impact, or a function that takes values of axes by name and returns one. None: the
+        paper's problem, of which axes give `nu`, `p2` and `p3`.
+    axes : dict
+        By name of a quantity: `Linear`, `Logarithmic`, a sequence of numbers or objects, or one value for all
+        points. By name of a dimension of your own: `Samples`. Quantities are those of the impact (`velocity`,
+        `mass`, `force`), of its profile (`radius`, `half_angle`), of its material (`poisson_ratio` or `nu`,
+        `bulk_modulus`, `equilibrium_modulus`, `branch_modulus`, `viscosity`, `relaxation_time`,
+        `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), the materials themselves
+        (`material`, `counter_material`), and the arguments of the function.
+    outputs : sequence of str
+        What is wanted; see `restitution.sweeps.schema.OUTPUTS`.
+    out : path-like, optional
+        Folder of a Zarr store that takes the results as they come. The same call resumes what was cut short.
+    chunk : int or dict of str to int, optional
+        Points of a chunk, or points along each dimension: what one task computes and an interrupt may lose.
+    rtol : float
+        The error of e stays below `rtol max(e, 1e-3)`.
+    held : {"bulk_modulus", "poisson_ratio"}
+        What stays where `equilibrium_modulus` varies.
+    engine : {"threads", "dask"}
+        Threads of this process, or the processes of a Dask cluster.
+    cluster : str or object
+        With Dask: "local", the address of a scheduler, a cluster or a client.
+    workers : int, optional
+        Threads, or processes of the local cluster; all cores where left out. Results do not depend on it.
+    progress : callable, optional
+        Called with (points done, all points).
+    title : str
+        What the sweep is about.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs and `status` over the axes, with units; attributes say how it was made. From a store, it
+        is loaded when asked for. Impacts that failed are NaN, the status says why, and a warning counts them.
+
+    Raises
+    ------
+    ValueError
+        If an axis or an option is out of range, the results do not fit in memory, or the store holds
+        something else.
+    TypeError
+        If an argument is of another kind.
+    OSError
+        If the store cannot be written; what was written stays.
+
+    Notes
+    -----
+    `branch_modulus` and `p2` keep the viscosity, `relaxation_time` and `viscosity` the branch modulus.
+    `branch_moduli[k]` and `relaxation_times[k]` keep each other.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    >>> ball = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+    >>> result = rs.sweep(ball, {"velocity": rs.Logarithmic(0.1, 10.0, 5), "radius": [0.005, 0.01]})
+    >>> result.restitution_coefficient.dims, result.velocity.attrs["units"]
+    (('velocity', 'radius'), 'm/s')
+    """
+    if base is None:
+        template: Template = dimensionless_template()
+    elif isinstance(base, Impact):
+        template = ImpactTemplate(base, held)
+    elif callable(base):
+        template = BuilderTemplate(base, held)
+    else:
+        raise TypeError(f"base = {base!r}: must be an Impact, a function that returns one, or None")
+    if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"axes = {axes!r}: must be a dict from names to values")
+    if held not in ("bulk_modulus", "poisson_ratio"):
+        raise ValueError(f"held = {held!r}: must be 'bulk_modulus' or 'poisson_ratio'")
+    within("rtol", rtol, 1e-12, 1e-2)
+    plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
+    if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
+        raise ValueError(f"axes: must have {', '.join(sorted(missing))} where there is no base")
+    return run(plan, out=out, engine=engine, cluster=cluster, workers=workers, progress=progress)
+
+
+def run(
+    plan: Plan,
+    *,
+    out: str | Path | None = None,
+    engine: Engine = "threads",
+    cluster: Any = "local",
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Run a sweep that is planned.
+
+    Parameters
+    ----------
+    plan : Plan
+        The sweep.
+    out, engine, cluster, workers, progress
+        See `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    if engine not in ("threads", "dask"):
+        raise ValueError(f"engine = {engine!r}: must be 'threads' or 'dask'")
+    if workers is not None and (not isinstance(workers, int) or workers < 1):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    if out is not None and not isinstance(out, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"out = {out!r}: must be a path")
+    if engine == "dask":
+        from restitution.sweeps.cluster import check_cluster
+
+        check_cluster(cluster)
+    plan.check()
+    grid = plan.grid
+    with ExitStack() as stack:
+        if engine == "dask":
+            from restitution.sweeps.cluster import connected
+
+            # Before there is a store, which would be left behind where no scheduler answers.
+            cluster = stack.enter_context(connected(cluster))
+        if out is None:
+            keeper: Any = Memory(plan)
+            path, done = None, set[Any]()
+        else:
+            # Zarr takes half a second to import, which a sweep in memory need not wait for.
+            from restitution.sweeps import store
+
+            try:
+                path = store.prepare(Path(out), plan)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(out)) from error
+            stack.enter_context(store.sole_writer(path))
+            keeper = store.Store(path, plan)
+            keeper.sweep_up()
+            done = keeper.done()
+        before = sum(grid.size(index) for index in done)
+        chunks = (index for index in grid.chunks() if index not in done)
+
+        def report(points: int) -> None:
+            if progress is not None:
+                progress(before + points, grid.n_points)
+
+        report(0)
+        try:
+            if len(done) < grid.n_chunks:
+                if engine == "threads":
+                    from restitution.sweeps.threads import run_on_threads
+
+                    run_on_threads(plan, chunks, keeper.keep, workers, report)
+                else:
+                    from restitution.sweeps.cluster import run_on_dask
+
+                    run_on_dask(plan, chunks, keeper.keep, path, cluster, workers, report)
+                if path is not None:
+                    keeper.sweep_up()
+        except OSError as error:
+            if path is None or error.strerror is None:
+                raise
+            stored = (
+                f"{len(keeper.done())} of {grid.n_chunks} chunks are stored, and the same command resumes"
+            )
+            raise OSError(error.errno, f"{error.strerror}; {stored}", str(out)) from error
+        _count_failures(keeper, grid.n_points)
+        if path is None:
+            return keeper.dataset()
+        return store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]
+
+
+def _count_failures(keeper: Any, n_points: int) -> None:
+    counts = np.zeros(len(Status), dtype=np.int64)
+    for statuses in keeper.statuses():
+        counts += np.bincount(statuses.ravel(), minlength=len(Status))
+    failed = [status for status in Status if status.failed and counts[status]]
+    if failed:
+        listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
+        total = sum(int(counts[status]) for status in failed)
+        warnings.warn(
+            f"{total} of {n_points} impacts failed and are NaN: {listed}", RuntimeWarning, stacklevel=3
+        )

@@ -1,0 +1,348 @@
+"""Surrogates over the velocity, against solves that did not make them and against closed forms."""
+
+import json
+import math
+import os
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+import restitution as rs
+from restitution.impact.closed_forms import (
+    elastic_contact_time,
+    elastic_max_force,
+    elastic_max_indentation_depth,
+    flat_punch_maxwell_restitution,
+)
+from strategies import logarithmic, materials
+
+OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
+EPOXY = rs.Impact(rs.library.get("epoxy"), rs.Parabola(0.01), mass=0.01, velocity=1.0)
+# A kink over the velocity, where the end of the flat comes into contact.
+KINK = replace(BALL, profile=rs.TruncatedCone(1e-4, 1.2))
+PRESSED = replace(BALL, force=1e-7, counter_material=RUBBER)
+
+
+@pytest.fixture(scope="module")
+def ball() -> rs.Surrogate:
+    return rs.surrogate(BALL)
+
+
+def drawn(low: float, high: float, n: int, seed: int = 7) -> np.ndarray:
+    return np.exp(np.random.default_rng(seed).uniform(np.log(low), np.log(high), n))
+
+
+@pytest.mark.parametrize(
+    ("impact", "rtol"),
+    [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)],
+)
+def test_error_is_met_where_it_was_not_measured(impact: rs.Impact, rtol: float) -> None:
+    made = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
+    v = drawn(1e-3, 10.0, 800)
+    exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-5 * rtol, 1e-12))
+    for name in OUTPUTS:
+        truth = getattr(exact, name)
+        floor = 1e-3 if name == "restitution_coefficient" else 0.0
+        error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, floor)
+        assert error.max() <= rtol
+        assert made.error[name] <= rtol
+        # What is stated is what is there, and other points see little more than those that measured it.
+        assert error.max() <= 2.0 * made.error[name]
+
+
+def test_shallow_impacts_on_a_profile_from_a_table_are_as_good_as_deep_ones() -> None:
+    made = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
+    for v in (1e-3, 3e-3, 0.02):
+        alone = rs.solve(replace(KINK, velocity=v), rtol=1e-12)
+        for name in OUTPUTS:
+            assert getattr(made, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
+
+
+def test_elastic_body_is_that_of_hertz() -> None:
+    steel = rs.elastic(shear_modulus=8e10, poisson_ratio=0.3)
+    made = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
+    v = drawn(1e-3, 1.0, 50)
+    modulus = 2.0 * 8e10 / (1.0 - 0.3)
+    depth = elastic_max_indentation_depth(modulus, 0.1, 0.03, v)
+    assert made(v) == pytest.approx(1.0, abs=1e-10)
+    assert made(v).max() <= 1.0
+    assert made.contact_time(v) == pytest.approx(elastic_contact_time(depth, v), rel=1e-9)
+    assert made.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
+
+
+def test_flat_punch_on_a_maxwell_liquid_rebounds_alike_at_every_velocity() -> None:
+    liquid = rs.PronySeries(0.0, [1e5], [0.5])
+    impact = rs.Impact(rs.Material(liquid, math.inf), rs.FlatPunch(0.01), mass=0.1, velocity=1.0)
+    stiffness = 2.0 * 4.0 * 1e5 * 0.01
+    ratio = 1.0 / (2.0 * math.sqrt(stiffness / 0.1) * 0.5)
+    assert rs.surrogate(impact)(drawn(1e-3, 10.0, 50)) == pytest.approx(
+        flat_punch_maxwell_restitution(ratio), rel=1e-7
+    )
+
+
+def test_values_have_the_shape_of_the_velocities(ball: rs.Surrogate) -> None:
+    assert isinstance(ball(1), float)
+    assert isinstance(ball.max_force(np.float64(0.5)), float)
+    grid = np.array([[0.1, 1.0, 2.0], [1e-3, 10.0, 5.0]])
+    for function in (ball, ball.contact_time, ball.max_force):
+        assert function(grid).shape == (2, 3)
+        assert function(grid)[0, 1] == function(1.0)
+        assert function(grid.T)[1, 0] == function(1.0)
+    assert ball([]).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "message"),
+    [
+        (9.99e-4, r"velocity = 0.000999 m/s: must be in \[0.001, 10\] m/s"),
+        ([1.0, 10.1], r"velocity\[1\] = 10.1 m/s: must be in \[0.001, 10\] m/s"),
+        (math.nan, r"velocity = nan m/s: must be in \[0.001, 10\] m/s"),
+        (-1.0, r"velocity = -1 m/s: must be in"),
+    ],
+)
+def test_nothing_is_extrapolated(ball: rs.Surrogate, velocity: object, message: str) -> None:
+    for function in (ball, ball.contact_time, ball.max_force):
+        with pytest.raises(ValueError, match=message):
+            function(velocity)
+
+
+def test_compiled_form_within_a_callback_for_c(ball: rs.Surrogate) -> None:
+    e, force = ball.compiled(), ball.compiled("max_force")
+
+    @numba.cfunc("float64(float64, float64)")
+    def lost_energy(mass, v):
+        return 0.5 * mass * v * v * (1.0 - e(v) ** 2) + 0.0 * force(v)
+
+    for v in drawn(1e-3, 10.0, 20):
+        assert lost_energy.ctypes(0.005, v) == pytest.approx(0.0025 * v**2 * (1.0 - ball(v) ** 2), rel=1e-14)
+    assert math.isnan(lost_energy.ctypes(0.005, 11.0))
+    assert math.isnan(lost_energy.ctypes(0.005, 9e-4))
+
+
+def test_compiled_form_in_a_loop_is_the_same_to_the_last_bit(ball: rs.Surrogate) -> None:
+    time = ball.compiled("contact_time")
+
+    @numba.njit
+    def loop(v):
+        out = np.empty(v.size)
+        for n in range(v.size):
+            out[n] = time(v[n])
+        return out
+
+    v = drawn(1e-3, 10.0, 1000)
+    assert np.array_equal(loop(v), ball.contact_time(v))
+    assert time(0.7) == ball.contact_time(0.7)
+    with pytest.raises(
+        ValueError, match=r"output = 'depth': must be one of restitution_coefficient, contact_"
+    ):
+        ball.compiled("depth")
+
+
+def test_threads_see_the_same(ball: rs.Surrogate) -> None:
+    v = drawn(1e-3, 10.0, 1000)
+    fresh = replace(ball)
+    with ThreadPoolExecutor(4) as pool:
+        rows = list(pool.map(lambda _: fresh(v), range(8)))
+    assert all(np.array_equal(row, ball(v)) for row in rows)
+
+
+def test_other_processes_get_the_same(ball: rs.Surrogate) -> None:
+    v = drawn(1e-3, 10.0, 20)
+    expected = ball(v)
+    assert np.array_equal(pickle.loads(pickle.dumps(ball))(v), expected)
+
+
+def test_workers_do_not_matter() -> None:
+    one, two = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
+    assert np.array_equal(one.pieces.coefficients, two.pieces.coefficients)
+    assert one.error == two.error
+
+
+def test_progress_ends_with_all_pieces() -> None:
+    reports = []
+    made = rs.surrogate(KINK, (1e-3, 10.0), 1e-4, progress=lambda *report: reports.append(report))
+    n = made.pieces.edges.size - 1
+    assert n > 1
+    assert reports[-1] == (n, n)
+
+
+def test_own_velocity_of_the_impact_does_not_matter(ball: rs.Surrogate) -> None:
+    other = rs.surrogate(replace(BALL, velocity=[3.0, 4.0]))
+    assert np.array_equal(other.pieces.coefficients, ball.pieces.coefficients)
+    assert other.problem == ball.problem
+    assert ball.problem["mass"] == 0.005
+    assert ball.problem["profile"] == {"type": "Parabola", "radius": 0.01}
+
+
+def test_doubts_of_the_theory_are_handed_on(ball: rs.Surrogate) -> None:
+    (warning,) = ball.warnings
+    assert warning.startswith("small strain: contact radius over R reaches ")
+    assert rs.surrogate(BALL, (1e-3, 1e-2)).warnings == []
+
+
+def test_range_in_which_a_weight_holds_the_body_is_refused() -> None:
+    with pytest.raises(
+        ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which"
+    ) as caught:
+        rs.surrogate(replace(BALL, force=0.05))
+    message = str(caught.value)
+    assert "\n" not in message
+    assert "CAPTURED" in message
+    low, high = (
+        float(word) for word in message.split("separates from ")[1].removesuffix(" m/s").split(" to ")
+    )
+    assert rs.surrogate(replace(BALL, force=0.05), (low * 1.01, high))(1.0) > 0.0
+
+
+def test_liquid_that_is_sunk_into_is_refused() -> None:
+    honey = rs.Material(rs.PronySeries(0.0, [1e5], [1e-4]), math.inf)
+    with pytest.raises(ValueError, match=r"at .* m/s: SINKS_IN: .* e = 0$"):
+        rs.surrogate(rs.Impact(honey, rs.FlatPunch(0.01), mass=0.1, velocity=1.0))
+
+
+def test_tolerance_that_is_not_met_is_said_with_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.surrogates import pieces
+
+    monkeypatch.setattr(pieces, "DEEPEST", 0)
+    with pytest.raises(rs.SolverError) as caught:
+        rs.surrogate(KINK, (1e-3, 10.0), 1e-6)
+    assert caught.value.status is rs.Status.NOT_ACCURATE
+    message = str(caught.value)
+    assert "rtol = 1e-06" in message
+    velocity = float(message.split("at velocity = ")[1].split(" m/s")[0])
+    error = float(message.split("off by ")[1].split(",")[0])
+    assert 1e-3 <= velocity <= 10.0
+    assert 1e-6 < error < 1.0
+
+
+def test_body_that_goes_through_its_profile_is_told() -> None:
+    tip = rs.Tabulated([0.0, 1e-4, 2e-4], [0.0, 1e-6, 4e-6])
+    with pytest.raises(rs.SolverError, match=r"TOO_DEEP: .* \(at velocity = .* m/s\)"):
+        rs.surrogate(replace(BALL, profile=tip), velocity=(1.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((BALL, (1.0, 0.1)), ValueError, r"velocity = \(1.0, 0.1\): must be the lowest and the highest"),
+        ((BALL, (1.0, 1.0)), ValueError, r"velocity = \(1.0, 1.0\): must be the lowest and the highest"),
+        ((BALL, 1.0), ValueError, r"velocity = 1.0: must be the lowest and the highest"),
+        ((BALL, (0.0, 1.0)), ValueError, r"velocity\[0\] = 0 m/s: must be finite and > 0"),
+        ((BALL, (0.1, math.inf)), ValueError, r"velocity\[1\] = inf m/s: must be finite and > 0"),
+        ((BALL, (0.1, 1.0), 1e-11), ValueError, r"rtol = 1e-11: must be in \[1e-10, 0.01\]"),
+        ((replace(BALL, mass=[1.0, 2.0]),), ValueError, r"impact: has shape \(2,\) beside its velocity"),
+        ((RUBBER,), TypeError, "must be an Impact"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple, error: type, message: str) -> None:
+    with pytest.raises(error, match=message) as caught:
+        rs.surrogate(*arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_file_is_plain_json_that_others_can_evaluate(ball: rs.Surrogate, tmp_path: Path) -> None:
+    content = json.loads(ball.save(tmp_path / "ball.json").read_text())
+    assert content["format_version"] == 1
+    assert content["units"] == {
+        "velocity": "m/s",
+        "restitution_coefficient": "1",
+        "contact_time": "s",
+        "max_force": "N",
+    }
+    edges = content["log_velocity_edges"]
+    for v in drawn(1e-3, 10.0, 30):
+        x = math.log(v)
+        n = max(k for k in range(len(edges) - 1) if edges[k] <= x or k == 0)
+        t = (2.0 * x - edges[n] - edges[n + 1]) / (edges[n + 1] - edges[n])
+        for name in OUTPUTS:
+            series = np.polynomial.chebyshev.chebval(t, content["chebyshev_coefficients_of_log"][name][n])
+            assert math.exp(series) == pytest.approx(getattr(ball, name)(v), rel=1e-13)
+
+
+def test_file_is_whole_or_what_it_was(
+    ball: rs.Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "ball.json"
+    path.write_text("before")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="No space left"):
+        ball.save(path)
+    assert path.read_text() == "before"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["ball.json"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "something"}, "is not a restitution surrogate over velocity"),
+        ({"format_version": 2}, r"format_version = 2: must be 1; it was written by version 0.1.0"),
+        ({"velocity": None}, "velocity = None: must be a real number"),
+        ({"velocity": [2.0, 1.0]}, "must be the lowest and the highest"),
+        ({"log_velocity_edges": [0.0, 0.3, 1.0, 2.0]}, "log_velocity_edges: must"),
+        ({"log_velocity_edges": [0.0, 1.0]}, "log_velocity_edges: must increase, and fit the coefficients"),
+        ({"chebyshev_coefficients_of_log": {}}, "'restitution_coefficient' is missing"),
+        ({"error": None}, "ball.json: "),
+    ],
+)
+def test_other_files_are_refused_in_one_line(
+    ball: rs.Surrogate, tmp_path: Path, change: dict[str, object], message: str
+) -> None:
+    path = ball.save(tmp_path / "ball.json")
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(ValueError, match=message) as caught:
+        rs.Surrogate.load(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_not_json(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    for text in ("{", "[1, 2]", ""):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=r"x\.json: is not a"):
+            rs.Surrogate.load(path)
+    with pytest.raises(FileNotFoundError):
+        rs.Surrogate.load(tmp_path / "absent.json")
+
+
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    material=materials(max_branches=4, times=(1e-4, 1e2), moduli=(1e4, 1e8)),
+    radius=logarithmic(1e-3, 1e-1),
+    mass=logarithmic(1e-4, 1.0),
+    low=logarithmic(1e-3, 1.0),
+    ratio=logarithmic(2.0, 100.0),
+    rtol=st.sampled_from([1e-3, 1e-6]),
+)
+def test_any_material_between_zero_and_one_and_the_same_from_its_file(
+    tmp_path: Path, material: rs.Material, radius: float, mass: float, low: float, ratio: float, rtol: float
+) -> None:
+    impact = rs.Impact(material, rs.Parabola(radius), mass=mass, velocity=1.0)
+    assume(float(impact.reduced_modulus.instantaneous_modulus) > 0.0)
+    made = rs.surrogate(impact, (low, low * ratio), rtol)
+    v = np.append(drawn(low, low * ratio, 30), made.velocity)
+    e, time, force = made(v), made.contact_time(v), made.max_force(v)
+    assert np.all((e > 0.0) & (e <= 1.0))
+    order = np.argsort(v)
+    # A faster blow is shorter and harder, whatever the material.
+    assert np.all(np.diff(time[order]) < 2.0 * rtol * time.max())
+    assert np.all(np.diff(force[order]) > -2.0 * rtol * force.max())
+    again = rs.Surrogate.load(made.save(tmp_path / "any.json"))
+    assert (again.velocity, again.rtol, again.error) == (made.velocity, made.rtol, made.error)
+    assert (again.warnings, again.problem) == (made.warnings, made.problem)
+    for name, values in zip(OUTPUTS, (e, time, force), strict=True):
+        assert np.array_equal(getattr(again, name)(v), values)
+    assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()

@@ -1,0 +1,38 @@
+"""Points of a sweep become impacts: every number of a point reaches its impact, whatever its profile."""
+
+import numpy as np
+import pytest
+
+from restitution.contact.power_law import Cone, PowerLaw
+from restitution.contact.profile import Parabola
+from restitution.contact.sphere import Sphere
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+from restitution.sweeps.run import sweep
+
+RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+OUTPUTS = ("restitution_coefficient", "max_indentation_depth", "max_force")
+
+
+@pytest.mark.parametrize(
+    "profile", [Parabola(0.01), Cone(1.2), Sphere(0.01), PowerLaw(3.0, 1e4)], ids=lambda p: type(p).__name__
+)
+def test_each_number_reaches_its_impact(profile):
+    axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "force": [0.0, 0.4]}
+    found = sweep(Impact(RUBBER, profile, 0.005, 1.0), axes, OUTPUTS)
+    wanted = solve(
+        Impact(
+            RUBBER,
+            profile,
+            np.array(axes["mass"])[:, None, None],
+            np.array(axes["velocity"])[:, None],
+            force=axes["force"],
+        )
+    )
+    for name in OUTPUTS:
+        np.testing.assert_allclose(found[name], getattr(wanted, name), rtol=1e-9, err_msg=name)
+    # Each of the three makes a difference.
+    e = wanted.restitution_coefficient
+    for axis in range(3):
+        assert np.all(np.abs(np.diff(e, axis=axis)) > 1e-6)

@@ -1,0 +1,177 @@
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from restitution.sweeps.axis import Linear, Listed, Logarithmic, as_axis
+from restitution.sweeps.distribution import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweeps.samples import Samples
+
+
+def whole(axis: Samples) -> dict[str, np.ndarray]:
+    return axis.columns("draw", 0, axis.n)
+
+
+def test_linear_and_logarithmic_axes_are_those_of_numpy() -> None:
+    np.testing.assert_allclose(
+        Linear(-1.0, 0.5, 7).values(0, 7), np.linspace(-1.0, 0.5, 7), rtol=1e-15, atol=1e-16
+    )
+    np.testing.assert_allclose(Logarithmic(1e-3, 7.0, 9).values(0, 9), np.geomspace(1e-3, 7.0, 9), rtol=4e-15)
+
+
+@pytest.mark.parametrize(
+    "axis", [Linear(0.1, 0.7, 1001), Logarithmic(1e-7, 0.3, 1001), Logarithmic(5.0, 0.2, 1001)]
+)
+def test_ends_are_exact_and_pieces_are_those_of_the_whole(axis: Linear) -> None:
+    values = axis.values(0, 1001)
+    assert (values[0], values[-1]) == (axis.low, axis.high)
+    np.testing.assert_array_equal(np.concatenate([axis.values(0, 17), axis.values(17, 1001)]), values)
+
+
+def test_an_axis_of_one_value_has_the_first() -> None:
+    assert Linear(2.0, 3.0, 1).values(0, 1).tolist() == [2.0]
+    assert Logarithmic(2.0, 3.0, 1).values(0, 1).tolist() == [2.0]
+
+
+# Sobol points are a sequence, in which chunks of any size must join; SciPy itself is the reference.
+@pytest.mark.parametrize("n", [64, 100])
+def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
+    axis = Samples(n, {"mass": Uniform(0.0, 1.0), "radius": Uniform(0.0, 1.0)}, seed=3)
+    pieces = [axis.columns("draw", start, min(start + 13, n)) for start in range(0, n, 13)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        points = qmc.Sobol(2, scramble=True, seed=3).random(n)
+    for place, name in enumerate(("mass", "radius")):
+        np.testing.assert_array_equal(np.concatenate([piece[name] for piece in pieces]), points[:, place])
+
+
+def test_latin_hypercube_has_one_draw_in_every_stratum() -> None:
+    columns = whole(
+        Samples(50, {"mass": Uniform(0.0, 1.0), "force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1)
+    )
+    for values in columns.values():
+        assert sorted((values * 50).astype(int).tolist()) == list(range(50))
+
+
+def test_the_seed_decides() -> None:
+    draws = {"mass": Normal(1.0, 0.1)}
+    for method in ("sobol", "latin_hypercube"):
+        first, again, other = (whole(Samples(16, draws, method, seed))["mass"] for seed in (1, 1, 2))
+        np.testing.assert_array_equal(first, again)
+        assert not np.array_equal(first, other)
+
+
+def test_draws_survive_pickling() -> None:
+    axis = Samples(16, {"mass": Normal(1.0, 0.1)}, "latin_hypercube", seed=5)
+    before = whole(axis)["mass"]
+    copy = pickle.loads(pickle.dumps(axis))
+    np.testing.assert_array_equal(whole(copy)["mass"], before)
+    assert copy == axis
+
+
+# Quasi-random means converge as 1/n: at 4096 draws these are ten times closer than chance would be.
+@pytest.mark.parametrize(
+    ("distribution", "mean", "deviation"),
+    [
+        (Uniform(1.0, 3.0), 2.0, 1.0 / np.sqrt(3.0)),
+        (LogUniform(1.0, np.e), np.e - 1.0, np.sqrt(0.5 * (np.e**2 - 1.0) - (np.e - 1.0) ** 2)),
+        (Normal(5.0, 0.5), 5.0, 0.5),
+        (LogNormal(2.0, 0.3), 2.0 * np.exp(0.045), 2.0 * np.exp(0.045) * np.sqrt(np.exp(0.09) - 1.0)),
+    ],
+)
+def test_moments_of_the_draws(distribution: object, mean: float, deviation: float) -> None:
+    values = whole(Samples(4096, {"mass": distribution}, seed=2))["mass"]  # type: ignore[dict-item]
+    assert values.mean() == pytest.approx(mean, abs=1.5e-3 * deviation)
+    assert values.std() == pytest.approx(deviation, rel=5e-3)
+
+
+def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
+    values = whole(Samples(1024, {"mass": Normal(0.1, 0.1)}))["mass"]
+    assert values.min() > 0.0
+    # The rest is the distribution given that it is positive: P(X < 0.1 | X > 0).
+    assert np.mean(values < 0.1) == pytest.approx(0.3413447 / 0.8413447, abs=2e-3)
+    ratios = whole(Samples(1024, {"nu": Normal(0.49, 0.05)}))["poisson_ratio"]
+    assert -1.0 <= ratios.min() < ratios.max() <= 0.5
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Linear(0.0, np.inf, 3), "high = inf: must be finite"),
+        (lambda: Linear(0.0, 1.0, 0), "n = 0: must be a whole number >= 1"),
+        (lambda: Linear(0.0, 1.0, 10**18), "n = 1000000000000000000: must be at most 100000000, the most"),
+        (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number >= 1"),
+        (lambda: Logarithmic(0.0, 1.0, 3), "low = 0: must be finite and > 0"),
+        (lambda: Samples(4, {}), "distributions: must name at least one quantity"),
+        (
+            lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"),
+            "method = 'halton': must be 'sobol' or 'latin_",
+        ),
+        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), "seed = -1: must be a whole number >= 0"),
+        (
+            lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}),
+            "n = 2147483648: must be at most 100000000, the most points along one axis",
+        ),
+        (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass: Uniform\(.*\): must lie in \[0, inf\]"),
+        (
+            lambda: Samples(4, {"nu": LogNormal(0.3, 0.1)}),
+            "poisson_ratio: LogNormal.*takes all positive values",
+        ),
+        (
+            lambda: Samples(4, {"mass": Normal(-1.0, 0.1)}),
+            r"mass: Normal\(.*\): most of it lies outside \[0, inf\]",
+        ),
+        (lambda: Uniform(2.0, 1.0), "low = 2, high = 1: must ascend"),
+        (lambda: Normal(1.0, 0.0), "standard_deviation = 0: must be finite and > 0"),
+        (lambda: as_axis("mass", []), "mass: must hold at least one value"),
+        (lambda: as_axis("mass", [1.0, -1.0]), r"mass\[1\] = -1 kg: must be finite and > 0"),
+        (lambda: as_axis("mass", Linear(1.0, -1.0, 5)), "mass, last value = -1 kg: must be finite and > 0"),
+        (lambda: as_axis("mass", 0.0), "mass = 0 kg: must be finite and > 0"),
+        (lambda: as_axis("mass", np.ones((2, 2))), r"mass: has shape \(2, 2\); an axis is one-dimensional"),
+    ],
+)
+def test_what_is_refused(make: object, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}"):
+        make()  # type: ignore[operator]
+
+
+def test_a_distribution_is_asked_for() -> None:
+    with pytest.raises(TypeError, match=r"^mass = 3: must be a distribution$"):
+        Samples(4, {"mass": 3})  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("abc", "velocity = 'abc': must be a number, a sequence of them, Linear or Logarithmic"),
+        (None, "velocity = None: must be a number, a sequence"),
+        ([1.0, "2 m/s"], r"velocity\[1\] = '2 m/s': must be a number"),
+        ([True], r"velocity\[0\] = True: must be a number"),
+    ],
+)
+def test_a_number_is_asked_for(given: object, message: str) -> None:
+    with pytest.raises(TypeError, match=f"^{message}"):
+        as_axis("velocity", given)
+
+
+def test_words_for_objects_are_all_different() -> None:
+    class Named:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+    listed = Listed((Named("rubber"), Named("rubber"), {"name": "steel"}, "cone", object(), {"shear": 1.0}))
+    assert listed.labels("counter_material") == [
+        "rubber (1)",
+        "rubber (2)",
+        "steel",
+        "cone",
+        "counter material 5",
+        "counter material 6",
+    ]
+
+
+def test_materials_without_a_name_are_called_by_their_source() -> None:
+    listed = Listed(({"library": "epoxy"}, {"library": "epoxy", "name": "resin"}, {"file": "dma.csv"}))
+    assert listed.labels("material") == ["epoxy", "resin", "dma.csv"]

@@ -1,0 +1,220 @@
+"""Sweeps on Dask: the same bytes as on threads; a worker that dies costs a retry."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import restitution as rs
+from restitution.sweeps import cluster
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.slow
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+AXES = {"velocity": rs.Logarithmic(0.01, 10.0, 200), "radius": rs.Linear(0.005, 0.02, 100)}
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def client() -> Any:
+    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options) as local, distributed.Client(local) as one:
+        yield one
+
+
+def test_it_writes_what_threads_write(client: Any, tmp_path: Path) -> None:
+    rs.sweep(BALL, AXES, chunk=1000, out=tmp_path / "threads.zarr")
+    seen: list[tuple[int, int]] = []
+    rs.sweep(
+        BALL,
+        AXES,
+        chunk=1000,
+        out=tmp_path / "dask.zarr",
+        engine="dask",
+        cluster=client,
+        progress=lambda done, total: seen.append((done, total)),
+    )
+    assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
+    assert seen[-1] == (20_000, 20_000)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+def test_results_in_memory_come_back(client: Any) -> None:
+    axes = {
+        "velocity": AXES["velocity"],
+        "material": [RUBBER, rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.5)],
+    }
+    memory = rs.sweep(BALL, axes, chunk=100)
+    xr.testing.assert_identical(rs.sweep(BALL, axes, chunk=100, engine="dask", cluster=client), memory)
+
+
+def test_what_is_stored_is_not_computed_again(
+    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out.zarr"
+    rs.sweep(BALL, AXES, chunk=1000, out=out)
+    before = tree(out)
+    for place in ("3/0", "17/0"):
+        (out / "status" / "c" / place).unlink()
+    indices: list[Any] = []
+    monkeypatch.setattr(
+        cluster, "run_on_dask", lambda plan, chunks, *rest, run=cluster.run_on_dask: run(
+            plan, (indices.append(index) or index for index in chunks), *rest
+        )
+    )  # fmt: skip
+    rs.sweep(BALL, AXES, chunk=1000, out=out, engine="dask", cluster=client)
+    assert indices == [(3, 0), (17, 0)]
+    assert tree(out) == before
+
+
+def test_more_tasks_than_the_scheduler_is_told_of(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_LEAST_KNOWN", 3)
+    monkeypatch.setattr(cluster, "_KNOWN_PER_CORE", 1)
+    result = rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=10, engine="dask", cluster=client)
+    np.testing.assert_array_equal(result.status, 0)
+
+
+def test_a_worker_that_is_killed_costs_a_retry(tmp_path: Path) -> None:
+    rs.sweep(BALL, AXES, chunk=500, out=tmp_path / "threads.zarr")
+    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options) as local, distributed.Client(local) as client:
+        pids = list(client.run(os.getpid).values())
+        victims: list[int] = []
+
+        def kill_one(done: int, total: int) -> None:
+            if not victims and done >= total // 4:
+                victims.append(pids[0])
+                os.kill(pids[0], signal.SIGKILL)
+
+        result = rs.sweep(
+            BALL,
+            AXES,
+            chunk=500,
+            out=tmp_path / "dask.zarr",
+            engine="dask",
+            cluster=client,
+            progress=kill_one,
+        )
+    assert victims
+    assert int((result.status == 0).sum()) == 20_000
+    assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
+
+
+def test_a_function_that_fails_on_a_worker_is_told(client: Any) -> None:
+    def build(radius: float) -> rs.Impact:
+        if radius > 0.01:
+            raise RuntimeError("the wheel has come off")
+        return BALL
+
+    with pytest.raises(RuntimeError, match="the wheel has come off"):
+        rs.sweep(build, {"radius": [0.01, 0.015, 0.01]}, engine="dask", cluster=client, chunk=1)
+
+
+def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.sweeps import plan
+
+    monkeypatch.setattr(plan, "version", lambda _: "9.9")
+    with pytest.raises(
+        RuntimeError, match=rf"a worker has restitution {rs.__version__}, the sweep is of 9\.9"
+    ):
+        rs.sweep(BALL, {"velocity": [1.0]}, engine="dask", cluster=client)
+
+
+def test_no_scheduler_is_told_before_there_is_a_store(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE", "1s")
+    address = "tcp://127.0.0.1:9"
+    with pytest.raises(ValueError, match=rf"^cluster = {address}: no scheduler answers: .* after 1 s$"):
+        rs.sweep(BALL, {"velocity": [1.0]}, out=tmp_path / "r.zarr", engine="dask", cluster=address)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(
+        ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"
+    ):
+        rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
+
+
+CASE = """
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "1 kPa s"
+poisson_ratio = 0.45
+[axes]
+velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 400 }
+radius = { linear = ["5 mm", "20 mm"], n = 50 }
+[sweep]
+chunk = 500
+"""
+
+
+def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE)
+    command = [sys.executable, "-c", "from restitution.cli.main import main; main()"]
+    for arguments in (("--out", "threads.zarr"), ("--out", "dask.zarr", "--dask", "local", "--workers", "2")):
+        if "--dask" in arguments:
+            with subprocess.Popen([*command, "sweep", "sweep.toml", *arguments], cwd=tmp_path) as first:
+                deadline = time.monotonic() + 100.0
+                while not (tmp_path / "dask.zarr" / "status" / "c").is_dir() and first.poll() is None:
+                    assert time.monotonic() < deadline
+                    time.sleep(0.02)
+                first.send_signal(signal.SIGKILL)
+        answer = subprocess.run(
+            [*command, "sweep", "sweep.toml", *arguments],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert answer.returncode == 0, answer.stderr
+        assert answer.stderr == ""
+        assert answer.stdout.startswith("20000 impacts in ")
+    assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE.replace("n = 50", "n = 2000"))
+    # As from a terminal, the workers are told too; pytest's own shell may have had the signal ignored.
+    interruptible = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    command = [
+        *(sys.executable, "-c", interruptible + "from restitution.cli.main import main; main()"),
+        *("sweep", "sweep.toml", "--out", "o.zarr", "--dask", "local", "--workers", "2"),
+    ]
+    with subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        deadline = time.monotonic() + 100.0
+        while not (tmp_path / "o.zarr" / "status" / "c").is_dir() and process.poll() is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=100)
+    assert (out, err) == (
+        "",
+        "note: o.zarr: the same command resumes\nerror: interrupted; every file written is whole\n",
+    )

@@ -1,0 +1,105 @@
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from restitution.sweeps.axis import Linear
+from restitution.sweeps.distribution import Uniform
+from restitution.sweeps.grid import Grid, make_grid
+from restitution.sweeps.samples import Samples
+
+
+def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
+    """All points, put together from chunks and parts of these."""
+    arrays = {name: np.full(grid.shape, np.nan) for name in grid.names}
+    for index in grid.chunks():
+        points = grid.points(index)
+        for start in range(0, points.size, block):
+            stop = min(start + block, points.size)
+            for name, values in points.part(start, stop).items():
+                part = arrays[name][grid.region(index)].copy()
+                part.ravel()[start:stop] = values
+                arrays[name][grid.region(index)] = part
+    return arrays
+
+
+@pytest.mark.parametrize("chunk", [None, 1, 5, 7, 1000, {"velocity": 2, "draw": 3}])
+def test_chunks_cover_every_point_once(chunk: object) -> None:
+    velocities, masses = np.array([0.1, 0.2, 0.5, 1.0, 2.0]), Linear(1.0, 2.0, 3)
+    draws = Samples(8, {"radius": Uniform(1.0, 2.0), "nu": Uniform(0.1, 0.4)}, seed=1)
+    grid = make_grid({"velocity": velocities, "force": 0.5, "mass": masses, "draw": draws}, chunk)  # type: ignore[arg-type]
+    assert (grid.dimensions, grid.shape, grid.n_points) == (("velocity", "mass", "draw"), (5, 3, 8), 120)
+    assert sum(grid.size(index) for index in grid.chunks()) == 120
+    arrays = every_point(grid, 4)
+    drawn = draws.columns("draw", 0, 8)
+    v, m, r = np.meshgrid(velocities, masses.values(0, 3), drawn["radius"], indexing="ij")
+    nu = np.meshgrid(velocities, masses.values(0, 3), drawn["poisson_ratio"], indexing="ij")[2]
+    for name, wanted in (
+        ("velocity", v),
+        ("mass", m),
+        ("radius", r),
+        ("poisson_ratio", nu),
+        ("force", 0.5 + 0 * v),
+    ):
+        np.testing.assert_array_equal(arrays[name], wanted)
+
+
+@pytest.mark.parametrize(
+    ("shape", "chunk", "wanted"),
+    [
+        ((100, 1000), 3000, (3, 1000)),
+        ((100, 1000), 300, (1, 300)),
+        ((10, 10, 10), 1000, (10, 10, 10)),
+        ((10, 10, 10), 250, (2, 10, 10)),
+        ((4,), None, (4,)),
+        ((10_000, 10_000), None, (6, 10_000)),
+        ((10**8,), None, (65536,)),
+    ],
+)
+def test_chunks_are_as_large_as_wanted(
+    shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]
+) -> None:
+    names = ("velocity", "mass", "radius")
+    grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
+    assert grid.chunk_shape == wanted
+
+
+def test_no_axis_is_one_point() -> None:
+    grid = make_grid({"velocity": 1.0})
+    assert (grid.shape, grid.n_points, list(grid.chunks())) == ((), 1, [()])
+    assert grid.points(()).part(0, 1)["velocity"].tolist() == [1.0]
+
+
+@pytest.mark.parametrize(
+    ("axes", "chunk", "message"),
+    [
+        ({"nu": [0.3], "poisson_ratio": [0.4]}, None, "axes: poisson_ratio is set by another axis too"),
+        (
+            {"mass": [1.0], "draw": Samples(2, {"mass": Uniform(1.0, 2.0)})},
+            None,
+            "axes: mass is set by another",
+        ),
+        ({"contact_time": [1.0]}, None, "axes: contact_time is an output"),
+        ({"mass": [1.0]}, 0, "chunk = 0: must be a whole number >= 1"),
+        ({"mass": [1.0]}, {"velocity": 3}, "chunk: no dimension 'velocity'; there are mass"),
+        ({"mass": [1.0]}, {"mass": -3}, "chunk, mass = -3: must be a whole number >= 1"),
+        ({"nu": [0.3, 0.6]}, None, r"poisson_ratio\[1\] = 0.6: must be in \[-1, 0.5\]"),
+    ],
+)
+def test_what_is_refused(axes: dict[str, object], chunk: object, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}"):
+        make_grid(axes, chunk)  # type: ignore[arg-type]
+
+
+def test_chunks_of_long_axes_come_one_by_one() -> None:
+    grid = make_grid({"velocity": Linear(1.0, 2.0, 10**8), "mass": Linear(1.0, 2.0, 10**6)}, chunk=1000)
+    assert grid.n_chunks == 10**11
+    tracemalloc.start()
+    try:
+        chunks = grid.chunks()
+        first = [next(chunks) for _ in range(1001)]
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (first[0], first[999], first[1000]) == ((0, 0), (0, 999), (1, 0))
+    assert most < 1e6

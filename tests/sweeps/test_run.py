@@ -1,0 +1,503 @@
+"""Sweeps in memory: every point is the impact that it says it is."""
+
+import math
+import os
+import re
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import restitution as rs
+from restitution.contact.power_law import Cone
+from restitution.contact.sphere import Sphere
+from restitution.contact.tabulated import Tabulated
+from restitution.material.classical import generalised_maxwell
+from restitution.material.shift import WLF
+from restitution.sweeps import dataset
+from restitution.sweeps import plan as plans
+from restitution.sweeps.schema import DEFAULT_OUTPUTS, OUTPUTS
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, name="rubber")
+EPOXY = rs.Material(
+    rs.PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8, name="epoxy", shift=WLF(300.0, 10.0, 100.0)
+)
+STEEL = rs.Material(80e9, 160e9, name="steel")
+BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+# The closed form of a standard solid and the general way round differ in rounding only.
+ROUNDING = 1e-10
+
+
+def check(result: xr.Dataset, impact: Callable[..., rs.Impact], rtol: float = ROUNDING) -> None:
+    """Compare every point with the impact that `impact` makes of its coordinates."""
+    dims = result.restitution_coefficient.dims
+    for place in np.ndindex(*result.restitution_coefficient.shape):
+        point = result.isel(dict(zip(dims, place, strict=True)))
+        values = {str(name): point[name].values[()] for name in point.coords}
+        one = rs.solve(impact(**values))
+        for name in result.data_vars:
+            if name in ("status", *DEFAULT_OUTPUTS):
+                wanted = float(getattr(one, str(name)))
+                assert float(point[name]) == pytest.approx(wanted, rel=rtol), (values, name)
+
+
+def impact(material: rs.Material = RUBBER, radius: float = 0.01, **changes: Any) -> rs.Impact:
+    return rs.Impact(material, rs.Parabola(radius), **({"mass": 0.005, "velocity": 1.0} | changes))
+
+
+def test_numbers_of_the_body() -> None:
+    axes = {
+        "velocity": rs.Logarithmic(0.1, 10.0, 3),
+        "radius": [0.005, 0.02],
+        "mass": [0.01],
+        "force": [0.0, 0.02],
+    }
+    check(rs.sweep(BALL, axes), impact, rtol=0.0)
+
+
+def test_the_papers_numbers() -> None:
+    nu, p2, p3 = [-0.5, 0.3, 0.5], rs.Logarithmic(1e-3, 10.0, 4), np.array([0.1, 1.0, 10.0])
+    result = rs.sweep(None, {"nu": nu, "p2": p2, "p3": p3})
+    assert result.restitution_coefficient.dims == ("poisson_ratio", "p2", "p3")
+    grid = np.meshgrid(nu, p2.values(0, 4), p3, indexing="ij")
+    wanted = rs.standard_solid_restitution(*grid)
+    np.testing.assert_allclose(result.restitution_coefficient, wanted, rtol=1e-12)
+    one = rs.sweep(None, {"nu": 0.49, "p2": 1e-3, "p3": 10.0})
+    assert one.restitution_coefficient.shape == ()
+    assert float(one.restitution_coefficient) == pytest.approx(0.219706, abs=5e-7)
+
+
+def test_groups_of_a_dimensional_impact() -> None:
+    axes = {
+        "p2": [0.01, 0.1],
+        "p3": [0.5, 5.0],
+        "nu": [0.2, 0.5],
+        "velocity": [0.3, 2.0],
+        "radius": [0.01, 0.05],
+    }
+    result = rs.sweep(BALL, axes)
+    for name in ("velocity", "radius"):
+        spread = result.restitution_coefficient.max(name) - result.restitution_coefficient.min(name)
+        assert float(spread.max()) < 1e-9
+    groups = result.isel(velocity=0, radius=0)
+    for place in np.ndindex(2, 2, 2):
+        point = groups.isel(dict(zip(("p2", "p3", "poisson_ratio"), place, strict=True)))
+        wanted = rs.standard_solid_restitution(float(point.poisson_ratio), float(point.p2), float(point.p3))
+        assert float(point.restitution_coefficient) == pytest.approx(wanted, rel=ROUNDING)
+
+
+def solid(**values: float) -> rs.Material:
+    """RUBBER with other numbers."""
+    given = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e3} | values
+    if "p2" in given:
+        given["branch_modulus"] = given["equilibrium_modulus"] / given.pop("p2")
+    if "relaxation_time" in given:
+        given["viscosity"] = given["branch_modulus"] * given.pop("relaxation_time")
+    if "equilibrium_modulus" in values:
+        given.setdefault("bulk_modulus", 29e6 / 3.0)
+    return rs.standard_solid(
+        **given, **({} if {"poisson_ratio", "bulk_modulus"} & given.keys() else {"poisson_ratio": 0.45})
+    )
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"branch_modulus": [1e6, 3e7]},
+        {"viscosity": [1e2, 1e4]},
+        {"relaxation_time": [1e-5, 1e-3]},
+        {"nu": [-1.0, 0.0, 0.5]},
+        {"bulk_modulus": [0.0, 1e5, 1e9, math.inf]},
+        {"p2": [0.01, 1.0]},
+        {"equilibrium_modulus": [2e5, 4e6]},
+        # A modulus of zero at equilibrium has no closed form.
+        {"equilibrium_modulus": [0.0, 1e6]},
+        {"nu": [0.2, 0.4], "branch_modulus": [1e6, 3e7], "viscosity": [1e2, 1e3]},
+    ],
+    ids="-".join,
+)
+def test_numbers_of_a_standard_solid(axes: dict[str, Any]) -> None:
+    check(rs.sweep(BALL, axes), lambda **values: impact(solid(**values)))
+    # Two deformable bodies take the general way.
+    pair = rs.Impact(RUBBER, rs.Parabola(0.01), 0.005, 1.0, counter_material=STEEL)
+    check(rs.sweep(pair, axes), lambda **values: impact(solid(**values), counter_material=STEEL))
+
+
+def test_what_is_held_where_the_modulus_at_equilibrium_varies() -> None:
+    axes = {"equilibrium_modulus": [2e5, 4e6]}
+    result = rs.sweep(BALL, axes, held="poisson_ratio")
+    check(
+        result,
+        lambda equilibrium_modulus: impact(
+            rs.standard_solid(equilibrium_modulus, 1e7, 1e3, poisson_ratio=0.45)
+        ),
+    )
+
+
+def test_numbers_of_a_general_material() -> None:
+    def material(**values: float) -> rs.Material:
+        times = [1e-5, values["relaxation_times[1]"], 1e-1]
+        moduli = [4e6, 2e6, values.get("branch_moduli[2]", 1e6)]
+        return rs.Material(rs.PronySeries(1e6, moduli, times), 2e8)
+
+    axes = {"relaxation_times[1]": [1e-4, 1e-2], "branch_moduli[2]": [0.0, 1e7], "velocity": [0.1, 1.0]}
+    result = rs.sweep(impact(EPOXY), axes)
+    check(result, lambda velocity, **values: impact(material(**values), velocity=velocity))
+
+
+def test_poisson_ratio_of_a_general_material() -> None:
+    series = rs.PronySeries(1e6, [4e6, 2e6], [1e-5, 1e-3])
+    result = rs.sweep(impact(rs.Material(series, 1e8)), {"nu": [0.0, 0.3, 0.5]})
+    check(
+        result,
+        lambda poisson_ratio: impact(
+            generalised_maxwell(1e6, [4e6, 2e6], [1e-5, 1e-3], poisson_ratio=poisson_ratio)
+        ),
+    )
+    # A bulk that relaxes keeps its course over time.
+    relaxing = rs.Material(series, rs.PronySeries(1e7, [2e7], [1e-4]))
+    result = rs.sweep(impact(relaxing), {"bulk_modulus": [1e7, 3e7]})
+    check(
+        result,
+        lambda bulk_modulus: impact(
+            rs.Material(series, rs.PronySeries(1e7, [2e7], [1e-4]).scaled(bulk_modulus / 1e7))
+        ),
+    )
+
+
+@pytest.mark.parametrize("counter", [None, STEEL, EPOXY])
+def test_temperature(counter: rs.Material | None) -> None:
+    base = impact(EPOXY, counter_material=counter)
+    result = rs.sweep(base, {"temperature": [290.0, 300.0, 330.0], "velocity": [0.1, 1.0]})
+
+    def at(temperature: float, velocity: float) -> rs.Impact:
+        other = counter.at(temperature) if counter is not None and counter.shift else counter
+        return impact(EPOXY.at(temperature), velocity=velocity, counter_material=other)
+
+    check(result, at)
+
+
+def test_materials_from_a_list() -> None:
+    result = rs.sweep(
+        BALL, {"material": [RUBBER, EPOXY], "velocity": [0.1, 1.0], "counter_material": [STEEL]}
+    )
+    assert result.material.values.tolist() == ["rubber", "epoxy"]
+    known = {"rubber": RUBBER, "epoxy": EPOXY}
+    check(
+        result,
+        lambda material, velocity, counter_material: impact(
+            known[str(material)], velocity=velocity, counter_material=STEEL
+        ),
+    )
+    solids = rs.sweep(
+        BALL, {"material": [RUBBER, rs.standard_solid(1e6, 1e6, 1.0, poisson_ratio=0.1)], "nu": [0.3, 0.5]}
+    )
+    assert float(solids.restitution_coefficient[0, 0]) == pytest.approx(
+        float(rs.sweep(BALL, {"nu": 0.3}).restitution_coefficient), rel=ROUNDING
+    )
+
+
+@pytest.mark.parametrize(
+    ("profile", "field", "values"),
+    [(Cone, "half_angle", [1.0, 1.2]), (Sphere, "radius", [0.005, 0.02])],
+)
+def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
+    base = rs.Impact(EPOXY, profile(values[0]), mass=0.005, velocity=1.0)
+    result = rs.sweep(base, {field: values, "velocity": [0.1, 0.5], "branch_moduli[0]": [1e6, 4e6]})
+
+    def one(velocity: float, **given: float) -> rs.Impact:
+        material = rs.Material(
+            rs.PronySeries(1e6, [given.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8
+        )
+        return rs.Impact(material, profile(**given), mass=0.005, velocity=velocity)
+
+    # One table serves all velocities of a profile; its error is 1e-12.
+    check(result, one, rtol=1e-9)
+
+
+def test_a_function_builds_what_it_names_and_columns_set_the_rest() -> None:
+    calls: list[float] = []
+
+    def sphere_of(radius: float, density: float = 1100.0) -> rs.Impact:
+        calls.append(radius)
+        return impact(radius=radius, mass=density * 4.0 / 3.0 * math.pi * radius**3)
+
+    result = rs.sweep(
+        sphere_of, {"velocity": rs.Logarithmic(0.1, 10.0, 50), "radius": [0.005, 0.01]}, workers=1
+    )
+    check(
+        result.isel(velocity=[0, 49]),
+        lambda velocity, radius: impact(
+            radius=radius, mass=1100.0 * 4.0 / 3.0 * math.pi * radius**3, velocity=velocity
+        ),
+    )
+    # Once for each radius, and not for each of the hundred points.
+    assert len(calls) <= 4
+
+
+def test_every_output() -> None:
+    result = rs.sweep(BALL, {"velocity": [0.1, 1.0]}, list(OUTPUTS))
+    for n, velocity in enumerate((0.1, 1.0)):
+        one = rs.solve(impact(velocity=velocity))
+        for name in OUTPUTS:
+            names = {
+                "kinetic_energy_in": "kinetic_in", "kinetic_energy_out": "kinetic_out",
+                "dissipated_energy": "dissipated", "stored_energy": "stored", "energy_residual": "residual",
+            }  # fmt: skip
+            wanted = getattr(one.energy, names[name]) if name in names else getattr(one, name)
+            assert float(result[name][n]) == wanted, name
+
+
+def test_the_result_says_what_it_is() -> None:
+    result = rs.sweep(BALL, {"velocity": rs.Logarithmic(0.1, 1.0, 3), "force": 0.0}, title="Rubber")
+    assert result.velocity.attrs == {
+        "units": "m/s",
+        "long_name": "impact velocity",
+        "symbol": "$v_0$",
+        "scale": "logarithmic",
+    }
+    assert result.contact_time.attrs["units"] == "s"
+    assert float(result.force) == 0.0
+    assert result.status.attrs["flag_meanings"].split()[:2] == ["separated", "sinks_in"]
+    assert result.attrs["version"] == rs.__version__
+    assert result.attrs["title"] == "Rubber"
+    assert len(result.attrs["hash"]) == 64
+    assert '"radius":0.01' in result.attrs["sweep"]
+    names = ["restitution_coefficient", "contact_time", "max_indentation_depth", "max_force", "status"]
+    assert list(result.data_vars) == names
+
+
+def test_the_hash_tells_sweeps_apart_and_nothing_else() -> None:
+    def hash_of(base: Any = BALL, axes: Any = None, **options: Any) -> str:
+        return rs.sweep(base, axes or {"velocity": [1.0, 2.0]}, **options).attrs["hash"]
+
+    first = hash_of()
+    assert first == hash_of(impact(), workers=2, title="other words")
+    others = [
+        hash_of(impact(mass=0.006)),
+        hash_of(impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=np.nextafter(0.45, 1.0)))),
+        hash_of(axes={"velocity": [1.0, np.nextafter(2.0, 3.0)]}),
+        hash_of(outputs=["max_force"]),
+        hash_of(rtol=1e-8),
+        hash_of(chunk=1),
+        hash_of(held="poisson_ratio"),
+        hash_of(lambda: BALL),
+        hash_of(lambda: impact(mass=0.006)),
+    ]
+    assert len({first, *others}) == 10
+
+
+def test_draws() -> None:
+    draws = rs.Samples(64, {"mass": rs.LogNormal(0.005, 0.2), "branch_modulus": rs.Normal(1e7, 1e6)}, seed=4)
+    result = rs.sweep(BALL, {"velocity": [0.5, 1.0], "draw": draws})
+    assert result.restitution_coefficient.dims == ("velocity", "draw")
+    assert result.mass.dims == result.branch_modulus.dims == ("draw",)
+    check(
+        result.isel(draw=[0, 17, 63]),
+        lambda velocity, mass, branch_modulus: impact(
+            rs.standard_solid(1e6, branch_modulus, 1e3, poisson_ratio=0.45), mass=mass, velocity=velocity
+        ),
+    )
+
+
+def test_workers_and_chunks_do_not_change_a_bit() -> None:
+    axes = {"velocity": rs.Logarithmic(0.01, 10.0, 40), "nu": rs.Linear(-1.0, 0.5, 30)}
+    results = [
+        rs.sweep(BALL, axes, chunk=chunk, workers=workers)
+        for chunk, workers in ((None, 1), (None, 4), (100, 2), ({"velocity": 7, "poisson_ratio": 4}, 3))
+    ]
+    for other in results[1:]:
+        for name in other.data_vars:
+            np.testing.assert_array_equal(other[name], results[0][name])
+
+
+def test_progress_counts_up_to_all() -> None:
+    seen: list[tuple[int, int]] = []
+    thread = threading.get_ident()
+
+    def progress(done: int, total: int) -> None:
+        assert threading.get_ident() == thread
+        seen.append((done, total))
+
+    rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 3000)}, progress=progress, chunk=500)
+    counts = [done for done, _ in seen]
+    assert counts[0] == 0
+    assert counts == sorted(counts)
+    assert seen[-1] == (3000, 3000)
+
+
+def test_a_point_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
+    radius = np.linspace(0.0, 0.002, 50)
+    tip = rs.Impact(RUBBER, Tabulated(radius, radius**2 / 0.02), 0.005, 1.0)
+    with pytest.warns(RuntimeWarning, match=r"^1 of 3 impacts failed and are NaN: 1 TOO_DEEP$"):
+        result = rs.sweep(tip, {"velocity": [0.01, 5.0, 0.1]})
+    assert result.status.values.tolist() == [0, 7, 0]
+    assert np.isnan(result.max_force.values).tolist() == [False, True, False]
+
+
+def test_a_point_that_is_not_admissible_fails_alone() -> None:
+    # The law of the shift diverges at 200 K, which the normal distribution reaches.
+    draws = rs.Samples(64, {"temperature": rs.Normal(300.0, 60.0)}, seed=1)
+    with pytest.warns(RuntimeWarning, match=r"^[1-9] of 64 impacts failed and are NaN: \d INADMISSIBLE$"):
+        result = rs.sweep(impact(EPOXY), {"draw": draws})
+    cold = result.temperature.values <= 200.0
+    assert cold.any()
+    np.testing.assert_array_equal(
+        result.status.values, np.where(cold, rs.Status.INADMISSIBLE, rs.Status.SEPARATED)
+    )
+
+    def build(radius: float) -> rs.Impact:
+        if radius > 0.015:
+            raise ValueError("radius: this one does not exist")
+        return impact(radius=radius)
+
+    with pytest.warns(RuntimeWarning, match=r"^\d of 16 impacts failed and are NaN: \d INADMISSIBLE$"):
+        result = rs.sweep(build, {"draw": rs.Samples(16, {"radius": rs.Uniform(0.01, 0.018)})})
+    np.testing.assert_array_equal(np.isnan(result.contact_time.values), result.radius.values > 0.015)
+
+
+@pytest.mark.parametrize(
+    ("base", "axes", "options", "message"),
+    [
+        (BALL, {"speed": [1.0]}, {}, "axes: the impact has no 'speed'; known are mass, velocity, force"),
+        (BALL, {"half_angle": [1.0]}, {}, "axes: the impact has no 'half_angle'"),
+        (BALL, {"velocity": [1.0, -1.0]}, {}, r"velocity\[1\] = -1 m/s: must be finite and > 0"),
+        (BALL, {"p2": [1.0], "branch_modulus": [1e6]}, {}, "axes: p2 and branch_modulus set the same"),
+        (BALL, {"nu": [0.1], "bulk_modulus": [1e6]}, {}, "axes: poisson_ratio and bulk_modulus set the same"),
+        (BALL, {"temperature": [300.0]}, {}, "temperature = 300 K: the material has no law of the shift"),
+        (BALL, {"branch_moduli[1]": [1e6]}, {}, r"axes: there is no branch_moduli\[1\]; the material has 1"),
+        (impact(EPOXY), {"viscosity": [1e6]}, {}, "axes: branch_modulus, .* are of one branch"),
+        (impact(EPOXY), {"p3": [1.0]}, {}, "axes: p3 belongs to a rigid parabola on a standard solid"),
+        (impact(EPOXY), {"temperature": [300.0, 150.0]}, {}, "temperature = 150 K: must be >=? 20"),
+        (impact(velocity=[1.0, 2.0]), {"mass": [1.0]}, {}, r"base: has shape \(2,\); must be a single"),
+        (None, {"nu": 0.3, "p2": 1.0}, {}, "axes: must have p3 where there is no base"),
+        (lambda radius: BALL, {"velocity": [1.0]}, {}, "axes: must have 'radius', which the function takes"),
+        (BALL, {"velocity": [1.0]}, {"outputs": ["e"]}, "outputs: unknown output 'e'; "),
+        (BALL, {"velocity": [1.0]}, {"outputs": ["max_forces"]}, "outputs: .* did you mean max_force?"),
+        (BALL, {"velocity": [1.0]}, {"outputs": []}, "outputs: must name at least one output"),
+        (BALL, {"velocity": [1.0]}, {"rtol": 1.0}, "rtol = 1: must be in"),
+        (BALL, {"velocity": [1.0]}, {"engine": "mpi"}, "engine = 'mpi': must be 'threads' or 'dask'"),
+        (BALL, {"velocity": [1.0]}, {"held": "nu"}, "held = 'nu': must be"),
+        (BALL, {"velo": [1.0]}, {}, "axes: the impact has no 'velo'; did you mean velocity?"),
+        (BALL, {"velocity": [1.0]}, {"workers": 0}, "workers = 0: must be a whole number >= 1"),
+        (BALL, {"velocity": [1.0]}, {"workers": "2"}, "workers = '2': must be a whole number >= 1"),
+        (BALL, {"velocity": [1.0]}, {"outputs": [3]}, "outputs: unknown output 3; "),
+        # Each axis is short enough; together they are too many.
+        (
+            BALL, {"velocity": rs.Linear(1.0, 2.0, 10**8), "mass": rs.Linear(1.0, 2.0, 10**7)}, {},
+            r"axes: 1000000000000000 points take 3.3e\+07 GB, too much for the memory of this machine; give out=",
+        ),
+        (BALL, {"velocity": [1.0]}, {"engine": "dask", "cluster": "here"}, "cluster = 'here': must be"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
+    if options.get("engine") == "dask":
+        pytest.importorskip("distributed", reason="Dask is an extra")
+    with pytest.raises(ValueError, match=f"^{message}"):
+        rs.sweep(base, axes, **options)
+
+
+def test_wrong_types_are_refused() -> None:
+    with pytest.raises(
+        TypeError, match=r"^base = 3: must be an Impact, a function that returns one, or None$"
+    ):
+        rs.sweep(3, {"velocity": [1.0]})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="must return an Impact"):
+        rs.sweep(lambda: 3, {"velocity": [1.0]})  # type: ignore[arg-type,return-value]
+    for axes, options, message in (
+        (["velocity"], {}, r"axes = \['velocity'\]: must be a dict from names to values"),
+        ({3: [1.0]}, {}, r"axes = {3: \[1.0\]}: must be a dict from names to values"),
+        ({"velocity": "abc"}, {}, "velocity = 'abc': must be a number, a sequence of them"),
+        ({"velocity": [1.0]}, {"out": 3}, "out = 3: must be a path"),
+        ({"velocity": [1.0]}, {"outputs": 3}, "outputs = 3: must be a sequence of names"),
+    ):
+        with pytest.raises(TypeError, match=f"^{message}"):
+            rs.sweep(BALL, axes, **options)  # type: ignore[arg-type]
+
+
+def test_memory_that_is_not_granted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = np.full
+
+    def refuse(shape: Any, *rest: Any, **named: Any) -> Any:
+        if shape == (2,):
+            raise MemoryError
+        return full(shape, *rest, **named)
+
+    monkeypatch.setattr(np, "full", refuse)
+    with pytest.raises(ValueError, match=r"^axes: 2 points take 6\.6e-08 GB, too much for the memory"):
+        rs.sweep(BALL, {"velocity": [1.0, 2.0]})
+
+
+def test_more_points_than_fit_in_memory_go_into_a_store(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(dataset, "_memory", lambda: 1000.0)
+    axes = {"velocity": rs.Linear(1.0, 2.0, 30)}
+    with pytest.raises(ValueError, match="too much for the memory"):
+        rs.sweep(BALL, axes)
+    assert int(rs.sweep(BALL, axes, out=tmp_path / "r.zarr").status.max()) == 0
+
+
+def test_an_error_in_a_worker_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: Any, **__: Any) -> Any:
+        raise MemoryError("no more")
+
+    monkeypatch.setattr(plans, "solve_rows", fail)
+    with pytest.raises(MemoryError):
+        rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 5000)}, chunk=100, workers=2)
+
+
+def test_memory_of_a_chunk_is_that_of_its_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    largest = 0
+    solve = plans.solve_rows
+
+    def watched(rows: Any, *options: Any, **named: Any) -> Any:
+        nonlocal largest
+        largest = max(largest, rows.masses.size)
+        return solve(rows, *options, **named)
+
+    monkeypatch.setattr(plans, "solve_rows", watched)
+    monkeypatch.setattr(plans, "_BLOCK", 256)
+    rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 2000)}, chunk=2000)
+    assert largest == 256
+
+
+def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.sweeps import threads
+
+    asked: list[int] = []
+    pool = threads.ThreadPoolExecutor
+
+    def watched(workers: int) -> Any:
+        asked.append(workers)
+        return pool(workers)
+
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", watched)
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    rs.sweep(BALL, {"velocity": [1.0]})
+    assert asked == [3]
+
+
+def test_the_package_is_the_function() -> None:
+    import restitution.sweeps.grid
+
+    assert callable(rs.sweep)
+    assert rs.sweep.grid is restitution.sweeps.grid  # type: ignore[attr-defined]
+
+
+def test_python_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE):
+        exec(compile(block, "sweeps.md", "exec"), names)
+    assert names["plane"].restitution_coefficient.shape == (60, 60)
+    assert len(capsys.readouterr().out.splitlines()) >= 2
+
+
+def test_the_documentation_names_every_output() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    assert [name for name in OUTPUTS if f"`{name}`" not in page] == []

@@ -1,0 +1,457 @@
+"""Stores of sweeps: whole chunks, the same bytes however often the work was cut short, one owner."""
+
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import restitution as rs
+from restitution.sweeps import plan as plans
+from restitution.sweeps.store import Store, sole_writer
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+AXES = {
+    "velocity": rs.Logarithmic(0.01, 10.0, 23),
+    "draw": rs.Samples(50, {"mass": rs.LogNormal(0.005, 0.1), "viscosity": rs.Normal(1e3, 50.0)}, seed=1),
+    "nu": [0.3, 0.5],
+    "force": 0.0,
+}
+CHUNK = {"velocity": 4, "draw": 30}
+CASE = """
+title = "Balls on rubber"
+[body]
+mass = "5 g"
+radius = "10 mm"
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "1 kPa s"
+poisson_ratio = 0.45
+[axes]
+velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = %d }
+radius = { linear = ["5 mm", "20 mm"], n = 50 }
+[sweep]
+chunk = 500
+"""
+
+
+def run(out: Path, **changes: Any) -> xr.Dataset:
+    return rs.sweep(BALL, AXES, out=out, **({"chunk": CHUNK} | changes))
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("undisturbed") / "result.zarr"
+    run(out)
+    return out
+
+
+def test_the_store_holds_what_memory_would(undisturbed: Path) -> None:
+    memory, stored = rs.sweep(BALL, AXES, chunk=CHUNK), rs.open_sweep(undisturbed)
+    xr.testing.assert_identical(stored.load(), memory)
+
+
+def test_others_can_read_it(undisturbed: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain = xr.open_zarr(undisturbed, chunks=None)
+    assert {"mass", "viscosity", "force"} <= set(plain.coords)
+    assert plain.restitution_coefficient.attrs["units"] == "1"
+    metadata = [json.loads(path.read_text()) for path in undisturbed.rglob("zarr.json")]
+    assert {content["zarr_format"] for content in metadata} == {3}
+
+
+def test_one_chunk_is_one_file_of_each_output(undisturbed: Path) -> None:
+    for name in ("restitution_coefficient", "contact_time", "status"):
+        files = [path for path in (undisturbed / name / "c").rglob("*") if path.is_file()]
+        assert len(files) == 6 * 2
+
+
+def test_words_come_back(tmp_path: Path) -> None:
+    soft = rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.45, name="soft rubber")
+    result = rs.sweep(BALL, {"material": [RUBBER, soft], "velocity": [1.0]}, out=tmp_path / "out.zarr")
+    assert result.material.values.tolist() == ["material 1", "soft rubber"]
+    assert float(result.max_force.sel(material="soft rubber")[0]) < float(result.max_force[0, 0])
+
+
+def test_no_axis_is_stored_too(tmp_path: Path) -> None:
+    for _ in range(2):
+        one = rs.sweep(BALL, {"velocity": 0.5}, out=tmp_path / "one.zarr")
+        assert float(one.contact_time) == rs.solve(rs.Impact(RUBBER, BALL.profile, 0.005, 0.5)).contact_time
+
+
+class Cut(Exception):
+    pass
+
+
+def cut_after(chunks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every run keep so many chunks and no more."""
+    keep = Store.keep
+
+    def limited(self: Store, index: Any, results: Any) -> None:
+        self.kept = getattr(self, "kept", 0) + 1  # type: ignore[attr-defined]
+        if self.kept > chunks:  # type: ignore[attr-defined]
+            raise Cut
+        keep(self, index, results)
+
+    monkeypatch.setattr(Store, "keep", limited)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_what_was_cut_short_is_resumed(
+    undisturbed: Path, tmp_path: Path, workers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    computed: list[Any] = []
+    compute = plans.Plan.compute
+
+    def watched(self: Any, index: Any, *rest: Any) -> Any:
+        computed.append(index)
+        return compute(self, index, *rest)
+
+    monkeypatch.setattr(plans.Plan, "compute", watched)
+    cut_after(3, monkeypatch)
+    out = tmp_path / "result.zarr"
+    first_reports: list[int] = []
+    for cuts in range(10):  # noqa: B007
+        reports: list[int] = []
+        try:
+            run(out, workers=workers, progress=lambda done, _, reports=reports: reports.append(done))
+            break
+        except Cut:
+            first_reports.append(reports[0])
+    # Three of twelve chunks at a time; the fourth time all are there.
+    assert cuts == 3
+    assert first_reports[0] == 0
+    assert first_reports == sorted(set(first_reports))
+    assert reports[-1] == 2300
+    assert set(computed) == set(np.ndindex(6, 2, 1))
+    assert len(computed) <= 12 + 3 * workers
+    assert tree(out) == tree(undisturbed)
+    run(out)
+    assert len(computed) <= 12 + 3 * workers
+
+
+def test_a_store_that_is_unfinished_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "result.zarr"
+    cut_after(5, monkeypatch)
+    with pytest.raises(Cut):
+        run(out, workers=1)
+    part = rs.open_sweep(out)
+    missing = part.status.values == -1
+    assert 0 < missing.sum() < missing.size
+    np.testing.assert_array_equal(np.isnan(part.contact_time.values), missing)
+
+
+def test_the_status_of_a_chunk_is_written_last(undisturbed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plans.Plan.__new__(plans.Plan)
+    object.__setattr__(plan, "outputs", ("contact_time", "restitution_coefficient"))
+    written: list[str] = []
+
+    class Watched:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def __setitem__(self, *_: Any) -> None:
+            written.append(self.name)
+
+    store = Store.__new__(Store)
+    store._plan = plan
+    store._arrays = {name: Watched(name) for name in plan.variables}
+    object.__setattr__(plan, "grid", type("Grid", (), {"region": lambda self, index: index})())
+    store.keep((0,), dict.fromkeys(plan.variables, np.zeros(1)))
+    assert written == ["contact_time", "restitution_coefficient", "status"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "differing"),
+    [
+        ({"rtol": 1e-8}, "rtol"),
+        ({"outputs": ["contact_time"]}, "outputs"),
+        ({"chunk": 100}, "chunk"),
+    ],
+)
+def test_another_sweeps_store_is_refused(undisturbed: Path, changes: dict[str, Any], differing: str) -> None:
+    before = tree(undisturbed)
+    with pytest.raises(
+        ValueError, match=rf"result\.zarr: holds a sweep already, another one in {differing}; choose"
+    ):
+        run(undisturbed, **changes)
+    other = rs.Impact(RUBBER, rs.Parabola(radius=0.02), mass=0.005, velocity=1.0)
+    with pytest.raises(ValueError, match="another one in base, axes; choose"):
+        rs.sweep(other, {**AXES, "nu": [0.2, 0.5]}, out=undisturbed, chunk=CHUNK)
+    assert tree(undisturbed) == before
+
+
+def test_another_versions_store_is_refused(undisturbed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plans, "version", lambda _: "9.9")
+    with pytest.raises(
+        ValueError, match=rf"holds a sweep already, of version {rs.__version__}, not 9\.9; choose"
+    ):
+        run(undisturbed)
+
+
+def test_what_is_no_sweep_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "letter.txt").write_text("dear")
+    (tmp_path / "file").write_text("x")
+    xr.Dataset({"a": ("x", [1.0])}).to_zarr(tmp_path / "foreign.zarr", zarr_format=3, consolidated=False)
+    for name in ("folder", "file", "foreign.zarr"):
+        with pytest.raises(
+            ValueError, match=f"{name}: is there already and holds no sweep; choose another name"
+        ):
+            run(tmp_path / name)
+        with pytest.raises(ValueError, match="holds no sweep"):
+            rs.open_sweep(tmp_path / name)
+    assert (tmp_path / "folder" / "letter.txt").read_text() == "dear"
+    with pytest.raises(ValueError, match="no such folder: "):
+        run(tmp_path / "nowhere" / "out.zarr")
+    with pytest.raises(ValueError, match="nothing: no such folder"):
+        rs.open_sweep(tmp_path / "nothing")
+
+
+def test_two_writers_are_one_too_many(undisturbed: Path) -> None:
+    with (
+        sole_writer(undisturbed),
+        pytest.raises(ValueError, match=r"result\.zarr: another process is writing it$"),
+    ):
+        run(undisturbed)
+    run(undisturbed)
+
+
+def test_what_killed_writers_left_is_swept_up(undisturbed: Path, tmp_path: Path) -> None:
+    out = tmp_path / "result.zarr"
+    shutil.copytree(undisturbed, out)
+    (out / "status" / "c" / "0" / "0" / "0").unlink()
+    (out / "status" / "c" / "0" / "0" / ".0.4711.part").write_text("half")
+    (tmp_path / ".result.zarr.part").mkdir()
+    run(out)
+    assert tree(out) == tree(undisturbed)
+    (tmp_path / "again").mkdir()
+    (tmp_path / "again" / ".result.zarr.part").mkdir()
+    (tmp_path / "again" / ".result.zarr.part" / "half").write_text("half")
+    run(tmp_path / "again" / "result.zarr")
+    assert [path.name for path in (tmp_path / "again").iterdir()] == ["result.zarr"]
+
+
+def test_a_disk_that_fills_up_is_one_line_and_a_store_that_resumes(
+    undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from restitution.sweeps import store
+
+    out, written = tmp_path / "result.zarr", 0
+    write = store._write
+
+    def limited(path: Path, content: bytes) -> None:
+        nonlocal written
+        if "/c/" in str(path) and "velocity" not in str(path):
+            written += 1
+        if written > 30:
+            raise OSError(28, "No space left on device", str(path))
+        write(path, content)
+
+    monkeypatch.setattr(store, "_write", limited)
+    with pytest.raises(
+        OSError, match=r"No space left on device; [1-9] of 12 chunks are stored, and the same"
+    ) as caught:
+        run(out)
+    assert caught.value.filename == str(out)
+    monkeypatch.setattr(store, "_write", write)
+    run(out)
+    assert tree(out) == tree(undisturbed)
+
+
+def test_a_store_that_cannot_be_made_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.sweeps import store
+
+    def refuse(path: Path, _: bytes) -> None:
+        raise OSError(30, "Read-only file system", str(path))
+
+    monkeypatch.setattr(store, "_write", refuse)
+    with pytest.raises(OSError, match="Read-only file system"):
+        run(tmp_path / "out.zarr")
+    assert list(tmp_path.iterdir()) == []
+
+
+KILLER = """
+import os, random, signal, sys, time
+from pathlib import Path
+import xarray, zarr
+import restitution as rs
+from restitution.sweeps import dataset, store, threads
+
+rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+ball = rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+rs.standard_solid_restitution(0.3, 0.1, 1.0)
+
+def start(out):
+    # No thread runs in this process, so that it may fork; the kernel is compiled.
+    child = os.fork()
+    if child == 0:
+        axes = {"velocity": rs.Logarithmic(0.01, 10.0, 200), "radius": rs.Linear(0.005, 0.02, 50)}
+        rs.sweep(ball, axes, out=out, chunk={"velocity": 4}, workers=2)
+        os._exit(0)
+    return child
+
+folder = Path(sys.argv[1])
+begin = time.monotonic()
+assert os.waitpid(start(folder / "undisturbed.zarr"), 0)[1] == 0
+duration = time.monotonic() - begin
+kills, moments = 0, random.Random(int(sys.argv[2]))
+while kills < int(sys.argv[3]):
+    child = start(folder / "killed.zarr")
+    time.sleep(moments.uniform(0.0, 0.15 * duration))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    if len(list((folder / "killed.zarr" / "status" / "c").glob("*/0"))) == 50:
+        break
+    # Only those that cut the work short count.
+    kills += 1
+assert os.waitpid(start(folder / "killed.zarr"), 0)[1] == 0
+print("kills", kills)
+"""
+
+
+@pytest.mark.slow
+def test_killed_at_random_moments_it_ends_with_the_same_bytes(tmp_path: Path) -> None:
+    kills, seed = 0, 0
+    while kills < 12:
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        output = subprocess.run(
+            [sys.executable, "-c", KILLER, folder, str(seed), "12"],
+            capture_output=True,
+            text=True,
+            timeout=170,
+        )
+        assert output.returncode == 0, output.stderr
+        kills += int(output.stdout.split()[-1])
+        seed += 1
+        assert tree(folder / "killed.zarr") == tree(folder / "undisturbed.zarr")
+        assert sorted(path.name for path in folder.iterdir()) == ["killed.zarr", "undisturbed.zarr"]
+
+
+def command(*arguments: Any) -> list[str]:
+    return [sys.executable, "-c", "from restitution.cli.main import main; main()", *map(str, arguments)]
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_prompt_and_the_same_command_resumes(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE % 4000)
+    with subprocess.Popen(
+        command("sweep", "sweep.toml", "--out", "out.zarr"), cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    ) as process:
+        deadline = time.monotonic() + 120.0
+        while not (tmp_path / "out.zarr" / "status" / "c").is_dir():
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        start = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == -signal.SIGINT
+        elapsed = time.monotonic() - start
+        assert process.stderr is not None
+        assert process.stderr.read() == (
+            "note: out.zarr: the same command resumes\nerror: interrupted; every file written is whole\n"
+        )
+    assert elapsed < 1.0
+    part = rs.open_sweep(tmp_path / "out.zarr")
+    assert 0 < int((part.status == 0).sum()) < part.status.size
+
+
+MOUNT = """
+set -e
+mount -t tmpfs -o size=%s tmpfs "$1"
+cd "$1"
+cp ../sweep.toml .
+set +e
+"$2" -c "from restitution.cli.main import main; main()" sweep sweep.toml --out out.zarr
+echo "exit $?" >&2
+mount -o remount,rw,size=20m tmpfs "$1"
+"$2" -c "from restitution.cli.main import main; main()" sweep sweep.toml --out out.zarr || exit 9
+cp -r out.zarr ..
+"""
+
+
+def in_small_file_system(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    probe = (
+        subprocess.run(["unshare", "-rm", "true"], capture_output=True) if shutil.which("unshare") else None
+    )
+    if probe is None or probe.returncode != 0:
+        pytest.skip("no file systems can be mounted here")
+    (folder / "small").mkdir()
+    return subprocess.run(
+        ["unshare", "-rm", "sh", "-c", script, "sh", folder / "small", sys.executable],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.mark.slow
+def test_a_full_disk(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE % 400)
+    answer = in_small_file_system(MOUNT % "400k", tmp_path)
+    lines = answer.stderr.splitlines()
+    assert lines[0].startswith("error: out.zarr: No space left on device; "), answer.stderr
+    assert lines[0].endswith(" of 40 chunks are stored, and the same command resumes")
+    assert lines[1] == "exit 2"
+    assert answer.returncode == 0
+    undisturbed = subprocess.run(
+        command("sweep", "sweep.toml", "--out", "other.zarr"), cwd=tmp_path, capture_output=True, text=True
+    )
+    assert undisturbed.returncode == 0
+    assert tree(tmp_path / "out.zarr") == tree(tmp_path / "other.zarr")
+
+
+@pytest.mark.slow
+def test_a_read_only_folder(tmp_path: Path) -> None:
+    (tmp_path / "sweep.toml").write_text(CASE % 10)
+    script = MOUNT.replace("set +e", 'mount -o remount,ro tmpfs "$1"\nset +e') % "1m"
+    answer = in_small_file_system(script, tmp_path)
+    assert answer.stderr.splitlines()[:2] == ["error: out.zarr: Read-only file system", "exit 2"]
+    assert answer.returncode == 0
+
+
+LARGE = """
+import resource, sys
+import restitution as rs
+
+rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+ball = rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+rs.sweep(ball, {"velocity": [1.0]}, out=sys.argv[1] + "/first.zarr")
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+def stop(done, total):
+    assert total == 10**8
+    if done > 20_000:
+        raise KeyboardInterrupt
+
+try:
+    axes = {"velocity": rs.Logarithmic(0.01, 10.0, 10_000), "radius": rs.Linear(0.005, 0.02, 10_000)}
+    rs.sweep(ball, axes, out=sys.argv[1] + "/large.zarr", chunk=10_000, workers=2, progress=stop)
+except KeyboardInterrupt:
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.slow
+def test_a_hundred_million_points_need_no_memory(tmp_path: Path) -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", LARGE, tmp_path], capture_output=True, text=True, timeout=120
+    )
+    assert answer.returncode == 0, answer.stderr
+    # One output of all points alone would take 800 MB; this is in kB.
+    assert int(answer.stdout) < 60_000

@@ -1,0 +1,78 @@
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from restitution.files import whole_file
+
+
+def test_partial_file_is_beside_the_target_and_hidden(tmp_path: Path) -> None:
+    with whole_file(tmp_path / "data.nc") as partial:
+        assert partial.parent == tmp_path
+        assert partial.name.startswith(".")
+        partial.write_text("all")
+        assert not (tmp_path / "data.nc").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["data.nc"]
+
+
+def write_half(target: Path, error: BaseException) -> None:
+    with whole_file(target) as partial:
+        partial.write_text("ha")
+        raise error
+
+
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
+def test_failure_leaves_what_was_there(tmp_path: Path, error: BaseException) -> None:
+    target = tmp_path / "data.nc"
+    target.write_text("old")
+    with pytest.raises(type(error)):
+        write_half(target, error)
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("data.nc", "old")]
+
+
+def test_block_that_wrote_nothing_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), whole_file(tmp_path / "data.nc"):
+        pass
+
+
+def test_new_file_has_the_usual_permissions(tmp_path: Path) -> None:
+    (tmp_path / "plain").touch()
+    with whole_file(tmp_path / "whole") as partial:
+        partial.touch()
+    assert (tmp_path / "whole").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_killed_writer_leaves_the_old_file(tmp_path: Path) -> None:
+    target = tmp_path / "data.txt"
+    target.write_text("old")
+    script = (
+        "import sys, time\n"
+        "from restitution.files import whole_file\n"
+        "with whole_file(sys.argv[1]) as partial:\n"
+        "    partial.write_text('ha')\n"
+        "    print('writing', flush=True)\n"
+        "    time.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script, target], stdout=subprocess.PIPE) as writer:
+        assert writer.stdout is not None
+        writer.stdout.readline()
+        os.kill(writer.pid, signal.SIGKILL)
+        writer.wait()
+    assert target.read_text() == "old"
+    # A later whole write is not in the way of what the killed one left.
+    with whole_file(target) as partial:
+        partial.write_text("new")
+    assert target.read_text() == "new"
+
+
+def test_errors_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    target = tmp_path / "no" / "data.nc"
+    with pytest.raises(FileNotFoundError) as caught, whole_file(target) as partial:
+        partial.write_text("all")
+    assert caught.value.filename == str(target)
+    with pytest.raises(OSError, match="No space left") as caught, whole_file(tmp_path / "data.nc"):
+        raise OSError(28, "No space left on device")
+    assert caught.value.filename == str(tmp_path / "data.nc")
