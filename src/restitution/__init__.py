@@ -1,6 +1,7 @@
 """Impact of bodies on linear-viscoelastic ones: restitution, contact time, force, energy.
 
-The public names stand in `__init__.pyi`. Each is loaded on its first use, so that importing the package costs nearly nothing.
+The public names are listed in `__init__.pyi`. Each is loaded on its first use, so importing the package
+costs nearly nothing.
 """
 
 import lazy_loader

@@ -1,7 +1,8 @@
 """Checks of numbers. What is refused raises an `InputError` with the field, its value and the admissible range.
 
-A number may carry a unit (pint, astropy, unyt, or the attribute `units` of an xarray.DataArray): it is converted to the unit of the
-field, or refused where the dimensions differ. Masked values, dates, texts, booleans and complex numbers are refused.
+A number may carry a unit (pint, astropy, unyt, or the attribute `units` of an xarray.DataArray). It is then
+converted to the unit of the field, or refused where the dimensions differ. Masked values, dates, texts, booleans
+and complex numbers are refused.
 """
 
 from __future__ import annotations
