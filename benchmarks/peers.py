@@ -15,11 +15,11 @@ from typing import Any
 import compiled_elements
 import numpy as np
 import scipy_impact
+from problems import StandardSolids, plane
 from scipy.integrate import solve_ivp
+from timing import best, clock, one_by_one
 
 import restitution as rs
-from restitution.benchmark.problems import StandardSolids, plane
-from restitution.benchmark.timing import best, clock, one_by_one
 from restitution.impact.scaling import power_block
 from restitution.material.standard_solid import reduced_standard_solid
 

@@ -20,8 +20,7 @@ import peers
 import report
 import speed
 import start
-
-from restitution.benchmark.machine import describe
+from machine import describe
 
 FOLDER = Path(__file__).parent
 

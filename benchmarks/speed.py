@@ -8,10 +8,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from problems import Problems, even_prony, of_profile, plane, random_prony, wide
+from timing import best, evenly, in_array_calls, one_by_one
 
 import restitution as rs
-from restitution.benchmark.problems import Problems, even_prony, of_profile, plane, random_prony, wide
-from restitution.benchmark.timing import best, evenly, in_array_calls, one_by_one
 from restitution.contact.path import path_table
 
 RTOL = 1e-8

@@ -6,9 +6,9 @@ For comparing two versions of the code (`--benchmark-save`, `--benchmark-compare
 
 import numpy as np
 import pytest
+from problems import StandardSolids, even_prony, of_profile, plane, random_prony, wide
 
 import restitution as rs
-from restitution.benchmark.problems import StandardSolids, even_prony, of_profile, plane, random_prony, wide
 
 RTOL = 1e-8
 POINTS = 2000

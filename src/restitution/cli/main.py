@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import benchmark, bounce, cite, indent, material, presentation, surrogate, sweep
+from restitution.cli import bounce, cite, indent, material, presentation, surrogate, sweep
 from restitution.cli.outcome import INTERRUPTED, BadInput, Commands, tell, user_input, warn
 from restitution.cli.patience import compilation, progress_bar
 from restitution.impact.status import Status
@@ -148,7 +148,6 @@ app.command("surrogate")(surrogate.surrogate)
 app.command("sweep")(sweep.sweep)
 app.command("plot")(sweep.plot)
 app.command("map")(sweep.map_)
-app.command("benchmark")(benchmark.benchmark)
 
 
 @app.command("reproduce")

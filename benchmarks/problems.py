@@ -11,12 +11,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.contact.profile import Parabola, Profile
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve, standard_solid_restitution
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import (
+    Impact,
+    Material,
+    Parabola,
+    PronySeries,
+    solve,
+    standard_solid,
+    standard_solid_restitution,
+)
+from restitution.contact.profile import Profile
 
 Array = NDArray[np.float64]
 

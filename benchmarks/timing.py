@@ -1,4 +1,4 @@
-"""Times of calls, of which other programs on the machine spoil as little as possible."""
+"""Timing of calls, insensitive to other load on the machine."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from restitution.benchmark.problems import Problems
+from problems import Problems
 
 Array = NDArray[np.float64]
 

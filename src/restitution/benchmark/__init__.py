@@ -1,1 +1,0 @@
-"""How long an impact takes on this machine, and with what error."""
