@@ -50,7 +50,7 @@ def prony_series(
     dashpot = draw(logarithmic(moduli[0] * times[0], moduli[1] * times[1])) if viscosity else 0.0
     needs_spring = count == 0 and not viscosity
     equilibrium = 0.0 if liquid and not needs_spring else draw(logarithmic(*moduli))
-    return PronySeries(equilibrium, np.array(weights), np.array(tau), viscosity=dashpot)
+    return PronySeries(equilibrium, np.array(weights), np.array(tau), parallel_viscosity=dashpot)
 
 
 @st.composite
@@ -85,6 +85,6 @@ def materials(
                 bulk.equilibrium_modulus or (1.0 if count == 0 else 0.0),
                 bulk.branch_moduli[:count],
                 shear.relaxation_times[:count] * shift,
-                viscosity=bulk.viscosity,
+                parallel_viscosity=bulk.parallel_viscosity,
             )
     return Material(shear, bulk)

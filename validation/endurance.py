@@ -52,7 +52,7 @@ def draw_series(random: np.random.Generator, terms: int, liquid: bool, dashpot: 
     equilibrium = 0.0 if liquid else 10.0 ** random.uniform(-3.0, 3.0)
     moduli, times = 10.0 ** random.uniform(-3.0, 3.0, terms), 10.0 ** random.uniform(-7.0, 7.0, terms)
     viscosity = 10.0 ** random.uniform(-5.0, 2.0) if dashpot else 0.0
-    return rs.PronySeries(equilibrium, moduli, times, viscosity=viscosity)
+    return rs.PronySeries(equilibrium, moduli, times, parallel_viscosity=viscosity)
 
 
 def draw_profile(random: np.random.Generator, kind: int) -> Profile:

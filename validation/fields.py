@@ -16,7 +16,7 @@ INSIDE = np.array([0.0, 0.1, 0.5, 0.9, 0.99])
 OUTSIDE = np.array([1.001, 1.5, 3.0, 20.0])
 ELASTIC = rs.Material(1.3, 2.1)
 SOLID = rs.Material(rs.PronySeries(1.0, [4.0, 2.0, 1.0], [0.02, 0.3, 20.0]), 3.0)
-DASHPOT = rs.Material(rs.PronySeries(1.0, [3.0], [0.5], viscosity=0.1), math.inf)
+DASHPOT = rs.Material(rs.PronySeries(1.0, [3.0], [0.5], parallel_viscosity=0.1), math.inf)
 
 
 def states(result: rs.ImpactResult) -> list[tuple[float, float, float, float]]:

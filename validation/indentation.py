@@ -97,7 +97,9 @@ def by_elements(
         rate = ((now - before) / step)[:, None]
         memory = memory * fading + rate * series.relaxation_times * (1.0 - fading)
         load = (
-            series.equilibrium_modulus * now + memory @ series.branch_moduli + series.viscosity * rate[:, 0]
+            series.equilibrium_modulus * now
+            + memory @ series.branch_moduli
+            + series.parallel_viscosity * rate[:, 0]
         )
         gone |= (load < 0.0) & (now > 0.0)
         forces.append(2.0 * dx * float(np.sum(load[~gone])))
@@ -111,7 +113,7 @@ def elements_table(counts: list[int]) -> str:
     """Differences of the element method from the exact solution."""
     solid = rs.PronySeries(1.0, [4.0, 2.0], [0.05, 0.6])
     liquid = rs.PronySeries(0.0, [3.0, 1.0], [0.1, 2.0])
-    damped = rs.PronySeries(1.0, [2.0], [0.5], viscosity=0.05)
+    damped = rs.PronySeries(1.0, [2.0], [0.5], parallel_viscosity=0.05)
     cases = [
         ("parabola, solid, triangle", solid, rs.Parabola(1.0), [0.0, 1.0, 2.0], [0.0, 0.1, 0.0]),
         ("cone, liquid, trapezoid", liquid, rs.Cone(1.2), [0.0, 0.5, 1.0, 1.5], [0.0, 0.1, 0.1, 0.0]),
@@ -226,7 +228,7 @@ def drawn(rng: np.random.Generator) -> tuple[rs.Material, Any, rs.History]:
     count = int(rng.integers(1, 13))
     series = rs.PronySeries(
         float(rng.choice([0.0, 1.0])), 10.0 ** rng.uniform(-2, 2, count), 10.0 ** rng.uniform(-5, 3, count),
-        viscosity=float(10.0 ** rng.uniform(-2, 1)) if rng.random() < 0.3 else 0.0,
+        parallel_viscosity=float(10.0 ** rng.uniform(-2, 1)) if rng.random() < 0.3 else 0.0,
     )  # fmt: skip
     profile = [
         rs.Parabola(1.0), rs.Cone(1.2), rs.PowerLaw(float(rng.choice([0.7, 3.3, 8.0])), 1.0), rs.Sphere(20.0),

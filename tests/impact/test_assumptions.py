@@ -76,7 +76,9 @@ def test_a_list_is_warned_about_once_for_each_measure():
 
 
 def test_bodies_that_sink_in_have_no_depth_to_judge():
-    result = solve(Impact(Material(PronySeries(0.0, viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
+    result = solve(
+        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    )
     assert result.status is Status.SINKS_IN
     assert result.warnings == []
 

@@ -50,7 +50,9 @@ def test_constant_restitution():
     damping, stiffness = 0.1, 8e12
     tau = 2.0 * damping / math.sqrt(stiffness)
     e = cf.flat_punch_kelvin_voigt_restitution(damping)
-    hard = Impact(Material(PronySeries(1e12, viscosity=1e12 * tau), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    hard = Impact(
+        Material(PronySeries(1e12, parallel_viscosity=1e12 * tau), math.inf), FlatPunch(1.0), 1.0, 1.0
+    )
     found = bounces(hard, height=2.0, gravity=10.0, with_weight=False, max_bounces=12, min_height=0.0)
     power = e ** np.arange(12)
     velocity = math.sqrt(40.0)
@@ -118,14 +120,14 @@ def test_without_weight_the_floor_ends_it():
 
 def test_body_that_does_not_come_out_of_its_imprint():
     # Slow recovery and a heavy loss: e v0 is not enough to climb the residual depth.
-    lossy = Material(PronySeries(1e3, [1e3], [1.0], viscosity=300.0), math.inf)
+    lossy = Material(PronySeries(1e3, [1e3], [1.0], parallel_viscosity=300.0), math.inf)
     found = bounces(Impact(lossy, Parabola(0.1), 0.5, 1.0), height=0.01, with_weight=False)
     assert found.ended == "below surface"
     assert found.height[-1] < 0.0
 
 
 def test_liquid_swallows():
-    liquid = Material(PronySeries(0.0, viscosity=1.0), math.inf)
+    liquid = Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf)
     found = bounces(Impact(liquid, FlatPunch(0.1), 1.0, 1.0), height=0.1, with_weight=False)
     assert found.ended == "sunk"
     assert found.n_bounces == 1

@@ -39,7 +39,7 @@ def unit_impact(nu: float, p2: float, p3: float) -> Impact:
 
 
 def incompressible(equilibrium: float, moduli=(), times=(), *, viscosity=0.0) -> Material:
-    return Material(PronySeries(equilibrium, moduli, times, viscosity=viscosity), math.inf)
+    return Material(PronySeries(equilibrium, moduli, times, parallel_viscosity=viscosity), math.inf)
 
 
 def reference(impact: Impact) -> ReferenceSolution:

@@ -23,7 +23,7 @@ from restitution.material.viscoelastic import Material
 ELASTIC = Material(1.3, 2.1)
 SOLID = Material(PronySeries(1.0, [4.0, 2.0, 1.0], [0.02, 0.3, 20.0]), 3.0)
 LIQUID = Material(PronySeries(0.0, [4.0, 1.0], [0.1, 2.0]), 5.0)
-VISCOUS = Material(PronySeries(1.0, [3.0], [0.5], viscosity=0.1), math.inf)
+VISCOUS = Material(PronySeries(1.0, [3.0], [0.5], parallel_viscosity=0.1), math.inf)
 # Before, at and after the turning point of all these impacts.
 SHARES = (0.02, 0.2, 0.4, 0.6, 0.8, 0.97)
 TABLE = np.linspace(0.0, 3.0, 61)
@@ -193,7 +193,7 @@ def test_line_load_is_the_hereditary_integral(material):
         velocity = motion(result, then)["velocity"]
         decay = np.exp(-(t - then)[:, None] / series.relaxation_times) @ series.branch_moduli
         wanted = np.sum(weight * velocity * (series.equilibrium_modulus + decay))
-        wanted += series.viscosity * float(motion(result, t)["velocity"][0])
+        wanted += series.parallel_viscosity * float(motion(result, t)["velocity"][0])
         assert float(result._fields.line_load(t)(x)) == pytest.approx(wanted, rel=1e-7)
 
 
@@ -260,7 +260,7 @@ def test_imprint_of_a_single_branch_fades_with_its_retardation_time():
 
 
 def test_imprint_of_a_flat_punch_keeps_its_shape():
-    result = impact(Material(PronySeries(1.0, viscosity=0.5), math.inf), FlatPunch(0.4))
+    result = impact(Material(PronySeries(1.0, parallel_viscosity=0.5), math.inf), FlatPunch(0.4))
     # theta = viscosity/modulus = 0.5
     depth = result.residual_indentation_depth * math.exp(-1.0)
     t = result.contact_time + 0.5
@@ -359,7 +359,9 @@ def test_fields_belong_to_one_exact_impact_that_ends():
         solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0)]).surface_displacement(0.0, 0.1)
     with pytest.raises(ValueError, match=r"^fields: of method 'exact' only, and this .* of 'reference'$"):
         solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0), "reference").pressure(0.0, 0.1)
-    stays = solve(Impact(Material(PronySeries(0.0, viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
+    stays = solve(
+        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    )
     with pytest.raises(ValueError, match="the contact has no end"):
         stays.pressure(0.0, 0.1)
 
@@ -384,5 +386,7 @@ def test_zero_overlap_of_arrays_and_of_bodies_that_do_not_come_back():
     assert several.zero_overlap_time[1] == solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0)).zero_overlap_time
     listed = solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0), Impact(ELASTIC, Parabola(1.0), 1.0, 1.0)])
     assert listed.zero_overlap_time[0] == several.zero_overlap_time[1]
-    sunk = solve(Impact(Material(PronySeries(0.0, viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
+    sunk = solve(
+        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    )
     assert sunk.zero_overlap_time == math.inf

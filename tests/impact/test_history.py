@@ -15,7 +15,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
 SOLID = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
-MIXED = Material(PronySeries(1.0, [3.0, 2.0], [1e-4, 0.5], viscosity=0.05), 2.0)
+MIXED = Material(PronySeries(1.0, [3.0, 2.0], [1e-4, 0.5], parallel_viscosity=0.05), 2.0)
 
 
 def dense(material=SOLID, profile=None, rtol=1e-12, **options):

@@ -75,7 +75,7 @@ def reordered(series: PronySeries, share: float, k: int, seed: int) -> PronySeri
         series.equilibrium_modulus,
         moduli[order],
         np.append(times, [times[k], 0.3])[order],
-        viscosity=series.viscosity,
+        parallel_viscosity=series.parallel_viscosity,
     )
 
 

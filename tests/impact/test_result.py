@@ -19,7 +19,7 @@ from restitution.material.viscoelastic import Material
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
-MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], viscosity=30.0), 2e7)
+MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], parallel_viscosity=30.0), 2e7)
 
 
 def test_numbers_belong_together():
@@ -125,7 +125,8 @@ def test_energies_add_up_at_all_times(impact):
 def test_energies_of_a_damped_oscillator():
     """Flat punch on a spring and a dashpot, F = k d + c v: stores k d^2/2, dissipates the rest."""
     result = solve(
-        Impact(Material(PronySeries(1.0, viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0), rtol=1e-12
+        Impact(Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0),
+        rtol=1e-12,
     )
     history = result.sample(n_points=401)
     # k = 8, c = 0.8; at the end the elements leave with what they store.
@@ -160,7 +161,9 @@ def test_no_history_of_several_impacts_or_of_a_body_that_stays():
         _ = several.history
     with pytest.raises(ValueError, match=r"^history: of one impact only, and this result is of a list$"):
         _ = solve([BALL]).history
-    stays = solve(Impact(Material(PronySeries(0.0, viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
+    stays = solve(
+        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
+    )
     with pytest.raises(ValueError, match=r"^history: the contact has no end \(.* sinks in"):
         _ = stays.history
 

@@ -17,7 +17,7 @@ from restitution.material.viscoelastic import Material
 from strategies import logarithmic
 
 SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)
-PRONY = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2], viscosity=20.0), math.inf)
+PRONY = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2], parallel_viscosity=20.0), math.inf)
 
 
 def test_groups_by_hand():
@@ -48,7 +48,7 @@ def test_groups_of_arrays_and_of_huge_moduli():
         (Impact(Material(1.0, 1.0), Parabola(1.0), 1.0, 1.0), "the shear modulus has 0 branches, not 1"),
         (
             Impact(
-                Material(PronySeries(1.0, [1.0], [1.0], viscosity=1.0), math.inf), Parabola(1.0), 1.0, 1.0
+                Material(PronySeries(1.0, [1.0], [1.0], parallel_viscosity=1.0), math.inf), Parabola(1.0), 1.0, 1.0
             ),
             "the shear modulus has a parallel dashpot",
         ),
@@ -101,7 +101,7 @@ def test_scaled_numbers_are_the_force_law(profile):
     branches = force_unit * row.moduli * scaled_integral
     assert branches == pytest.approx(2.0 * series.branch_moduli * integral, rel=1e-13)
     viscous = force_unit * row.viscosity * scaled_radius * velocity / 0.7
-    assert viscous == pytest.approx(2.0 * series.viscosity * a * velocity, rel=1e-13)
+    assert viscous == pytest.approx(2.0 * series.parallel_viscosity * a * velocity, rel=1e-13)
     if row.table is None:
         assert scaled_radius == pytest.approx((depth / row.length) ** (0.5 * row.exponent), rel=1e-14)
 

@@ -90,7 +90,7 @@ def test_finite_elements(row):
 @pytest.mark.plain
 @pytest.mark.parametrize(("p3", "wanted"), cf.KELVIN_VOIGT_RESTITUTION.items())
 def test_kelvin_voigt(p3, wanted):
-    found = solve(unit_impact(PronySeries(1.0, viscosity=p3)))
+    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=p3)))
     assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-8)
 
 
@@ -139,7 +139,7 @@ def test_elastic_impact(profile, coefficient, exponent):
 def test_flat_punch_kelvin_voigt(damping):
     # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
     tau = 2.0 * damping / math.sqrt(8.0)
-    found = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=FlatPunch(1.0)))
+    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0)))
     assert same_to(found.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
 
 
@@ -171,7 +171,7 @@ def test_small_losses_of_other_profiles(profile, exponent):
         4.0, float(profile.contact_radius(1.0)), 1.0, 1.0, path_exponent=exponent
     )
     tau = 1e-6 * depth
-    found = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=profile), rtol=1e-12)
+    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=profile), rtol=1e-12)
     wanted = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
     assert 1.0 - found.restitution_coefficient == pytest.approx(1.0 - wanted, rel=2e-5)
     time = cf.elastic_contact_time(depth, 1.0, path_exponent=exponent)
@@ -289,7 +289,7 @@ def test_any_solid_and_profile(material, profile, mass, velocity):
 @pytest.mark.parametrize("exponent", [1.3, 2.5, 4.0, 10.0])
 def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
     # a = s^(2/n): its infinite slope at the end of the contact of a blunt tip is where a plain quadrature fails.
-    solid = PronySeries(1.0, [2.0], [0.1], viscosity=viscosity)
+    solid = PronySeries(1.0, [2.0], [0.1], parallel_viscosity=viscosity)
     result = solve(Impact(Material(solid, math.inf), PowerLaw(exponent, 1.0), 1.0, 1.0))
     assert abs(result.energy.residual) < RTOL
 
@@ -298,7 +298,7 @@ def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
     ("series", "profile"),
     [
         (PronySeries(2e-6, [5.0], [0.09]), Cone(math.atan(math.pi / 2.0))),
-        (PronySeries(1e-8, viscosity=0.6), Cone(math.atan(math.pi / 2.0))),
+        (PronySeries(1e-8, parallel_viscosity=0.6), Cone(math.atan(math.pi / 2.0))),
         (PronySeries(0.0, [4e5, 7e-13], [2e-7, 200.0]), Parabola(1.0)),
     ],
     ids=["fast branch", "dashpot", "liquid"],
@@ -374,7 +374,7 @@ def test_nearly_newtonian_liquids_hold_the_body(profile, rtol):
 )
 def test_dashpot_beside_weak_fast_branches(profile, rtol):
     """The dashpot meets a moving face at once, and what the branches make of that lasts no longer than they."""
-    shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], viscosity=0.9)
+    shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
     impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
     fine = solve(impact, rtol=1e-12).restitution_coefficient
     found = solve(impact, rtol=rtol).restitution_coefficient
@@ -444,7 +444,7 @@ def test_flat_face_meets_fast_branches_at_once(moduli, times):
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
 def test_flat_face_meets_a_dashpot_at_once(profile):
     # F = 2 eta* a v with eta* = 4 eta of an incompressible half-space.
-    viscous = Material(PronySeries(1.0, viscosity=0.1), math.inf)
+    viscous = Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf)
     result = solve(Impact(viscous, profile, 1.0, 1.0))
     assert result.sample(0.0).force.item() == pytest.approx(2.0 * 0.4 * 0.3, rel=1e-12)
     early = result.sample(np.linspace(0.0, 0.02, 7) * result.contact_time)
@@ -471,7 +471,7 @@ def test_splitting_a_branch_and_zero_branches_change_nothing(series, share, data
 
 
 def test_infinitely_fast_and_slow_branches_are_a_dashpot_and_a_spring():
-    limit = solve(unit_impact(PronySeries(1.5, [2.0], [0.5], viscosity=0.3)))
+    limit = solve(unit_impact(PronySeries(1.5, [2.0], [0.5], parallel_viscosity=0.3)))
     branches = solve(unit_impact(PronySeries(1.0, [2.0, 0.3e9, 0.5], [0.5, 1e-9, 1e9])))
     # Of the order of the time ratios.
     assert branches.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-7)
@@ -502,7 +502,7 @@ def test_tolerance_is_kept(rtol):
 @pytest.mark.plain
 def test_liquid_under_critical_damping_sinks_in():
     # Flat punch on Kelvin-Voigt without spring, F = 8 eta v: v never turns.
-    result = solve(unit_impact(PronySeries(0.0, viscosity=0.5), profile=FlatPunch(1.0)))
+    result = solve(unit_impact(PronySeries(0.0, parallel_viscosity=0.5), profile=FlatPunch(1.0)))
     assert result.status is Status.SINKS_IN
     assert result.restitution_coefficient == 0.0
     assert result.contact_time == math.inf
@@ -519,7 +519,7 @@ def test_maxwell_punch_turns_only_below_critical_damping(damping, status):
 @pytest.mark.plain
 def test_viscous_half_space_stops_the_body():
     # F = 8 eta a v, a = sqrt(d): m v0 = 8 eta (2/3) d^(3/2). Parabola on a Newtonian half-space.
-    result = solve(unit_impact(PronySeries(0.0, viscosity=0.25)))
+    result = solve(unit_impact(PronySeries(0.0, parallel_viscosity=0.25)))
     assert result.status is Status.SINKS_IN
     assert result.restitution_coefficient == 0.0
     assert result.max_indentation_depth == pytest.approx(0.75 ** (2.0 / 3.0), rel=1e-12)
@@ -534,7 +534,7 @@ def test_viscous_half_space_stops_the_body():
 @pytest.mark.parametrize("profile", [Parabola(1.0), Sphere(1.0)])
 def test_body_that_creeps_to_rest_under_its_weight(profile):
     # It rests where F = 2 E* Pi(d) carries the weight; E* = 4 G.
-    viscous = Material(PronySeries(1.0, viscosity=8.0), math.inf)
+    viscous = Material(PronySeries(1.0, parallel_viscosity=8.0), math.inf)
     result = solve(Impact(viscous, profile, 1.0, 1.0, force=0.3))
     assert result.status is Status.CAPTURED
     assert 8.0 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(
@@ -594,7 +594,7 @@ def test_weight_captures_where_it_outweighs_the_rebound(force):
 def test_overdamped_solid_under_weight_is_captured_without_turning():
     # F = 8 (d + tau v), D = omega0 tau/2 = 3: the depth creeps to w/8.
     tau = 6.0 / math.sqrt(8.0)
-    result = solve(unit_impact(PronySeries(1.0, viscosity=tau), profile=FlatPunch(1.0), force=8.0))
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0), force=8.0))
     assert result.status is Status.CAPTURED
     assert result.restitution_coefficient == 0.0
 

@@ -25,9 +25,9 @@ TABLE = Tabulated(RADII, RADII**2 / 2.0)
 @pytest.mark.parametrize(
     ("series", "force", "status"),
     [
-        (PronySeries(0.01, [40.0], [0.01], viscosity=5.0), 3.0, Status.CAPTURED),
-        (PronySeries(0.0, viscosity=0.5), 1.0, Status.SINKS_IN),
-        (PronySeries(0.0, [0.5], [0.03], viscosity=3.0), 0.1, Status.SINKS_IN),
+        (PronySeries(0.01, [40.0], [0.01], parallel_viscosity=5.0), 3.0, Status.CAPTURED),
+        (PronySeries(0.0, parallel_viscosity=0.5), 1.0, Status.SINKS_IN),
+        (PronySeries(0.0, [0.5], [0.03], parallel_viscosity=3.0), 0.1, Status.SINKS_IN),
         (PronySeries(1.0, [3.0], [0.5]), 0.3, Status.SEPARATED),
     ],
 )

@@ -39,7 +39,7 @@ class Quadrature:
     """Lee and Radok, and Ting, for a depth and its rate as functions of time; `eta` is a dashpot in parallel."""
 
     def __init__(self, series, profile, depth, rate, knots, turning):
-        self.series, self.profile, self.eta = series, profile, series.viscosity
+        self.series, self.profile, self.eta = series, profile, series.parallel_viscosity
         self.depth, self.rate, self.knots, self.turning = depth, rate, np.asarray(knots), turning
 
     def modulus(self, t):
@@ -92,7 +92,7 @@ def half_space(series):
 
 SOLID = PronySeries(1.0, [4.0, 2.0, 0.5], [0.003, 0.3, 20.0])
 LIQUID = PronySeries(0.0, [3.0, 1.0], [0.1, 2.0])
-DAMPED = PronySeries(1.0, [2.0], [0.5], viscosity=0.05)
+DAMPED = PronySeries(1.0, [2.0], [0.5], parallel_viscosity=0.05)
 TRIANGLE = ([0.0, 1.0, 2.5], [0.0, 0.1, 0.0])
 TRAPEZOID = ([0.0, 0.5, 1.5, 2.0], [0.0, 0.1, 0.1, 0.0])
 BENT = ([0.0, 0.6, 1.0, 1.4, 2.0], [0.0, 0.02, 0.1, 0.07, -0.1])
@@ -243,4 +243,4 @@ def test_loops_lose_energy_and_contacts_end_early(series, unloading):
     assert np.all(result.force >= 0.0)
     assert result.max_force <= 2.0 * float(Parabola(1.0).force_integral_at_depth(0.1)) * (
         series.equilibrium_modulus + series.branch_moduli.sum()
-    ) * (1.0 + 1e-8) + (2.0 * series.viscosity * math.sqrt(0.1) * 0.1)
+    ) * (1.0 + 1e-8) + (2.0 * series.parallel_viscosity * math.sqrt(0.1) * 0.1)

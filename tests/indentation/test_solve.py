@@ -111,10 +111,10 @@ def test_a_held_depth_relaxes(profile):
     [
         PronySeries(1.0, [3.0, 2.0], [0.05, 4.0]),
         PronySeries(0.0, [3.0, 2.0], [0.05, 4.0]),
-        PronySeries(1.0, [3.0], [0.05], viscosity=0.5),
-        PronySeries(1.0, viscosity=0.5),
+        PronySeries(1.0, [3.0], [0.05], parallel_viscosity=0.5),
+        PronySeries(1.0, parallel_viscosity=0.5),
         PronySeries(0.0, [3.0], [2.0]),
-        PronySeries(0.0, viscosity=2.0),
+        PronySeries(0.0, parallel_viscosity=2.0),
     ],
     ids=["solid", "liquid", "damped", "Kelvin-Voigt", "Maxwell", "Newton"],
 )
@@ -161,7 +161,7 @@ def test_a_parabola_on_kelvin_voigt():
     """F = 2 (E Pi + eta a d') inward; outward E d1 = E d + eta d', F = 2 E Pi(d1)."""
     modulus, eta, speed = 3.0, 0.6, 0.2
     tip = Parabola(2.0)
-    result = indent(half_space(PronySeries(modulus, viscosity=eta)), tip, depth=triangle(speed, 1.0))
+    result = indent(half_space(PronySeries(modulus, parallel_viscosity=eta)), tip, depth=triangle(speed, 1.0))
     t = np.linspace(0.0, 0.999, 20)
     inward = 2.0 * (
         modulus * tip.force_integral_at_depth(speed * t) + eta * tip.contact_radius(speed * t) * speed
@@ -183,7 +183,9 @@ def test_a_parabola_on_kelvin_voigt():
 
 @pytest.mark.plain
 def test_a_newtonian_liquid_lets_go_at_once():
-    result = indent(half_space(PronySeries(0.0, viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
+    result = indent(
+        half_space(PronySeries(0.0, parallel_viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0)
+    )
     t = np.array([0.1, 0.5, 0.999])
     assert result.sample(t).force.values == pytest.approx(2.0 * 2.0 * np.sqrt(0.4 * t) * 0.2, rel=1e-12)
     assert result.contact_end_time == pytest.approx(1.0, rel=1e-14)
@@ -399,7 +401,7 @@ def test_profiles_and_materials_that_cannot_be():
         match=rf"^force: presses the tip deeper than {deepest:g} m, where the profile ends; must be less\Z",
     ):
         indent(GEL, short, force=ramp(1e-9, 1.0))
-    damped = half_space(PronySeries(1.0, viscosity=1.0))
+    damped = half_space(PronySeries(1.0, parallel_viscosity=1.0))
     message = "depth jumps at time = 0 s: takes an infinite force, as the material has a dashpot in parallel"
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
         indent(damped, TIP, depth=hold(1e-6, 1.0))

@@ -64,11 +64,11 @@ def test_maxwell_relaxes_to_nothing():
 
 def test_kelvin_voigt_in_shear_and_bulk():
     material = kelvin_voigt(3.0, 6.0, poisson_ratio=0.25, bulk_viscosity=7.0)
-    assert material.shear == PronySeries(3.0, viscosity=6.0)
+    assert material.shear == PronySeries(3.0, parallel_viscosity=6.0)
     assert material.bulk.equilibrium_modulus == pytest.approx(5.0)
-    assert material.bulk.viscosity == 7.0
+    assert material.bulk.parallel_viscosity == 7.0
     # At high frequency both are dashpots: E* = 4 eta (3 zeta + eta)/(3 zeta + 4 eta) for the viscosities.
-    assert reduced_modulus(material).viscosity == pytest.approx(24.0 * 27.0 / 45.0, rel=1e-15)
+    assert reduced_modulus(material).parallel_viscosity == pytest.approx(24.0 * 27.0 / 45.0, rel=1e-15)
     assert kelvin_voigt(3.0, 6.0, poisson_ratio=0.5, bulk_viscosity=7.0).is_incompressible
 
 

@@ -96,7 +96,7 @@ def test_refuses(keywords, message):
 
 
 def test_dashpot_in_tension_needs_an_infinite_bulk_modulus():
-    series = PronySeries(3.0, viscosity=1.0)
+    series = PronySeries(3.0, parallel_viscosity=1.0)
     with pytest.raises(ValueError, match="must be > inf Pa"):
         shear_from_tension(series, bulk_modulus=1.0)
-    assert shear_from_tension(series, bulk_modulus=math.inf).viscosity == pytest.approx(1.0 / 3.0)
+    assert shear_from_tension(series, bulk_modulus=math.inf).parallel_viscosity == pytest.approx(1.0 / 3.0)

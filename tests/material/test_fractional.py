@@ -76,7 +76,7 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
         assert error <= rtol
         assert span == window
         assert series.equilibrium_modulus == model.equilibrium_modulus
-        assert series.viscosity == 0.0
+        assert series.parallel_viscosity == 0.0
         assert np.all(series.branch_moduli > 0)
         found = np.abs(series.relaxation_modulus(t) / model.relaxation_modulus(t) - 1).max()
         dynamic = series.carson_transform(1j / t) / model.carson_transform(1j / t) - 1

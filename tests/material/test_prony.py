@@ -46,7 +46,7 @@ def test_creep_of_the_standard_solid():
 
 def test_creep_of_kelvin_voigt_and_maxwell():
     t = np.linspace(0.0, 5.0, 11)
-    voigt = PronySeries(2.0, viscosity=6.0).creep_compliance(t)
+    voigt = PronySeries(2.0, parallel_viscosity=6.0).creep_compliance(t)
     assert voigt == pytest.approx(0.5 * (1 - np.exp(-t / 3.0)), rel=1e-15, abs=0)
     assert PronySeries(0.0, [2.0], [3.0]).creep_compliance(t) == pytest.approx(
         0.5 + t / 6.0, rel=1e-15, abs=0
@@ -74,16 +74,16 @@ def test_simplified_is_the_same_function(series):
 
 def test_instantaneous_and_flow():
     assert PronySeries(1.0, [2.0, 3.0], [1.0, 2.0]).instantaneous_modulus == 6.0
-    assert PronySeries(1.0, [2.0], [1.0], viscosity=1.0).instantaneous_modulus == math.inf
-    assert PronySeries(0.0, [2.0, 3.0], [1.0, 2.0], viscosity=1.0).flow_viscosity == 9.0
-    assert PronySeries(0.0, viscosity=1.0).relaxation_modulus([0.0, 1.0]).tolist() == [math.inf, 0.0]
+    assert PronySeries(1.0, [2.0], [1.0], parallel_viscosity=1.0).instantaneous_modulus == math.inf
+    assert PronySeries(0.0, [2.0, 3.0], [1.0, 2.0], parallel_viscosity=1.0).flow_viscosity == 9.0
+    assert PronySeries(0.0, parallel_viscosity=1.0).relaxation_modulus([0.0, 1.0]).tolist() == [math.inf, 0.0]
 
 
 def test_equality_and_hash_by_value():
     first, second = PronySeries(1.0, [2.0], [3.0]), PronySeries(1.0, np.array([2.0]), np.array([3.0]))
     assert first == second
     assert hash(first) == hash(second)
-    assert first != PronySeries(1.0, [2.0], [3.0], viscosity=1.0)
+    assert first != PronySeries(1.0, [2.0], [3.0], parallel_viscosity=1.0)
     assert first != PronySeries(1.0, [2.0], [4.0])
     assert first != 1.0
 
@@ -96,11 +96,11 @@ def test_immutable_and_independent_of_the_arrays_given():
     with pytest.raises(ValueError, match="read-only"):
         series.branch_moduli[0] = 1.0
     with pytest.raises(AttributeError):
-        series.viscosity = 1.0  # type: ignore[misc]
+        series.parallel_viscosity = 1.0  # type: ignore[misc]
 
 
 def test_evaluates_by_its_own_repr():
-    series = PronySeries(1.0, [2.0, 0.1], [3.0, 1e-9], viscosity=5.0)
+    series = PronySeries(1.0, [2.0, 0.1], [3.0, 1e-9], parallel_viscosity=5.0)
     assert eval(repr(series)) == series
 
 

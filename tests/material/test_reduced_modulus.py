@@ -135,11 +135,11 @@ def test_proportional_bulk_is_a_constant_poisson_ratio():
 
 def test_proportional_kelvin_voigt_in_shear_and_bulk_needs_no_branch():
     """K = G throughout: E* = 4G(3K + G)/(3K + 4G) = 16 G/7, with the dashpot alone."""
-    series = PronySeries(10.0, viscosity=1.0)
+    series = PronySeries(10.0, parallel_viscosity=1.0)
     reduced = reduced_modulus(Material(series, series))
     assert reduced.n_branches == 0
     assert reduced.equilibrium_modulus == pytest.approx(160.0 / 7.0, rel=1e-15)
-    assert reduced.viscosity == pytest.approx(16.0 / 7.0, rel=1e-15)
+    assert reduced.parallel_viscosity == pytest.approx(16.0 / 7.0, rel=1e-15)
 
 
 def test_elastic():
@@ -154,21 +154,23 @@ def test_elastic():
 
 def test_kelvin_voigt_in_shear_is_a_dashpot_and_one_term():
     """G = 1 + s, K = 4: E* = G + 9K/4 - (27K^2/4)/(3K + 4G) = 10 + s - 108/(16 + 4s), in closed form."""
-    series = reduced_modulus(Material(PronySeries(1.0, viscosity=1.0), 4.0))
-    assert series.viscosity == 1.0
+    series = reduced_modulus(Material(PronySeries(1.0, parallel_viscosity=1.0), 4.0))
+    assert series.parallel_viscosity == 1.0
     assert series.equilibrium_modulus == pytest.approx(10.0 - 108.0 / 16.0, rel=1e-15, abs=0)
     assert series.branch_moduli == pytest.approx([108.0 / 16.0], rel=1e-15, abs=0)
     assert series.relaxation_times == pytest.approx([0.25], rel=1e-15, abs=0)
 
 
 def test_incompressible_kelvin_voigt():
-    series = reduced_modulus(Material(PronySeries(1.0, viscosity=1.0), math.inf))
-    assert series == PronySeries(4.0, viscosity=4.0)
+    series = reduced_modulus(Material(PronySeries(1.0, parallel_viscosity=1.0), math.inf))
+    assert series == PronySeries(4.0, parallel_viscosity=4.0)
 
 
 def test_dashpot_against_elastic_wall_is_a_maxwell_body():
-    series = reduced_modulus(Material(PronySeries(0.0, viscosity=3.0), math.inf), Material(2.0, math.inf))
+    series = reduced_modulus(
+        Material(PronySeries(0.0, parallel_viscosity=3.0), math.inf), Material(2.0, math.inf)
+    )
     assert series.equilibrium_modulus == 0.0
-    assert series.viscosity == 0.0
+    assert series.parallel_viscosity == 0.0
     assert series.branch_moduli == pytest.approx([8.0], rel=1e-15, abs=0)
     assert series.relaxation_times == pytest.approx([1.5], rel=1e-15, abs=0)

@@ -103,7 +103,7 @@ def test_table_refuses(temperatures, logs, message):
 )
 def test_material_at_a_temperature(law):
     assert isinstance(law, Shift)
-    shear = PronySeries(1.0, [2.0, 3.0], [1e-3, 1.0], viscosity=0.5)
+    shear = PronySeries(1.0, [2.0, 3.0], [1e-3, 1.0], parallel_viscosity=0.5)
     bulk = PronySeries(10.0, [5.0], [2.0])
     material = Material(shear, bulk, shift=law, density=1000.0, name="x", window=(1e-3, 1e3))
     assert material.temperature == pytest.approx(300.0)
@@ -111,7 +111,7 @@ def test_material_at_a_temperature(law):
     warm = material.at(305.0)
     assert warm.shear.relaxation_times == pytest.approx(a * shear.relaxation_times, rel=1e-14)
     assert warm.shear.branch_moduli.tolist() == [2.0, 3.0]
-    assert warm.shear.viscosity == pytest.approx(0.5 * a, rel=1e-14)
+    assert warm.shear.parallel_viscosity == pytest.approx(0.5 * a, rel=1e-14)
     assert warm.bulk.relaxation_times == pytest.approx([2.0 * a], rel=1e-14)
     assert warm.window == pytest.approx((1e-3 * a, 1e3 * a))
     assert (warm.density, warm.name, warm.temperature) == (1000.0, "x", 305.0)

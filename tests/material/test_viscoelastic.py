@@ -42,9 +42,9 @@ def test_poisson_ratio_of_liquids():
 
 
 def test_poisson_ratio_with_dashpots():
-    shear = PronySeries(3.0, viscosity=3.0)
+    shear = PronySeries(3.0, parallel_viscosity=3.0)
     assert Material(shear, 5.0).instantaneous_poisson_ratio == -1.0
-    assert Material(shear, PronySeries(5.0, viscosity=5.0)).instantaneous_poisson_ratio == 0.25
+    assert Material(shear, PronySeries(5.0, parallel_viscosity=5.0)).instantaneous_poisson_ratio == 0.25
 
 
 def test_wave_speeds():

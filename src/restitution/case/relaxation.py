@@ -78,7 +78,7 @@ class PronySection(Section):
     branch_moduli: Moduli | None = None
     relative_moduli: Numbers | None = None
     relaxation_times: Times | None = None
-    viscosity: Annotated[float, nonnegative(VISCOSITY)] = 0.0
+    parallel_viscosity: Annotated[float, nonnegative(VISCOSITY)] = 0.0
     terms: InstanceOf[PronyTerms] | None = None
 
     @field_validator("terms", mode="before")
@@ -125,7 +125,7 @@ class PronySection(Section):
             series.equilibrium_modulus,
             series.branch_moduli,
             series.relaxation_times,
-            viscosity=self.viscosity,
+            parallel_viscosity=self.parallel_viscosity,
         )
 
 

@@ -269,7 +269,7 @@ def _content(report: Report) -> dict[str, Any]:
             "equilibrium_modulus_Pa": one.equilibrium_modulus,
             "branch_moduli_Pa": one.branch_moduli.tolist(),
             "relaxation_times_s": one.relaxation_times.tolist(),
-            "viscosity_Pa_s": one.viscosity,
+            "parallel_viscosity_Pa_s": one.parallel_viscosity,
         }
     if isinstance(report.data, ShiftTable):
         content["temperatures_K"] = report.data.temperatures.tolist()

@@ -129,7 +129,7 @@ class MaxwellElement:
     """
 
     def __init__(self, series: PronySeries) -> None:
-        self.equilibrium, self.viscosity = series.equilibrium_modulus, series.viscosity
+        self.equilibrium, self.viscosity = series.equilibrium_modulus, series.parallel_viscosity
         self.moduli, self.times = series.branch_moduli, series.relaxation_times[:, None]
         self.w = np.zeros((self.moduli.size, 0))
 
@@ -159,7 +159,7 @@ def element_law(material: Material, counter_material: Material | None, series: P
     """Return the paper's element where the material is the paper's, and else that of the reduced modulus."""
     shear, bulk = material.shear.simplified(), material.bulk
     rigid, relaxing = counter_material is None, isinstance(bulk, PronySeries) and not bulk.is_elastic
-    if not rigid or relaxing or shear.n_branches != 1 or shear.viscosity > 0.0:
+    if not rigid or relaxing or shear.n_branches != 1 or shear.parallel_viscosity > 0.0:
         return MaxwellElement(series)
     branch = float(shear.branch_moduli[0])
     viscosity = branch * float(shear.relaxation_times[0])

@@ -190,7 +190,7 @@ class _Foundation:
 
     def sizes(self, depth: float, duration: float) -> _Sizes:
         radius = float(self.impact.profile.contact_radius(depth))
-        drag = 2.0 * self.series.viscosity * radius / self.mass
+        drag = 2.0 * self.series.parallel_viscosity * radius / self.mass
         shortest = float(self.series.relaxation_times.min(initial=math.inf))
         return _Sizes(
             depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf)

@@ -54,7 +54,7 @@ class ImpactFields:
         self._stored = stored
         self._profile = impact.profile
         series = impact.reduced_modulus
-        self._spring, self._dashpot = series.equilibrium_modulus, series.viscosity
+        self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
         self._moduli, self._times = series.branch_moduli, series.relaxation_times
         roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])
         self._retardation_times = roots.times

@@ -72,10 +72,10 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
         (impact.counter_material is not None, "both bodies deform"),
         (impact.profile.path_exponent != 1.0, "the profile is not a parabola"),
         (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
-        (shear.viscosity > 0.0, "the shear modulus has a parallel dashpot"),
+        (shear.parallel_viscosity > 0.0, "the shear modulus has a parallel dashpot"),
         (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
         (
-            isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0),
+            isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0),
             "the bulk relaxes",
         ),
         (bool(np.any(impact.force)), "a constant force acts"),
@@ -257,7 +257,7 @@ def scale(impact: Impact, depth_factor: float = 4.0, rtol: float = 0.0) -> Scale
     moduli = np.broadcast_to(series.branch_moduli, (size, series.branch_moduli.size))
     times = np.broadcast_to(series.relaxation_times, (size, series.relaxation_times.size))
     equilibria = np.full(size, series.equilibrium_modulus)
-    viscosities = np.full(size, series.viscosity)
+    viscosities = np.full(size, series.parallel_viscosity)
     exponents = impact.profile.path_exponent
     if exponents is not None and np.ndim(exponents) == 0:
         coefficients = _flat(impact.profile.path_coefficient, impact.shape)
@@ -273,7 +273,14 @@ def scale_alike(impacts: Sequence[Impact]) -> ScaledBlock:
     """Scale single impacts whose profiles share an exponent and whose reduced moduli a number of branches, at once."""
     series = [impact.reduced_modulus for impact in impacts]
     numbers = [
-        (one.equilibrium_modulus, one.viscosity, x.profile.path_coefficient, x.mass, x.velocity, x.force)
+        (
+            one.equilibrium_modulus,
+            one.parallel_viscosity,
+            x.profile.path_coefficient,
+            x.mass,
+            x.velocity,
+            x.force,
+        )
         for one, x in zip(series, impacts, strict=True)
     ]
     equilibria, viscosities, coefficients, masses, velocities, forces = np.array(numbers, np.float64).T.copy()
@@ -310,7 +317,7 @@ def _table_block(
     factor = 2.0 * length**2 * radius / energy
     n_modes = series.branch_moduli.size
     return ScaledBlock(
-        np.sqrt(depths / length), series.equilibrium_modulus * factor, series.viscosity * factor / time,
+        np.sqrt(depths / length), series.equilibrium_modulus * factor, series.parallel_viscosity * factor / time,
         force * length / energy, np.arange(mass.size + 1, dtype=np.int64) * n_modes,
         (series.branch_moduli * factor[:, None]).ravel(), (series.relaxation_times / time[:, None]).ravel(),
         -1.0, table, np.full(mass.size, length), time, np.full(mass.size, radius),
@@ -372,7 +379,7 @@ def _elastic_depth(
         modulus = (
             series.equilibrium_modulus
             + (moduli * times / (times + duration[:, None])).sum(axis=1)
-            + series.viscosity / duration
+            + series.parallel_viscosity / duration
         )
         integral = np.exp(np.interp(middle, knots, integrals))
         # The exponent 2/5 of the parabola serves for all.

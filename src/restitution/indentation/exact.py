@@ -56,7 +56,7 @@ class Solution:
         part = contact_part(history, name)
         if self.by_depth:
             _check_reach(part, profile)
-            if series.viscosity > 0.0:
+            if series.parallel_viscosity > 0.0:
                 _check_jumps(part)
         self._contact, self.units = scaled_contact(series, profile, part, name)
         work = scratch(self._contact)

@@ -125,7 +125,7 @@ def scaled_contact(
     typical = (
         series.equilibrium_modulus
         + float(moduli @ np.minimum(1.0, times / duration))
-        + series.viscosity / duration
+        + series.parallel_viscosity / duration
     )
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * depth
@@ -151,7 +151,7 @@ def scaled_contact(
     segments = 0 if by_depth else knots.size - 1
     contact = Contact(
         DEPTH if by_depth else FORCE, knots, history.coefficients / (depth if by_depth else units.force),
-        series.equilibrium_modulus / typical, moduli / typical, rates, series.viscosity / typical / duration,
+        series.equilibrium_modulus / typical, moduli / typical, rates, series.parallel_viscosity / typical / duration,
         float(np.min(1.0 / rates, initial=1.0)), glass, compliances, recoveries,
         memory.allocate(recoveries, segments), memory.allocate(recoveries, segments), path,
     )  # fmt: skip

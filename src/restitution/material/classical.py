@@ -188,12 +188,12 @@ def kelvin_voigt(
     Examples
     --------
     >>> kelvin_voigt(2.0, 6.0, poisson_ratio=0.5).shear
-    PronySeries(2.0, viscosity=6.0)
+    PronySeries(2.0, parallel_viscosity=6.0)
     """
     modulus = float(nonnegative("shear_modulus", shear_modulus, "Pa"))
-    shear = PronySeries(modulus, viscosity=float(positive("viscosity", viscosity, "Pa s")))
+    shear = PronySeries(modulus, parallel_viscosity=float(positive("viscosity", viscosity, "Pa s")))
     constant = _elastic_bulk(modulus, poisson_ratio, bulk_modulus)
-    bulk = constant if constant == math.inf else PronySeries(constant, viscosity=bulk_viscosity)
+    bulk = constant if constant == math.inf else PronySeries(constant, parallel_viscosity=bulk_viscosity)
     return Material(shear, bulk, density=density, name=name)
 
 
@@ -239,7 +239,7 @@ def burgers(
     time = float(positive("maxwell_viscosity", maxwell_viscosity, "Pa s")) / spring
     kelvin = PronySeries(
         float(positive("kelvin_modulus", kelvin_modulus, "Pa")),
-        viscosity=float(positive("kelvin_viscosity", kelvin_viscosity, "Pa s")),
+        parallel_viscosity=float(positive("kelvin_viscosity", kelvin_viscosity, "Pa s")),
     )
     shear = series_connection(PronySeries(0.0, [spring], [time]), kelvin)
     return Material(shear, bulk_modulus, density=density, name=name)

@@ -37,7 +37,7 @@ def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
     --------
     A spring and a dashpot in series are a Maxwell body:
 
-    >>> series_connection(PronySeries(2.0), PronySeries(0.0, viscosity=6.0))
+    >>> series_connection(PronySeries(2.0), PronySeries(0.0, parallel_viscosity=6.0))
     PronySeries(0.0, [2.0], [3.0])
     """
     return connect(*on_common_times(first.simplified(), second.simplified()))
@@ -79,8 +79,8 @@ def on_common_times(first: PronySeries, second: PronySeries) -> tuple[Array, Par
     weights[1, where[n_first:]] = second.branch_moduli
     return (
         times[::-1],
-        Part(first.equilibrium_modulus, first.viscosity, weights[0]),
-        Part(second.equilibrium_modulus, second.viscosity, weights[1]),
+        Part(first.equilibrium_modulus, first.parallel_viscosity, weights[0]),
+        Part(second.equilibrium_modulus, second.parallel_viscosity, weights[1]),
     )
 
 
@@ -118,8 +118,10 @@ def _without_rounding(series: PronySeries) -> PronySeries:
     """
     moduli, times = series.branch_moduli, series.relaxation_times
     ratio = times[None, :] / times[:, None]
-    level = series.equilibrium_modulus + series.viscosity / times + (ratio / (1.0 + ratio)) @ moduli
+    level = series.equilibrium_modulus + series.parallel_viscosity / times + (ratio / (1.0 + ratio)) @ moduli
     keep = moduli * moduli.size > 0.25 * _EPS * level
     if keep.all():
         return series
-    return PronySeries.from_checked(series.equilibrium_modulus, moduli[keep], times[keep], series.viscosity)
+    return PronySeries.from_checked(
+        series.equilibrium_modulus, moduli[keep], times[keep], series.parallel_viscosity
+    )

@@ -50,7 +50,7 @@ class PronySeries:
         Moduli R_k >= 0 of the branches [Pa], shape (n_branch,).
     relaxation_times
         Relaxation times tau_k > 0 of the branches [s], shape (n_branch,), in any order.
-    viscosity
+    parallel_viscosity
         Viscosity eta >= 0 of a dashpot in parallel [Pa s].
 
     Raises
@@ -74,7 +74,7 @@ class PronySeries:
     equilibrium_modulus: float
     branch_moduli: Array
     relaxation_times: Array
-    viscosity: float
+    parallel_viscosity: float
 
     def __init__(
         self,
@@ -82,10 +82,10 @@ class PronySeries:
         branch_moduli: ArrayLike = (),
         relaxation_times: ArrayLike = (),
         *,
-        viscosity: float = 0.0,
+        parallel_viscosity: float = 0.0,
     ) -> None:
         equilibrium = _scalar("equilibrium_modulus", equilibrium_modulus, "Pa")
-        dashpot = _scalar("viscosity", viscosity, "Pa s")
+        dashpot = _scalar("parallel_viscosity", parallel_viscosity, "Pa s")
         moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
         times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
         if moduli.ndim != 1 or times.shape != moduli.shape:
@@ -103,7 +103,10 @@ class PronySeries:
         moduli.setflags(write=False)
         times.setflags(write=False)
         self.__dict__.update(
-            equilibrium_modulus=equilibrium, branch_moduli=moduli, relaxation_times=times, viscosity=viscosity
+            equilibrium_modulus=equilibrium,
+            branch_moduli=moduli,
+            relaxation_times=times,
+            parallel_viscosity=viscosity,
         )
 
     @classmethod
@@ -123,19 +126,19 @@ class PronySeries:
     @property
     def instantaneous_modulus(self) -> float:
         """Glass modulus R_0 = R_inf + sum R_k [Pa]; infinite with a dashpot in parallel."""
-        if self.viscosity > 0:
+        if self.parallel_viscosity > 0:
             return float("inf")
         return self.equilibrium_modulus + float(self.branch_moduli.sum())
 
     @property
     def flow_viscosity(self) -> float:
         """Viscosity eta + sum R_k tau_k [Pa s] of the steady flow of a liquid."""
-        return self.viscosity + float(self.branch_moduli @ self.relaxation_times)
+        return self.parallel_viscosity + float(self.branch_moduli @ self.relaxation_times)
 
     @property
     def is_elastic(self) -> bool:
         """Whether nothing relaxes: a spring alone."""
-        return self.viscosity == 0 and not self.branch_moduli.any()
+        return self.parallel_viscosity == 0 and not self.branch_moduli.any()
 
     @property
     def is_liquid(self) -> bool:
@@ -152,7 +155,7 @@ class PronySeries:
         """
         t = np.asarray(nonnegative("time", time, "s"))
         value = self.equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_times) @ self.branch_moduli
-        return np.where(t == 0, np.inf, value)[()] if self.viscosity > 0 else value[()]
+        return np.where(t == 0, np.inf, value)[()] if self.parallel_viscosity > 0 else value[()]
 
     def creep_compliance(self, time: ArrayLike) -> Any:
         """Creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
@@ -176,12 +179,15 @@ class PronySeries:
         1/(lambda R'(-lambda)), a sum of positive terms.
         """
         own = self.simplified()
-        if own.equilibrium_modulus == 0 and own.viscosity == 0 and own.n_branches == 0:
+        if own.equilibrium_modulus == 0 and own.parallel_viscosity == 0 and own.n_branches == 0:
             raise ValueError("equilibrium_modulus = 0 Pa: a series of zero modulus has no compliance")
         roots = secular_roots(
-            own.equilibrium_modulus, own.viscosity, own.branch_moduli[::-1], own.relaxation_times[::-1]
+            own.equilibrium_modulus,
+            own.parallel_viscosity,
+            own.branch_moduli[::-1],
+            own.relaxation_times[::-1],
         )
-        glass = 0.0 if own.viscosity > 0 else 1.0 / own.instantaneous_modulus
+        glass = 0.0 if own.parallel_viscosity > 0 else 1.0 / own.instantaneous_modulus
         fluidity = 1.0 / own.flow_viscosity if own.is_liquid else 0.0
         return Retardation(glass, fluidity, 1.0 / roots.slopes[::-1], roots.times[::-1])
 
@@ -222,7 +228,7 @@ class PronySeries:
         with np.errstate(over="ignore", divide="ignore"):
             x = omega[..., None] * self.relaxation_times
             storage = self.equilibrium_modulus + (1.0 / (1.0 + (1.0 / x) ** 2)) @ self.branch_moduli
-            loss = self.viscosity * omega + (1.0 / (x + 1.0 / x)) @ self.branch_moduli
+            loss = self.parallel_viscosity * omega + (1.0 / (x + 1.0 / x)) @ self.branch_moduli
         return storage[()], loss[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
@@ -237,7 +243,7 @@ class PronySeries:
         """
         point = np.asarray(s)
         share = point[..., None] / (point[..., None] + 1.0 / self.relaxation_times)
-        value = self.equilibrium_modulus + self.viscosity * point + share @ self.branch_moduli
+        value = self.equilibrium_modulus + self.parallel_viscosity * point + share @ self.branch_moduli
         return value[()]
 
     def simplified(self) -> PronySeries:
@@ -254,7 +260,7 @@ class PronySeries:
             return self
         times, where = np.unique(times[keep], return_inverse=True)
         moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
-        return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.viscosity)
+        return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
 
     def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
         """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
@@ -269,14 +275,14 @@ class PronySeries:
             self.equilibrium_modulus * factor,
             self.branch_moduli * factor,
             self.relaxation_times * stretch,
-            viscosity=self.viscosity * factor * stretch,
+            parallel_viscosity=self.parallel_viscosity * factor * stretch,
         )
 
     def _key(self) -> tuple[float, float, bytes, bytes]:
         # Adding 0.0 makes one of the two zeros.
         return (
             self.equilibrium_modulus,
-            self.viscosity,
+            self.parallel_viscosity,
             (self.branch_moduli + 0.0).tobytes(),
             self.relaxation_times.tobytes(),
         )
@@ -289,7 +295,7 @@ class PronySeries:
 
     def __repr__(self) -> str:
         moduli, times = self.branch_moduli.tolist(), self.relaxation_times.tolist()
-        dashpot = f", viscosity={self.viscosity!r}" if self.viscosity > 0 else ""
+        dashpot = f", parallel_viscosity={self.parallel_viscosity!r}" if self.parallel_viscosity > 0 else ""
         branches = f", {moduli!r}, {times!r}" if moduli else ""
         return f"PronySeries({self.equilibrium_modulus!r}{branches}{dashpot})"
 

@@ -77,7 +77,7 @@ class Material:
         assumptions: str | None = None,
     ) -> None:
         shear = _series("shear", shear)
-        if shear.equilibrium_modulus == 0 and shear.viscosity == 0 and not shear.branch_moduli.any():
+        if shear.equilibrium_modulus == 0 and shear.parallel_viscosity == 0 and not shear.branch_moduli.any():
             raise ValueError("shear = 0 Pa: must not be zero throughout")
         bulk = math.inf if _is_infinite(bulk) else _series("bulk", bulk)
         if density is not None:
@@ -159,7 +159,7 @@ class Material:
             return 0.5
         shear, bulk = self.shear.instantaneous_modulus, self.bulk.instantaneous_modulus
         if math.isinf(shear) and math.isinf(bulk):
-            shear, bulk = self.shear.viscosity, self.bulk.viscosity
+            shear, bulk = self.shear.parallel_viscosity, self.bulk.parallel_viscosity
         return poisson_ratio(shear, bulk)
 
     @property

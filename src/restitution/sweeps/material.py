@@ -211,7 +211,7 @@ def _reduced(impact: Impact, items: tuple[tuple[str, float], ...], held: HeldEla
 def _repeated(series: list[PronySeries], counts: list[int]) -> SeriesRows:
     columns = (
         [one.equilibrium_modulus for one in series],
-        [one.viscosity for one in series],
+        [one.parallel_viscosity for one in series],
         [one.branch_moduli for one in series],
         [one.relaxation_times for one in series],
     )
@@ -246,14 +246,14 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
         bulk_modulus = bulk_from_poisson_ratio(equilibrium, material.poisson_ratio)
     return replace(
         material,
-        shear=PronySeries(equilibrium, moduli, times, viscosity=shear.viscosity),
+        shear=PronySeries(equilibrium, moduli, times, parallel_viscosity=shear.parallel_viscosity),
         bulk=bulk if bulk_modulus is None else _scaled_bulk(bulk, bulk_modulus),
     )
 
 
 def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | float:
     """Bulk relaxation with another modulus at equilibrium, its course over time being kept."""
-    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0.0)
+    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0.0)
     if not relaxes or np.isinf(modulus):
         return modulus
     assert isinstance(bulk, PronySeries)
@@ -267,14 +267,14 @@ def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | flo
 def _solid_rows(impact: Impact, columns: Columns, held: HeldElastic, bodies: Bodies) -> SeriesRows | None:
     """Reduced moduli of standard solids in closed form; None where it does not apply."""
     material, shear, bulk = impact.material, impact.material.shear, impact.material.bulk
-    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.viscosity > 0.0)
+    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0.0)
     others = set(columns) - set(_SOLID)
     if (
         impact.counter_material is not None
         or relaxes
         or others
         or shear.n_branches != 1
-        or shear.viscosity > 0.0
+        or shear.parallel_viscosity > 0.0
     ):
         return None
     one = np.ones(bodies.masses.size)
