@@ -291,9 +291,9 @@ def history_table(losses: list[float]) -> str:
         inside = motion.time <= result.contact_time
         ours = result.sample(motion.time[inside])
         theirs = {
-            "indentation_depth": motion.depth, "velocity": motion.velocity, "force": motion.force,
+            "indentation_depth": motion.depth, "indentation_velocity": motion.velocity, "force": motion.force,
         }  # fmt: skip
-        approach = ours.velocity.values >= 0.0
+        approach = ours.indentation_velocity.values >= 0.0
         cells = []
         for part in (approach, ~approach):
             for name, values in theirs.items():

@@ -74,8 +74,8 @@ def test_the_file_says_what_python_does() -> None:
     assert found.n_bounces > 2
     np.testing.assert_array_equal(found.height, known.height)
     assert found.drop_height == pytest.approx(0.5 / 9.80665, rel=1e-15)
-    assert found.impact.force == pytest.approx(0.005 * 9.80665, rel=1e-15)
-    assert read(SOFT + "weight = false\n").bounces().impact.force == 0.0
+    assert found.impact.external_force == pytest.approx(0.005 * 9.80665, rel=1e-15)
+    assert read(SOFT + "weight = false\n").bounces().impact.external_force == 0.0
 
 
 def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
@@ -96,8 +96,8 @@ def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
     ("text", "message"),
     [
         (
-            SOFT + "force = 1.0\n",
-            "case.toml: impact.force: a body that bounces has its weight alone; give weight",
+            SOFT + "external_force = 1.0\n",
+            "case.toml: impact.external_force: a body that bounces has its weight alone; give weight",
         ),
         (
             SOFT + '[solver]\nmethod = "elements"\n',

@@ -56,7 +56,7 @@ def test_the_smallest_case(folder: Path) -> None:
     case = read(BODY + SOLID + IMPACT)
     assert case.impact.profile == Parabola(0.01)
     assert case.impact.material == standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-    assert (case.impact.mass, case.impact.velocity, case.impact.force) == (0.005, 1.0, 0.0)
+    assert (case.impact.mass, case.impact.velocity, case.impact.external_force) == (0.005, 1.0, 0.0)
     assert case.impact.counter_material is None
     assert case.options == {"method": "exact"}
     assert case.title is None
@@ -73,7 +73,7 @@ def test_units_and_plain_numbers_say_the_same(folder: Path) -> None:
         poisson_ratio = 0.45
     """
     first, second = read(plain).impact, read(BODY + SOLID + IMPACT).impact
-    for name in ("material", "profile", "mass", "velocity", "force"):
+    for name in ("material", "profile", "mass", "velocity", "external_force"):
         assert getattr(first, name) == getattr(second, name)
 
 
@@ -109,7 +109,7 @@ def test_everything_a_case_may_say(folder: Path) -> None:
     mass = 1000.0 * 4.0 / 3.0 * math.pi * 1e-6
     assert impact.mass == pytest.approx(mass, rel=1e-15)
     assert impact.velocity == pytest.approx(2.0, rel=1e-15)
-    assert impact.force == pytest.approx(10.0 * mass, rel=1e-15)
+    assert impact.external_force == pytest.approx(10.0 * mass, rel=1e-15)
     assert case.options == {
         "method": "elements",
         "rtol": 1e-3,
@@ -247,7 +247,11 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         ("viscosity", "viskosity", 'material.viskosity = "1 kPa s": unknown key; did you mean viscosity?'),
         ("viscosity", "sheer", 'material.sheer = "1 kPa s": unknown key; did you mean shear?'),
         ("[impact]", "[impact]\nweight = 1", "impact.weight = 1: must be true or false"),
-        ("[impact]", "[impact]\nweight = true\nforce = 1", "impact: give force or weight = true, not both"),
+        (
+            "[impact]",
+            "[impact]\nweight = true\nexternal_force = 1",
+            "impact: give external_force or weight = true, not both",
+        ),
         ('velocity = "1 m/s"', "", "impact: give exactly one of velocity and drop_height; none is given"),
         (
             "[impact]",

@@ -99,7 +99,7 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
     ("case", "axes", "places"),
     [
         (
-            BODY + SOLID + '[impact]\nforce = "10 mN"\n',
+            BODY + SOLID + '[impact]\nexternal_force = "10 mN"\n',
             'impact.velocity = { logarithmic = ["1 cm/s", 1], n = 3 }\nradius = ["5 mm", 0.02]\nmass = ["2 g"]',
             {"velocity": "impact.velocity", "radius": "body.radius", "mass": "body.mass"},
         ),

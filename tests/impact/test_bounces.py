@@ -25,11 +25,11 @@ BALL, FLOOR = Body(RUBBER, radius=0.01), Body(None)
 def test_drop():
     impact = drop(BALL, FLOOR, height=0.5, gravity=8.0)
     assert impact.velocity == pytest.approx(math.sqrt(8.0), rel=1e-15)
-    assert impact.force == pytest.approx(8.0 * BALL.mass, rel=1e-15)
-    assert drop(BALL, FLOOR, height=0.5, with_weight=False).force == 0.0
+    assert impact.external_force == pytest.approx(8.0 * BALL.mass, rel=1e-15)
+    assert drop(BALL, FLOOR, height=0.5, with_weight=False).external_force == 0.0
     several = drop(BALL, FLOOR, height=[0.1, 0.2], gravity=[[1.6], [9.8]])
     assert several.shape == (2, 2)
-    assert several.force.shape == (2, 1)
+    assert several.external_force.shape == (2, 1)
 
 
 @pytest.mark.parametrize("with_weight", [True, False])
@@ -69,7 +69,7 @@ def test_each_bounce_is_an_impact_and_each_flight_a_throw():
     found = bounces(drop(BALL, FLOOR, height=0.5), max_bounces=6)
     weight = STANDARD_GRAVITY * BALL.mass
     for n in range(6):
-        alone = solve(Impact(RUBBER, Parabola(0.01), BALL.mass, found.velocity[n], force=weight))
+        alone = solve(Impact(RUBBER, Parabola(0.01), BALL.mass, found.velocity[n], external_force=weight))
         assert found.restitution_coefficient[n] == alone.restitution_coefficient
         assert found.residual_indentation_depth[n] == alone.residual_indentation_depth
     assert found.rebound_velocity == pytest.approx(found.velocity * found.restitution_coefficient, rel=1e-15)

@@ -37,8 +37,8 @@ def test_reduced_radius_and_mass():
 
 
 def test_ball_on_rigid_wall_is_the_plain_impact():
-    impact = collision(Body(RUBBER, radius=0.01), Body(None), velocity=1.3, force=0.1)
-    plain = Impact(RUBBER, Parabola(0.01), Body(RUBBER, radius=0.01).mass, 1.3, force=0.1)
+    impact = collision(Body(RUBBER, radius=0.01), Body(None), velocity=1.3, external_force=0.1)
+    plain = Impact(RUBBER, Parabola(0.01), Body(RUBBER, radius=0.01).mass, 1.3, external_force=0.1)
     assert solve(impact).restitution_coefficient == solve(plain).restitution_coefficient
     assert impact.counter_material is None
 

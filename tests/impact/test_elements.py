@@ -58,7 +58,7 @@ def reference(impact: Impact) -> ReferenceSolution:
 
 def energy_residual(impact: Impact, found: ElementsSolution) -> float:
     kinetic_in, kinetic_out = 0.5 * impact.mass * np.array([impact.velocity, found.velocity[-1]]) ** 2
-    work = impact.force * found.residual_indentation_depth
+    work = impact.external_force * found.residual_indentation_depth
     return (kinetic_out + found.dissipated + found.stored - kinetic_in - work) / kinetic_in
 
 
@@ -228,7 +228,7 @@ def test_paper_element_serves_the_paper_material_only():
         pytest.param(
             Impact(incompressible(1.0, [3.0], [0.3], viscosity=0.1), Parabola(1.0), 1.0, 1.0), id="dashpot"
         ),
-        pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=0.1), id="weight"),
+        pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=0.1), id="weight"),
     ],
 )
 def test_any_material_and_profile(impact):
@@ -248,8 +248,11 @@ def test_any_material_and_profile(impact):
     ("impact", "status"),
     [
         (Impact(incompressible(0.0, [1.0], [0.03]), Parabola(1.0), 1.0, 1.0), Status.SINKS_IN),
-        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=1.0), Status.CAPTURED),
-        (Impact(incompressible(1.0, viscosity=1.0), Parabola(1.0), 1.0, 1.0, force=4.0), Status.CAPTURED),
+        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=1.0), Status.CAPTURED),
+        (
+            Impact(incompressible(1.0, viscosity=1.0), Parabola(1.0), 1.0, 1.0, external_force=4.0),
+            Status.CAPTURED,
+        ),
     ],
 )
 def test_bodies_that_stay(impact, status):

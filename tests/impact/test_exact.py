@@ -55,12 +55,18 @@ def test_an_array_is_its_impacts_one_by_one(
     masses, velocities, forces = np.array([0.02, 0.05, 0.1]), np.array([[0.1], [1.0]]), 0.02
     whole = solve(
         Impact(
-            material, profile(**{field: sizes[:, None, None]}), masses, velocities[None, :, :], force=forces
+            material,
+            profile(**{field: sizes[:, None, None]}),
+            masses,
+            velocities[None, :, :],
+            external_force=forces,
         )
     )
     assert whole.restitution_coefficient.shape == (2, 2, 3)
     for i, j, k in np.ndindex(2, 2, 3):
-        one = solve(Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], force=forces))
+        one = solve(
+            Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], external_force=forces)
+        )
         for name in FIELDS:
             assert np.asarray(getattr(whole, name))[i, j, k] == getattr(one, name), name
         assert whole.energy.dissipated[i, j, k] == one.energy.dissipated
@@ -169,7 +175,7 @@ def test_a_blow_far_too_hard_for_the_described_profile_fails_alone() -> None:
 
 
 def test_columns_are_the_impacts() -> None:
-    impact = balls(6, LAYERED, force=0.1)
+    impact = balls(6, LAYERED, external_force=0.1)
     series, one = impact.reduced_modulus, np.ones(6)
     rows = Rows(
         series.equilibrium_modulus * one, 0.0 * one, np.tile(series.branch_moduli, (6, 1)),

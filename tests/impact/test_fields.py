@@ -190,10 +190,10 @@ def test_line_load_is_the_hereditary_integral(material):
         if t > turn:
             rules.append(gauss(turn, t, 80))
         then, weight = (np.concatenate(columns) for columns in zip(*rules, strict=True))
-        velocity = motion(result, then)["velocity"]
+        velocity = motion(result, then)["indentation_velocity"]
         decay = np.exp(-(t - then)[:, None] / series.relaxation_times) @ series.branch_moduli
         wanted = np.sum(weight * velocity * (series.equilibrium_modulus + decay))
-        wanted += series.parallel_viscosity * float(motion(result, t)["velocity"][0])
+        wanted += series.parallel_viscosity * float(motion(result, t)["indentation_velocity"][0])
         assert float(result._fields.line_load(t)(x)) == pytest.approx(wanted, rel=1e-7)
 
 
@@ -298,7 +298,7 @@ def test_two_bodies_share_the_displacement():
 
 
 def test_weight_changes_the_field_as_it_changes_the_motion():
-    result = impact(SOLID, force=0.3)
+    result = impact(SOLID, external_force=0.3)
     t = np.array([0.2, 0.8]) * result.contact_time
     state = motion(result, t)
     assert result.surface_displacement(0.0, t) == pytest.approx(state["indentation_depth"], rel=1e-9)
@@ -371,7 +371,7 @@ def test_fields_belong_to_one_exact_impact_that_ends():
 
 @pytest.mark.parametrize("force", [0.0, 0.05])
 def test_body_is_back_at_the_surface_at_zero_overlap(force):
-    result = impact(SOLID, force=force)
+    result = impact(SOLID, external_force=force)
     flight = result.zero_overlap_time - result.contact_time
     assert flight > 0.0
     depth = result.residual_indentation_depth - result.rebound_velocity * flight + 0.5 * force * flight**2

@@ -27,7 +27,7 @@ def dense(material=SOLID, profile=None, rtol=1e-12, **options):
 @pytest.mark.parametrize("force", [0.0, 0.2])
 def test_motion_is_newtons_law(profile, force):
     """m dv = (w - F) dt and dd = v dt, by Gauss quadrature between neighbouring times."""
-    result, output = dense(MIXED, profile, force=force)
+    result, output = dense(MIXED, profile, external_force=force)
     turn = output.turning_time
     nodes, weights = np.polynomial.legendre.leggauss(12)
     # In the root of time from both ends, where the force is smooth.
@@ -43,8 +43,8 @@ def test_motion_is_newtons_law(profile, force):
         ends = output.at(time(y[:, 0]))
         moving = output.at(time(inner.ravel()))
         push = np.sum(weight * (force - moving.force.reshape(inner.shape)), axis=1)
-        assert np.diff(ends.velocity) == pytest.approx(push, abs=2e-9)
-        sunk = np.sum(weight * moving.velocity.reshape(inner.shape), axis=1)
+        assert np.diff(ends.indentation_velocity) == pytest.approx(push, abs=2e-9)
+        sunk = np.sum(weight * moving.indentation_velocity.reshape(inner.shape), axis=1)
         assert np.diff(ends.indentation_depth) == pytest.approx(sunk, abs=2e-9)
 
 
@@ -52,12 +52,12 @@ def test_ends_and_turning_point_are_those_of_the_result():
     result, output = dense(rtol=1e-9)
     start, turn, end = (output.at([t]) for t in (0.0, output.turning_time, output.contact_time))
     assert start.indentation_depth[0] == start.force[0] == start.contact_radius[0] == 0.0
-    assert start.velocity[0] == 1.0
-    assert turn.velocity[0] == pytest.approx(0.0, abs=1e-9)
+    assert start.indentation_velocity[0] == 1.0
+    assert turn.indentation_velocity[0] == pytest.approx(0.0, abs=1e-9)
     assert turn.indentation_depth[0] == pytest.approx(result.max_indentation_depth, rel=1e-12)
     assert turn.contact_radius[0] == pytest.approx(result.max_contact_radius, rel=1e-9)
     assert output.contact_time == result.contact_time
-    assert end.velocity[0] == -result.restitution_coefficient
+    assert end.indentation_velocity[0] == -result.restitution_coefficient
     assert end.indentation_depth[0] == pytest.approx(result.residual_indentation_depth, rel=1e-12)
     assert end.contact_radius[0] == end.force[0] == 0.0
 
@@ -86,8 +86,8 @@ def test_order_and_repetition_of_times_are_kept():
     times = np.array([0.5, 0.1, 0.5, 0.9]) * output.contact_time
     found = output.at(times)
     assert found.time.tolist() == times.tolist()
-    assert found.velocity[0] == found.velocity[2]
-    assert output.at(times[1]).velocity[0] == found.velocity[1]
+    assert found.indentation_velocity[0] == found.indentation_velocity[2]
+    assert output.at(times[1]).indentation_velocity[0] == found.indentation_velocity[1]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_outcomes_of_several_blocks_come_back_in_order():
         GOOD,
         Impact(SOLID, Cone(1.2), 1.0, 1.0),
         Impact(SOLID, Parabola(1.0), 1.0, 2.0),
-        Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=30.0),
+        Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=30.0),
     ]
     together = solve(impacts)
     assert together.status.tolist() == [Status.SINKS_IN, 0, 0, 0, Status.CAPTURED]

@@ -24,11 +24,11 @@ BALL = Parabola(radius=0.01)
         ({"velocity": -1.0}, "velocity = -1 m/s: must be finite and > 0"),
         ({"velocity": math.inf}, "velocity = inf m/s: must be finite and > 0"),
         ({"velocity": [1.0, 0.0]}, r"velocity\[1\] = 0 m/s: must be finite and > 0"),
-        ({"force": -1e-9}, "force = -1e-09 N: must be finite and >= 0"),
+        ({"external_force": -1e-9}, "external_force = -1e-09 N: must be finite and >= 0"),
         (
             {"mass": [1.0, 2.0], "velocity": [1.0, 2.0, 3.0]},
-            r"mass, velocity, force and profile: shapes \{'mass': \(2,\), 'velocity': \(3,\), "
-            r"'force': \(\)\} and \(\) must broadcast against each other",
+            r"mass, velocity, external_force and profile: shapes \{'mass': \(2,\), 'velocity': \(3,\), "
+            r"'external_force': \(\)\} and \(\) must broadcast against each other",
         ),
     ],
 )
@@ -45,7 +45,7 @@ def test_numbers_out_of_range_are_named(given, message):
         ({"counter_material": "steel"}, r"^counter_material = 'steel': must be a Material$"),
         ({"mass": "1 kg"}, r"^mass = '1 kg': must be a real number"),
         ({"velocity": None}, r"^velocity = None: must be a real number"),
-        ({"force": True}, r"^force = True: must be a real number"),
+        ({"external_force": True}, r"^external_force = True: must be a real number"),
     ],
 )
 def test_wrong_types_are_named(given, message):
@@ -54,7 +54,9 @@ def test_wrong_types_are_named(given, message):
 
 
 def test_numbers_broadcast_those_of_the_profile_included():
-    several = Impact(RUBBER, Parabola(np.full((4, 1, 1), 0.01)), np.ones((3, 1)), [1.0, 2.0], force=0.1)
+    several = Impact(
+        RUBBER, Parabola(np.full((4, 1, 1), 0.01)), np.ones((3, 1)), [1.0, 2.0], external_force=0.1
+    )
     assert several.shape == (4, 3, 2)
     assert Impact(RUBBER, PowerLaw(2.0, [1.0, 2.0]), 1.0, 1.0).shape == (2,)
     assert Impact(RUBBER, Sphere(0.01), 1, 1).shape == ()

@@ -49,13 +49,15 @@ def test_dictionary_holds_plain_numbers():
 
 @pytest.mark.parametrize("method", ["exact", "elements"])
 def test_energy_adds_up(method):
-    heavy = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, force=0.05)
+    heavy = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, external_force=0.05)
     energy = solve(heavy, method).energy
     assert energy.kinetic_in == 0.0025
     total = energy.kinetic_out + energy.dissipated + energy.stored
     work = (
         0.05
-        * solve(BALL.__class__(RUBBER, Parabola(0.01), 0.005, 1.0, force=0.05)).residual_indentation_depth
+        * solve(
+            BALL.__class__(RUBBER, Parabola(0.01), 0.005, 1.0, external_force=0.05)
+        ).residual_indentation_depth
     )
     # Elements: first order.
     tolerance = {"exact": 1e-8, "elements": 5e-3}[method]
@@ -76,7 +78,7 @@ def test_history_has_units_and_the_ends():
     assert history.attrs == {"method": "exact", "rtol": 1e-9}
     result = solve(BALL)
     assert float(history.time[-1]) == result.contact_time
-    assert float(history.velocity[-1]) == -result.rebound_velocity
+    assert float(history.indentation_velocity[-1]) == -result.rebound_velocity
     assert float(history.force.max()) == pytest.approx(result.max_force, rel=1e-4)
 
 
@@ -97,7 +99,7 @@ def test_as_many_points_as_wanted_or_given_times():
     [
         BALL,
         Impact(MIXED, Cone(1.3), 0.005, 1.0),
-        Impact(MIXED, FlatPunch(0.002), 0.005, 1.0, force=0.05),
+        Impact(MIXED, FlatPunch(0.002), 0.005, 1.0, external_force=0.05),
         Impact(MIXED, Sphere(0.01), 0.005, 1.0, counter_material=RUBBER),
         Impact(MIXED, TruncatedCone(0.002, 1.3), 0.005, 1.0),
         Impact(Material(PronySeries(0.0, [1e7], [1e-3]), math.inf), Parabola(0.01), 0.005, 1.0),
@@ -111,7 +113,7 @@ def test_energies_add_up_at_all_times(impact):
     # A liquid has next to nothing stored at the end.
     assert np.all(history.stored_energy.values >= -1e-12 * result.energy.kinetic_in)
     total = history.kinetic_energy + history.stored_energy + history.dissipated_energy
-    given = result.energy.kinetic_in + impact.force * history.indentation_depth
+    given = result.energy.kinetic_in + impact.external_force * history.indentation_depth
     # Between its nodes the reported solution is some orders less accurate than in its result.
     assert total.values == pytest.approx(given.values, abs=1e-7 * result.energy.kinetic_in)
     fine = solve(impact, rtol=1e-12)
@@ -148,7 +150,7 @@ def test_histories_of_other_methods(method):
     assert "stored_energy" not in history
     tolerance = {"reference": 1e-4, "elements": 1e-2}[method]
     times = np.linspace(0.05, 0.95, 19) * exact.contact_time
-    for name in ("indentation_depth", "velocity", "force"):
+    for name in ("indentation_depth", "indentation_velocity", "force"):
         wanted = exact.sample(times)[name].values
         assert other.sample(times)[name].values == pytest.approx(wanted, abs=tolerance * np.abs(wanted).max())
     with pytest.raises(ValueError, match=r"the duration of contact$"):

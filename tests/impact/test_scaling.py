@@ -63,7 +63,7 @@ def test_groups_of_arrays_and_of_huge_moduli():
             ),
             "the bulk relaxes",
         ),
-        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, force=1.0), "a constant force acts"),
+        (Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=1.0), "a constant force acts"),
     ],
 )  # fmt: skip
 def test_groups_are_refused_where_they_do_not_hold(impact, reason):
@@ -85,7 +85,7 @@ def test_zero_branches_and_merged_times_are_still_a_standard_solid():
 )
 def test_scaled_numbers_are_the_force_law(profile):
     """F = 2 (E Pi + eta a v + ...) in SI against the scaled law at the same state."""
-    impact = Impact(PRONY, profile, mass=0.3, velocity=0.7, force=2.9)
+    impact = Impact(PRONY, profile, mass=0.3, velocity=0.7, external_force=2.9)
     row = scale(impact).row(0)
     series = impact.reduced_modulus
     depth, velocity = 1e-3, 0.2
@@ -127,8 +127,8 @@ def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
 
 
 def test_rows_parts_and_lists_are_the_single_impacts():
-    several = scale(Impact(PRONY, Parabola([0.01, 0.02, 0.03]), 0.1, 2.0, force=1.0))
-    impacts = [Impact(PRONY, Parabola(radius), 0.1, 2.0, force=1.0) for radius in (0.01, 0.02, 0.03)]
+    several = scale(Impact(PRONY, Parabola([0.01, 0.02, 0.03]), 0.1, 2.0, external_force=1.0))
+    impacts = [Impact(PRONY, Parabola(radius), 0.1, 2.0, external_force=1.0) for radius in (0.01, 0.02, 0.03)]
     assert several.size == 3
     assert several.most_modes == 2
     blocks = [(several, 0), (scale_alike(impacts), 0), (several.part(1, 3), 1)]

@@ -33,7 +33,7 @@ TABLE = Tabulated(RADII, RADII**2 / 2.0)
 )
 def test_same_ending_under_a_weight(series, force, status):
     table, parabola = (
-        solve(Impact(Material(series, math.inf), profile, 1.0, 1.0, force=force))
+        solve(Impact(Material(series, math.inf), profile, 1.0, 1.0, external_force=force))
         for profile in (TABLE, Parabola(1.0))
     )
     assert table.status is parabola.status is status

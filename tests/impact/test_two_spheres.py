@@ -36,7 +36,7 @@ def test_mirror_images(name):
     times = np.linspace(0.0, 1.0, 41) * min(pair.contact_time, wall.contact_time)
     two, one = pair.sample(times), wall.sample(times)
     for quantity, factor in (
-        ("indentation_depth", 2.0), ("velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),
+        ("indentation_depth", 2.0), ("indentation_velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),
         ("kinetic_energy", 2.0), ("stored_energy", 2.0), ("dissipated_energy", 2.0),
     ):  # fmt: skip
         largest = float(np.abs(two[quantity]).max())

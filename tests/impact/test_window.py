@@ -88,7 +88,7 @@ def test_two_fractional_bodies_and_their_bounces():
 
 
 def test_a_body_that_stays_has_a_wide_window():
-    held = for_contact(lambda window: ball(window, force=5e3))
+    held = for_contact(lambda window: ball(window, external_force=5e3))
     assert solve(held).restitution_coefficient == 0.0
     assert held.material.window == (1e-12, 1e7)
 

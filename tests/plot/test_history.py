@@ -13,7 +13,7 @@ def history() -> xr.Dataset:
     return xr.Dataset(
         {
             "indentation_depth": ("time", 4e-4 * bump),
-            "velocity": ("time", np.cos(np.pi * t / 2e-3)),
+            "indentation_velocity": ("time", np.cos(np.pi * t / 2e-3)),
             "force": ("time", 2.5e3 * bump**1.5),
             "contact_radius": ("time", 5e-6 * np.sqrt(bump)),
         },

@@ -18,7 +18,7 @@ def contact(pressure: Any) -> Any:
     motion = xr.Dataset(
         {
             "indentation_depth": ("time", depth),
-            "velocity": ("time", np.gradient(depth, t)),
+            "indentation_velocity": ("time", np.gradient(depth, t)),
             "contact_radius": ("time", np.sqrt(0.0144 * depth)),
         },
         {"time": t},

@@ -29,7 +29,7 @@ BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
 EPOXY = rs.Impact(rs.library.get("epoxy"), rs.Parabola(0.01), mass=0.01, velocity=1.0)
 # A kink over the velocity, where the end of the flat comes into contact.
 KINK = replace(BALL, profile=rs.TruncatedCone(1e-4, 1.2))
-PRESSED = replace(BALL, force=1e-7, counter_material=RUBBER)
+PRESSED = replace(BALL, external_force=1e-7, counter_material=RUBBER)
 
 
 @pytest.fixture(scope="module")
@@ -193,14 +193,14 @@ def test_range_in_which_a_weight_holds_the_body_is_refused() -> None:
     with pytest.raises(
         ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which"
     ) as caught:
-        rs.surrogate(replace(BALL, force=0.05))
+        rs.surrogate(replace(BALL, external_force=0.05))
     message = str(caught.value)
     assert "\n" not in message
     assert "CAPTURED" in message
     low, high = (
         float(word) for word in message.split("separates from ")[1].removesuffix(" m/s").split(" to ")
     )
-    assert rs.surrogate(replace(BALL, force=0.05), (low * 1.01, high))(1.0) > 0.0
+    assert rs.surrogate(replace(BALL, external_force=0.05), (low * 1.01, high))(1.0) > 0.0
 
 
 def test_liquid_that_is_sunk_into_is_refused() -> None:

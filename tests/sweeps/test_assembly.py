@@ -19,7 +19,7 @@ OUTPUTS = ("restitution_coefficient", "max_indentation_depth", "max_force")
     "profile", [Parabola(0.01), Cone(1.2), Sphere(0.01), PowerLaw(3.0, 1e4)], ids=lambda p: type(p).__name__
 )
 def test_each_number_reaches_its_impact(profile):
-    axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "force": [0.0, 0.4]}
+    axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "external_force": [0.0, 0.4]}
     found = sweep(Impact(RUBBER, profile, 0.005, 1.0), axes, OUTPUTS)
     wanted = solve(
         Impact(
@@ -27,7 +27,7 @@ def test_each_number_reaches_its_impact(profile):
             profile,
             np.array(axes["mass"])[:, None, None],
             np.array(axes["velocity"])[:, None],
-            force=axes["force"],
+            external_force=axes["external_force"],
         )
     )
     for name in OUTPUTS:

@@ -49,7 +49,9 @@ def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
 
 def test_latin_hypercube_has_one_draw_in_every_stratum() -> None:
     columns = whole(
-        Samples(50, {"mass": Uniform(0.0, 1.0), "force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1)
+        Samples(
+            50, {"mass": Uniform(0.0, 1.0), "external_force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1
+        )
     )
     for values in columns.values():
         assert sorted((values * 50).astype(int).tolist()) == list(range(50))

@@ -54,7 +54,7 @@ def test_numbers_of_the_body() -> None:
         "velocity": rs.Logarithmic(0.1, 10.0, 3),
         "radius": [0.005, 0.02],
         "mass": [0.01],
-        "force": [0.0, 0.02],
+        "external_force": [0.0, 0.02],
     }
     check(rs.sweep(BALL, axes), impact, rtol=0.0)
 
@@ -253,7 +253,7 @@ def test_every_output() -> None:
 
 
 def test_the_result_says_what_it_is() -> None:
-    result = rs.sweep(BALL, {"velocity": rs.Logarithmic(0.1, 1.0, 3), "force": 0.0}, title="Rubber")
+    result = rs.sweep(BALL, {"velocity": rs.Logarithmic(0.1, 1.0, 3), "external_force": 0.0}, title="Rubber")
     assert result.velocity.attrs == {
         "units": "m/s",
         "long_name": "impact velocity",
@@ -261,7 +261,7 @@ def test_the_result_says_what_it_is() -> None:
         "scale": "logarithmic",
     }
     assert result.contact_time.attrs["units"] == "s"
-    assert float(result.force) == 0.0
+    assert float(result.external_force) == 0.0
     assert result.status.attrs["flag_meanings"].split()[:2] == ["separated", "sinks_in"]
     assert result.attrs["version"] == rs.__version__
     assert result.attrs["title"] == "Rubber"
@@ -363,7 +363,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
 @pytest.mark.parametrize(
     ("base", "axes", "options", "message"),
     [
-        (BALL, {"speed": [1.0]}, {}, "axes: the impact has no 'speed'; known are mass, velocity, force"),
+        (BALL, {"speed": [1.0]}, {}, "axes: the impact has no 'speed'; known are mass, velocity, external_force"),
         (BALL, {"half_angle": [1.0]}, {}, "axes: the impact has no 'half_angle'"),
         (BALL, {"velocity": [1.0, -1.0]}, {}, r"velocity\[1\] = -1 m/s: must be finite and > 0"),
         (BALL, {"p2": [1.0], "branch_modulus": [1e6]}, {}, "axes: p2 and branch_modulus set the same"),

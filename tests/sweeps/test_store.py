@@ -24,7 +24,7 @@ AXES = {
     "velocity": rs.Logarithmic(0.01, 10.0, 23),
     "draw": rs.Samples(50, {"mass": rs.LogNormal(0.005, 0.1), "viscosity": rs.Normal(1e3, 50.0)}, seed=1),
     "nu": [0.3, 0.5],
-    "force": 0.0,
+    "external_force": 0.0,
 }
 CHUNK = {"velocity": 4, "draw": 30}
 CASE = """
@@ -69,7 +69,7 @@ def test_others_can_read_it(undisturbed: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plain = xr.open_zarr(undisturbed, chunks=None)
-    assert {"mass", "viscosity", "force"} <= set(plain.coords)
+    assert {"mass", "viscosity", "external_force"} <= set(plain.coords)
     assert plain.restitution_coefficient.attrs["units"] == "1"
     metadata = [json.loads(path.read_text()) for path in undisturbed.rglob("zarr.json")]
     assert {content["zarr_format"] for content in metadata} == {3}

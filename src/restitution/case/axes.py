@@ -35,7 +35,7 @@ DRAWS = "sample"
 _TEMPERATURE = Kind("temperature", "K", "20 degC")
 _KINDS = {
     "velocity": VELOCITY, "drop_height": LENGTH, "gravity": ACCELERATION, "mass": MASS, "density": DENSITY,
-    "radius": LENGTH, "force": FORCE, "half_angle": NUMBER, "temperature": _TEMPERATURE,
+    "radius": LENGTH, "external_force": FORCE, "half_angle": NUMBER, "temperature": _TEMPERATURE,
     "poisson_ratio": NUMBER, "bulk_modulus": MODULUS, "bulk": MODULUS, "shear": MODULUS,
     "equilibrium_modulus": MODULUS, "instantaneous_modulus": MODULUS, "branch_modulus": MODULUS,
     "branch_moduli": MODULUS, "viscosity": VISCOSITY, "relaxation_time": TIME, "relaxation_times": TIME,
@@ -44,7 +44,7 @@ _KINDS = {
 
 # Keys that are clear without their section.
 _SHORT = {
-    **{name: f"impact.{name}" for name in ("velocity", "drop_height", "gravity", "force")},
+    **{name: f"impact.{name}" for name in ("velocity", "drop_height", "gravity", "external_force")},
     **{name: f"body.{name}" for name in ("mass", "density", "radius")},
     **{
         name: f"material.{name}"

@@ -49,8 +49,10 @@ def bounces_of(case: Case) -> Bounces:
     from restitution.impact.window import for_contact
 
     motion, sections = case.sections.impact, case.sections
-    if motion.force is not None:
-        raise CaseError(f"{case.path}: impact.force: a body that bounces has its weight alone; give weight")
+    if motion.external_force is not None:
+        raise CaseError(
+            f"{case.path}: impact.external_force: a body that bounces has its weight alone; give weight"
+        )
     if sections.solver.method != "exact":
         raise CaseError(
             f'{case.path}: solver.method = "{sections.solver.method}": bounces are solved by method = "exact"'

@@ -56,14 +56,14 @@ class ImpactSection(Section):
     velocity: Annotated[float, positive(VELOCITY)] | None = None
     drop_height: Annotated[float, positive(LENGTH)] | None = None
     gravity: Annotated[float, positive(ACCELERATION)] = STANDARD_GRAVITY
-    force: Annotated[float, nonnegative(FORCE)] | None = None
+    external_force: Annotated[float, nonnegative(FORCE)] | None = None
     weight: StrictBool | None = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
         self.one_of("velocity", "drop_height")
-        if self.weight and self.force is not None:
-            refuse("give force or weight = true, not both")
+        if self.weight and self.external_force is not None:
+            refuse("give external_force or weight = true, not both")
         return self
 
     @property
@@ -73,7 +73,7 @@ class ImpactSection(Section):
 
     def pressing_force(self, mass: float) -> float:
         """Constant force on the body during the impact [N]."""
-        return mass * self.gravity if self.weight else self.force or 0.0
+        return mass * self.gravity if self.weight else self.external_force or 0.0
 
 
 class SolverSection(Section):
@@ -144,5 +144,5 @@ class CaseFile(Section):
             mass=mass,
             velocity=self.impact.impact_velocity,
             counter_material=None if self.counter_material is None else self.counter_material.build(window),
-            force=self.impact.pressing_force(mass),
+            external_force=self.impact.pressing_force(mass),
         )

@@ -28,7 +28,7 @@ from restitution.sweeps.template import (
 
 # Keys that columns of numbers set, by which a million values cost as much as one.
 _OF_BODIES = {
-    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "force")},
+    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force")},
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
 }
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
@@ -58,7 +58,7 @@ _BY_WAY_OF = {
 # Of these a case file has one: an axis over the one takes the place of the others.
 _RIVALS = (
     ("impact.velocity", "impact.drop_height"),
-    ("impact.force", "impact.weight"),
+    ("impact.external_force", "impact.weight"),
     ("body.mass", "body.density"),
     ("material.poisson_ratio", "material.bulk_modulus", "material.bulk"),
 )

@@ -109,7 +109,7 @@ class Derivation:
         if height is not None and {"drop_height", "gravity"} & columns.keys():
             derived["velocity"] = np.sqrt(2.0 * gravity * height)
         if impact.weight and ("mass" in derived or "gravity" in columns):
-            derived["force"] = derived.get("mass", body.kilograms) * gravity
+            derived["external_force"] = derived.get("mass", body.kilograms) * gravity
         return derived
 
 

@@ -158,7 +158,7 @@ def drop(
     >>> from restitution.material.classical import standard_solid
     >>> rubber = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
     >>> impact = drop(Body(rubber, radius=0.01), Body(None), height=0.5, gravity=9.81)
-    >>> print(round(impact.velocity, 6), round(impact.force, 6))
+    >>> print(round(impact.velocity, 6), round(impact.external_force, 6))
     3.132092 0.04931
     """
     fall = np.asarray(positive("height", height, "m"))
@@ -170,7 +170,7 @@ def drop(
             f"ground: has a mass of {ground.mass} kg; ground that does not move has an infinite one"
         )
     impact = collision(body, ground, np.sqrt(2.0 * acceleration * fall))
-    return replace(impact, force=impact.mass * acceleration) if with_weight else impact
+    return replace(impact, external_force=impact.mass * acceleration) if with_weight else impact
 
 
 def bounces(
@@ -188,7 +188,7 @@ def bounces(
     Parameters
     ----------
     impact : Impact
-        A single impact of the body on ground that does not move, such as `drop` makes. Its force is replaced
+        A single impact of the body on ground that does not move, such as `drop` makes. Its external force is replaced
         by the weight or by zero.
     height : float, optional
         Height [m] from which it is released, > 0; left out, the one that gives the velocity of `impact`.
@@ -250,7 +250,7 @@ def bounces(
         if min_height is None
         else _number("min_height", nonnegative("min_height", min_height, "m"))
     )
-    first = replace(impact, velocity=velocity, force=float(impact.mass) * g if with_weight else 0.0)
+    first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
 
     rows: list[tuple[float, ...]] = []
     flights: list[float] = []

@@ -68,7 +68,7 @@ class Body:
         object.__setattr__(self, "mass", _positive_or_infinite("mass", mass, "kg"))
 
 
-def collision(body_1: Body, body_2: Body, velocity: Any, *, force: Any = 0.0) -> Impact:
+def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:
     """Impact of two bodies that meet centrally, to be solved like any other.
 
     Parameters
@@ -77,7 +77,7 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, force: Any = 0.0) ->
         The bodies, in any order: balls of one or two materials, or a ball and a wall.
     velocity : float or array
         Relative velocity [m/s], > 0.
-    force : float or array
+    external_force : float or array
         Constant force [N] that presses them together during contact, >= 0. On a wall that cannot move it is
         the weight of the ball; for free bodies that both fall it is zero.
 
@@ -118,7 +118,14 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, force: Any = 0.0) ->
     if not materials:
         raise ValueError("material: both bodies are rigid; at least one must deform")
     counter = materials[1] if len(materials) > 1 else None
-    return Impact(materials[0], Parabola(radius), mass, velocity, counter_material=counter, force=force)
+    return Impact(
+        materials[0],
+        Parabola(radius),
+        mass,
+        velocity,
+        counter_material=counter,
+        external_force=external_force,
+    )
 
 
 def _harmonic(name: str, unit: str, problem: str, first: Any, second: Any) -> Any:

@@ -176,7 +176,7 @@ class _Foundation:
     def __init__(self, impact: Impact) -> None:
         self.impact, self.series = impact, impact.reduced_modulus
         self.mass, self.velocity = float(impact.mass), float(impact.velocity)
-        self.load = float(impact.force)
+        self.load = float(impact.external_force)
 
     def measure(self, n_elements: int) -> _Sizes:
         """Find depth, radius and duration by a coarse run, itself laid out from an elastic estimate."""

@@ -27,7 +27,7 @@ class Trajectory(NamedTuple):
         t [s]; the last entry is the instant of separation.
     indentation_depth : array
         d [m].
-    velocity : array
+    indentation_velocity : array
         v = d' [m/s], negative on the way back.
     force : array
         Normal force F [N].
@@ -37,7 +37,7 @@ class Trajectory(NamedTuple):
 
     time: Array
     indentation_depth: Array
-    velocity: Array
+    indentation_velocity: Array
     force: Array
     contact_radius: Array
 

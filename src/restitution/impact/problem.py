@@ -38,7 +38,7 @@ class Impact:
         Impact velocity v0 [m/s], > 0; of two bodies their relative velocity.
     counter_material : Material, optional
         Material of the indenting body; rigid where left out. The compliances of both add.
-    force : float or array
+    external_force : float or array
         Constant force [N] that presses the body on during contact, such as its weight m g; >= 0.
 
     Raises
@@ -66,7 +66,7 @@ class Impact:
     mass: Numeric
     velocity: Numeric
     counter_material: Material | None = field(default=None, kw_only=True)
-    force: Numeric = field(default=0.0, kw_only=True)
+    external_force: Numeric = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         _of_type("material", self.material, Material)
@@ -75,13 +75,13 @@ class Impact:
             _of_type("counter_material", self.counter_material, Material)
         object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
         object.__setattr__(self, "velocity", positive("velocity", self.velocity, "m/s"))
-        object.__setattr__(self, "force", nonnegative("force", self.force, "N"))
+        object.__setattr__(self, "external_force", nonnegative("external_force", self.external_force, "N"))
         try:
             _ = self.shape
         except ValueError:
-            shapes = {name: np.shape(getattr(self, name)) for name in ("mass", "velocity", "force")}
+            shapes = {name: np.shape(getattr(self, name)) for name in ("mass", "velocity", "external_force")}
             raise ValueError(
-                f"mass, velocity, force and profile: shapes {shapes} and {_profile_shape(self.profile)} "
+                f"mass, velocity, external_force and profile: shapes {shapes} and {_profile_shape(self.profile)} "
                 "must broadcast against each other"
             ) from None
 
@@ -89,7 +89,10 @@ class Impact:
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
         return np.broadcast_shapes(
-            np.shape(self.mass), np.shape(self.velocity), np.shape(self.force), _profile_shape(self.profile)
+            np.shape(self.mass),
+            np.shape(self.velocity),
+            np.shape(self.external_force),
+            _profile_shape(self.profile),
         )
 
     @cached_property

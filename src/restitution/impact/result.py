@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 VARIABLES = {
     "indentation_depth": ("m", "indentation depth d"),
-    "velocity": ("m/s", "velocity v"),
+    "indentation_velocity": ("m/s", "indentation velocity v"),
     "force": ("N", "normal force F"),
     "contact_radius": ("m", "contact radius a"),
     "kinetic_energy": ("J", "kinetic energy of the body"),
@@ -131,7 +131,7 @@ class ImpactResult:
         """
         depth = np.maximum(self.residual_indentation_depth, 0.0)
         speed = np.asarray(self.rebound_velocity)
-        push = 2.0 * self._column("force") * depth / self._column("mass")
+        push = 2.0 * self._column("external_force") * depth / self._column("mass")
         with np.errstate(invalid="ignore", divide="ignore"):
             arrives = np.sqrt(speed**2 - push)
             flight = np.where(speed > 0.0, 2.0 * depth / (speed + arrives), np.inf)
@@ -184,7 +184,7 @@ class ImpactResult:
         Returns
         -------
         xarray.Dataset
-            `indentation_depth`, `velocity`, `force`, `contact_radius` over `time`, with units, and
+            `indentation_depth`, `indentation_velocity`, `force`, `contact_radius` over `time`, with units, and
             `kinetic_energy`; with the exact method also `stored_energy`, in the springs of the foundation
             (elements which have left count with what they had then), and `dissipated_energy`. The three add
             up to the kinetic energy before the impact and the work of the constant force.
@@ -200,7 +200,7 @@ class ImpactResult:
         >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
         >>> impact = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
         >>> result = rs.solve(impact)
-        >>> float(result.sample([0.0]).velocity[0])
+        >>> float(result.sample([0.0]).indentation_velocity[0])
         1.0
         """
         if n_points < 2:
@@ -316,7 +316,7 @@ class ImpactResult:
 
     def _energy_columns(self, trajectory: Trajectory) -> list[NDArray[np.float64]]:
         """Energies [J] along a trajectory: kinetic, then stored and dissipated if the method tells."""
-        columns = [0.5 * self._column("mass") * trajectory.velocity**2]
+        columns = [0.5 * self._column("mass") * trajectory.indentation_velocity**2]
         if self.method == "exact":
             unit = self._column("mass") * self._column("velocity") ** 2
             columns.extend(

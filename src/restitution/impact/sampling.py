@@ -37,7 +37,7 @@ class Sampled(NamedTuple):
         """Where the energy went."""
         kinetic = 0.5 * float(self.impact.mass) * float(self.impact.velocity) ** 2
         out = kinetic * self.fields["restitution_coefficient"] ** 2
-        work = float(self.impact.force) * self.fields["residual_indentation_depth"]
+        work = float(self.impact.external_force) * self.fields["residual_indentation_depth"]
         residual = (out + self.dissipated + self.stored - kinetic - work) / kinetic
         return EnergyBudget(kinetic, out, self.dissipated, self.stored, residual)
 

@@ -78,7 +78,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
             isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0),
             "the bulk relaxes",
         ),
-        (bool(np.any(impact.force)), "a constant force acts"),
+        (bool(np.any(impact.external_force)), "a constant force acts"),
     ]
     for wrong, reason in reasons:
         if wrong:
@@ -252,7 +252,7 @@ def scale(impact: Impact, depth_factor: float = 4.0, rtol: float = 0.0) -> Scale
     series = impact.reduced_modulus
     size = math.prod(impact.shape)
     mass, velocity, force = (
-        _flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.force)
+        _flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)
     )
     moduli = np.broadcast_to(series.branch_moduli, (size, series.branch_moduli.size))
     times = np.broadcast_to(series.relaxation_times, (size, series.relaxation_times.size))
@@ -279,7 +279,7 @@ def scale_alike(impacts: Sequence[Impact]) -> ScaledBlock:
             x.profile.path_coefficient,
             x.mass,
             x.velocity,
-            x.force,
+            x.external_force,
         )
         for one, x in zip(series, impacts, strict=True)
     ]

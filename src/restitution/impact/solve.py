@@ -252,7 +252,9 @@ def impact_columns(
         The columns of `restitution.impact.rows.si_columns`; a row that failed is NaN, and its status says why.
     """
     block, outcomes = _outcomes(impact, rtol, workers, progress, alone=False)
-    mass, velocity, force = (_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force))
+    mass, velocity, force = (
+        _flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.external_force)
+    )
     columns = si_columns(outcomes, block, mass, velocity)
     if energy:
         restitution = columns["restitution_coefficient"]
@@ -352,7 +354,9 @@ def _energy_budget(
     impact: Impact, block: ScaledBlock, rtol: float, restitution: Array, workers: int | None
 ) -> EnergyBudget:
     """Energy budget of solved impacts, from a finer solve; `restitution` is what was reported."""
-    mass, velocity, force = (_flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.force))
+    mass, velocity, force = (
+        _flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.external_force)
+    )
     columns = energy_columns(block, rtol, mass, velocity, force, restitution, workers)
     return EnergyBudget(*(_shaped(column, impact.shape) for column in columns.values()))
 

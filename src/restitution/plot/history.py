@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _UNITS = {
     "time": "s",
     "indentation_depth": "m",
-    "velocity": "m/s",
+    "indentation_velocity": "m/s",
     "force": "N",
     "contact_radius": "m",
 }

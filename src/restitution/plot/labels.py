@@ -11,7 +11,7 @@ _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3:
 SYMBOLS = {
     "time": r"$t$",
     "indentation_depth": r"$d$",
-    "velocity": r"$v$",
+    "indentation_velocity": r"$v$",
     "force": r"$F$",
     "contact_radius": r"$a$",
     "restitution_coefficient": r"$e$",

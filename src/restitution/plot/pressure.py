@@ -27,7 +27,7 @@ _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREE
 def turning_time(result: ImpactResult) -> float:
     """Time [s] of the greatest depth, to about a thousandth."""
     history = result.history
-    return float(np.interp(0.0, -history["velocity"].values, history["time"].values))
+    return float(np.interp(0.0, -history["indentation_velocity"].values, history["time"].values))
 
 
 def instants(result: ImpactResult) -> np.ndarray[Any, Any]:

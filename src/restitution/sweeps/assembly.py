@@ -123,7 +123,7 @@ def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: 
                     profile=profile,
                     mass=mass[places],
                     velocity=velocity[places],
-                    force=force[places],
+                    external_force=force[places],
                 ),
             )
         return

@@ -53,7 +53,7 @@ def sweep(
     axes : dict
         By name of a quantity: `Linear`, `Logarithmic`, a sequence of numbers or objects, or one value for all
         points. By name of a dimension of your own: `Samples`. Quantities are those of the impact (`velocity`,
-        `mass`, `force`), of its profile (`radius`, `half_angle`), of its material (`poisson_ratio` or `nu`,
+        `mass`, `external_force`), of its profile (`radius`, `half_angle`), of its material (`poisson_ratio` or `nu`,
         `bulk_modulus`, `equilibrium_modulus`, `branch_modulus`, `viscosity`, `relaxation_time`,
         `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), the materials themselves
         (`material`, `counter_material`), and the arguments of the function.

@@ -84,7 +84,7 @@ INPUTS = {
         _positive("mass", "kg", "mass", r"$m$"),
         _positive("density", "kg/m^3", "density of the body", r"$\rho$"),
         _positive("radius", "m", "radius", r"$R$"),
-        _nonnegative("force", "N", "constant force", r"$F_0$"),
+        _nonnegative("external_force", "N", "constant external force", r"$F_0$"),
         _positive("half_angle", "rad", "half angle of the cone", r"$\alpha$"),
         # T is the contact time, with which a picture may show it.
         _positive("temperature", "K", "temperature", r"$\theta$"),

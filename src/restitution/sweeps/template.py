@@ -15,7 +15,7 @@ from restitution.sweeps.combination import Columns
 from restitution.sweeps.description import describe
 from restitution.sweeps.material import MATERIAL_NAMES, HeldElastic, check_names
 
-NUMBERS = ("mass", "velocity", "force")
+NUMBERS = ("mass", "velocity", "external_force")
 """What axes set of the impact itself."""
 
 
