@@ -6,7 +6,11 @@ import sys
 import llvmlite.binding as llvm
 import numpy._core._multiarray_umath as umath
 
-NEEDED = {"generic": (), "haswell": ("avx2", "fma", "bmi2"), "skylake-avx512": ("avx512f", "avx512vl", "avx512dq")}
+NEEDED = {
+    "generic": (),
+    "haswell": ("avx2", "fma", "bmi2"),
+    "skylake-avx512": ("avx512f", "avx512vl", "avx512dq"),
+}
 
 if sys.argv[1] == "--numpy-avx512":
     features = umath.__cpu_features__
