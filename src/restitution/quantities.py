@@ -158,6 +158,24 @@ INPUTS = {
 }
 """What an axis of a sweep may set by name; a builder or a case file may have further quantities."""
 
+CONSTANTS = {
+    one.name: one
+    for one in (
+        _positive("shear_modulus", MODULUS, "shear modulus", r"$G$"),
+        _positive("youngs_modulus", MODULUS, "Young's modulus", r"$E$"),
+        _positive("maxwell_modulus", MODULUS, "shear modulus of the Maxwell part", r"$G_\mathrm{M}$"),
+        _positive("maxwell_viscosity", VISCOSITY, "viscosity of the Maxwell part", r"$\eta_\mathrm{M}$"),
+        _positive("kelvin_modulus", MODULUS, "shear modulus of the Kelvin-Voigt part", r"$G_\mathrm{K}$"),
+        _positive("kelvin_viscosity", VISCOSITY, "viscosity of the Kelvin-Voigt part", r"$\eta_\mathrm{K}$"),
+        _nonnegative("bulk_viscosity", VISCOSITY, "viscosity in bulk", r"$\zeta$"),
+        _nonnegative("parallel_viscosity", VISCOSITY, "viscosity of a parallel dashpot", r"$\eta$"),
+        _positive("coefficient", NUMBER, "coefficient of the springpot in Pa s^exponent", r"$V$"),
+        Quantity("exponent", NUMBER, "exponent of the springpot", r"$\alpha$", 0.01, 0.99),
+        Quantity("approximation_rtol", NUMBER, "relative error of the Prony series", "", 1e-10, 0.1),
+    )
+}
+"""Further constants of material models."""
+
 ALIASES = {"nu": "poisson_ratio", "p1": "poisson_ratio"}
 
 OUTPUTS = {

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
-from numpy.typing import ArrayLike
-
-from restitution.checks import nonnegative, positive
+from restitution.material import models
 from restitution.material.connection import series_connection
 from restitution.material.conversion import shear_from_tension
+from restitution.material.models import ONE_BULK, material_model
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.quantities import CONSTANTS
+
+YoungsModulus = Annotated[float, CONSTANTS["youngs_modulus"]]
 
 
+@material_model(ONE_BULK)
 def standard_solid(
-    equilibrium_modulus: float,
-    branch_modulus: float,
-    viscosity: float,
+    equilibrium_modulus: models.EndModulus,
+    branch_modulus: models.BranchModulus,
+    viscosity: models.Viscosity,
     *,
-    poisson_ratio: float | None = None,
-    bulk_modulus: float | None = None,
-    density: float | None = None,
+    poisson_ratio: models.PoissonRatio | None = None,
+    bulk_modulus: models.BulkModulus | None = None,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Standard solid in shear, G(t) = G_inf + G_1 exp(-G_1 t/eta), elastic in bulk.
@@ -60,20 +64,19 @@ def standard_solid(
     >>> print(round(solid.poisson_ratio, 12))
     0.45
     """
-    equilibrium = float(nonnegative("equilibrium_modulus", equilibrium_modulus, "Pa"))
-    branch = float(positive("branch_modulus", branch_modulus, "Pa"))
-    time = float(positive("viscosity", viscosity, "Pa s")) / branch
-    bulk = _elastic_bulk(equilibrium, poisson_ratio, bulk_modulus)
-    return Material(PronySeries(equilibrium, [branch], [time]), bulk, density=density, name=name)
+    shear = PronySeries(equilibrium_modulus, [branch_modulus], [viscosity / branch_modulus])
+    bulk = _elastic_bulk(equilibrium_modulus, poisson_ratio, bulk_modulus)
+    return Material(shear, bulk, density=density, name=name)
 
 
+@material_model(("shear_modulus", "youngs_modulus"), ONE_BULK)
 def elastic(
     *,
-    shear_modulus: float | None = None,
-    youngs_modulus: float | None = None,
-    poisson_ratio: float | None = None,
-    bulk_modulus: float | None = None,
-    density: float | None = None,
+    shear_modulus: models.ShearModulus | None = None,
+    youngs_modulus: YoungsModulus | None = None,
+    poisson_ratio: models.PoissonRatio | None = None,
+    bulk_modulus: models.BulkModulus | None = None,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Elastic material, from a modulus and one more constant.
@@ -108,25 +111,23 @@ def elastic(
     >>> steel.shear
     PronySeries(84000000000.0)
     """
-    if (shear_modulus is None) == (youngs_modulus is None):
-        raise ValueError(
-            f"shear_modulus = {shear_modulus}, youngs_modulus = {youngs_modulus}: exactly one must be given"
-        )
     if shear_modulus is None:
-        tension = PronySeries(float(positive("youngs_modulus", youngs_modulus, "Pa")))
+        assert youngs_modulus is not None
+        tension = PronySeries(youngs_modulus)
         series = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
         shear = series.equilibrium_modulus
     else:
-        shear = float(positive("shear_modulus", shear_modulus, "Pa"))
+        shear = shear_modulus
     return Material(shear, _elastic_bulk(shear, poisson_ratio, bulk_modulus), density=density, name=name)
 
 
+@material_model()
 def maxwell(
-    shear_modulus: float,
-    viscosity: float,
+    shear_modulus: models.ShearModulus,
+    viscosity: models.Viscosity,
     *,
-    bulk_modulus: float,
-    density: float | None = None,
+    bulk_modulus: models.BulkModulus,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Maxwell liquid in shear, G(t) = G exp(-G t/eta), elastic in bulk.
@@ -149,19 +150,19 @@ def maxwell(
     >>> maxwell(2.0, 6.0, bulk_modulus=10.0).shear
     PronySeries(0.0, [2.0], [3.0])
     """
-    modulus = float(positive("shear_modulus", shear_modulus, "Pa"))
-    time = float(positive("viscosity", viscosity, "Pa s")) / modulus
-    return Material(PronySeries(0.0, [modulus], [time]), bulk_modulus, density=density, name=name)
+    shear = PronySeries(0.0, [shear_modulus], [viscosity / shear_modulus])
+    return Material(shear, bulk_modulus, density=density, name=name)
 
 
+@material_model(ONE_BULK)
 def kelvin_voigt(
-    shear_modulus: float,
-    viscosity: float,
+    shear_modulus: models.EndModulus,
+    viscosity: models.Viscosity,
     *,
-    poisson_ratio: float | None = None,
-    bulk_modulus: float | None = None,
-    bulk_viscosity: float = 0.0,
-    density: float | None = None,
+    poisson_ratio: models.PoissonRatio | None = None,
+    bulk_modulus: models.BulkModulus | None = None,
+    bulk_viscosity: models.BulkViscosity = 0.0,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Kelvin-Voigt solid in shear, G(t) = G + eta delta(t), elastic or Kelvin-Voigt in bulk.
@@ -190,21 +191,21 @@ def kelvin_voigt(
     >>> kelvin_voigt(2.0, 6.0, poisson_ratio=0.5).shear
     PronySeries(2.0, parallel_viscosity=6.0)
     """
-    modulus = float(nonnegative("shear_modulus", shear_modulus, "Pa"))
-    shear = PronySeries(modulus, parallel_viscosity=float(positive("viscosity", viscosity, "Pa s")))
-    constant = _elastic_bulk(modulus, poisson_ratio, bulk_modulus)
+    shear = PronySeries(shear_modulus, parallel_viscosity=viscosity)
+    constant = _elastic_bulk(shear_modulus, poisson_ratio, bulk_modulus)
     bulk = constant if constant == math.inf else PronySeries(constant, parallel_viscosity=bulk_viscosity)
     return Material(shear, bulk, density=density, name=name)
 
 
+@material_model()
 def burgers(
-    maxwell_modulus: float,
-    maxwell_viscosity: float,
-    kelvin_modulus: float,
-    kelvin_viscosity: float,
+    maxwell_modulus: Annotated[float, CONSTANTS["maxwell_modulus"]],
+    maxwell_viscosity: Annotated[float, CONSTANTS["maxwell_viscosity"]],
+    kelvin_modulus: Annotated[float, CONSTANTS["kelvin_modulus"]],
+    kelvin_viscosity: Annotated[float, CONSTANTS["kelvin_viscosity"]],
     *,
-    bulk_modulus: float,
-    density: float | None = None,
+    bulk_modulus: models.BulkModulus,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Burgers liquid in shear: a Maxwell and a Kelvin-Voigt body in series; elastic in bulk.
@@ -235,24 +236,21 @@ def burgers(
     >>> print(ice.shear.n_branches, round(float(ice.shear.creep_compliance(3.0)), 6))
     2 1.950213
     """
-    spring = float(positive("maxwell_modulus", maxwell_modulus, "Pa"))
-    time = float(positive("maxwell_viscosity", maxwell_viscosity, "Pa s")) / spring
-    kelvin = PronySeries(
-        float(positive("kelvin_modulus", kelvin_modulus, "Pa")),
-        parallel_viscosity=float(positive("kelvin_viscosity", kelvin_viscosity, "Pa s")),
-    )
-    shear = series_connection(PronySeries(0.0, [spring], [time]), kelvin)
+    maxwell_part = PronySeries(0.0, [maxwell_modulus], [maxwell_viscosity / maxwell_modulus])
+    kelvin_part = PronySeries(kelvin_modulus, parallel_viscosity=kelvin_viscosity)
+    shear = series_connection(maxwell_part, kelvin_part)
     return Material(shear, bulk_modulus, density=density, name=name)
 
 
+@material_model(ONE_BULK)
 def generalised_maxwell(
-    equilibrium_modulus: float,
-    branch_moduli: ArrayLike,
-    relaxation_times: ArrayLike,
+    equilibrium_modulus: models.EndModulus,
+    branch_moduli: models.Moduli,
+    relaxation_times: models.Times,
     *,
-    poisson_ratio: float | None = None,
-    bulk_modulus: float | None = None,
-    density: float | None = None,
+    poisson_ratio: models.PoissonRatio | None = None,
+    bulk_modulus: models.BulkModulus | None = None,
+    density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
     """Generalised Maxwell material in shear, G(t) = G_inf + sum G_k exp(-t/tau_k), elastic in bulk.
@@ -285,10 +283,6 @@ def generalised_maxwell(
 
 
 def _elastic_bulk(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:
-    if (poisson_ratio is None) == (bulk_modulus is None):
-        raise ValueError(
-            f"poisson_ratio = {poisson_ratio}, bulk_modulus = {bulk_modulus}: exactly one must be given"
-        )
     if poisson_ratio is not None:
         return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
     assert bulk_modulus is not None

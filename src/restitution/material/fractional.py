@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import nonnegative, positive, within
+from restitution.material import models
 from restitution.material.prony import PronySeries
 from restitution.material.spectrum import discretise, relaxation_by_quadrature
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.quantities import CONSTANTS
 
 Array = NDArray[np.float64]
+ApproximationRtol = Annotated[float, CONSTANTS["approximation_rtol"]]
+_P = ParamSpec("_P")
 
 
 class Window(NamedTuple):
@@ -269,7 +274,37 @@ class FractionalMaterial:
         return ApproximateMaterial(material, error)
 
 
-def springpot(coefficient: float, exponent: float) -> FractionalModel:
+def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, FractionalModel]:
+    """Register a function for the relaxation in shear as a material model with an elastic bulk."""
+    shear = models.checked(function)
+
+    def build(
+        *,
+        poisson_ratio: models.PoissonRatio | None = None,
+        bulk_modulus: models.BulkModulus | None = None,
+        approximation_rtol: ApproximationRtol = 1e-6,
+        density: models.Density | None = None,
+        name: str | None = None,
+        **constants: Any,
+    ) -> FractionalMaterial:
+        model: FractionalModel = shear(**constants)  # pyright: ignore[reportCallIssue]
+        if poisson_ratio is not None:
+            bulk_modulus = bulk_from_poisson_ratio(model.equilibrium_modulus, poisson_ratio)
+        assert bulk_modulus is not None
+        return FractionalMaterial(model, bulk_modulus, density, name, approximation_rtol)
+
+    common = models.constants_of(build)
+    del common["density"]
+    constants = models.constants_of(function) | common
+    complete = models.checked(build, (models.ONE_BULK,))
+    models.register(
+        models.MaterialModel(function.__name__, complete, constants, (models.ONE_BULK,), needs_window=True)
+    )
+    return shear
+
+
+@_fractional_model
+def springpot(coefficient: models.Coefficient, exponent: models.Exponent) -> FractionalModel:
     """Springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha].
 
     Examples
@@ -280,8 +315,9 @@ def springpot(coefficient: float, exponent: float) -> FractionalModel:
     return FractionalModel(0.0, coefficient, exponent)
 
 
+@_fractional_model
 def fractional_kelvin_voigt(
-    equilibrium_modulus: float, coefficient: float, exponent: float
+    equilibrium_modulus: models.EndModulus, coefficient: models.Coefficient, exponent: models.Exponent
 ) -> FractionalModel:
     """Fractional Kelvin-Voigt solid: a spring G_inf [Pa] and a springpot V [Pa s^alpha] in parallel.
 
@@ -293,7 +329,10 @@ def fractional_kelvin_voigt(
     return FractionalModel(equilibrium_modulus, coefficient, exponent)
 
 
-def fractional_maxwell(modulus: float, relaxation_time: float, exponent: float) -> FractionalModel:
+@_fractional_model
+def fractional_maxwell(
+    branch_modulus: models.BranchModulus, relaxation_time: models.Time, exponent: models.Exponent
+) -> FractionalModel:
     """Fractional Maxwell liquid G(t) = G_1 E_alpha(-(t/tau)^alpha); G_1 [Pa], tau [s].
 
     Examples
@@ -301,11 +340,15 @@ def fractional_maxwell(modulus: float, relaxation_time: float, exponent: float) 
     >>> print(round(fractional_maxwell(2.0, 1.0, 0.5).carson_transform(1.0), 12))
     1.0
     """
-    return fractional_zener(0.0, modulus, relaxation_time, exponent)
+    return fractional_zener(0.0, branch_modulus, relaxation_time, exponent)
 
 
+@_fractional_model
 def fractional_zener(
-    equilibrium_modulus: float, branch_modulus: float, relaxation_time: float, exponent: float
+    equilibrium_modulus: models.EndModulus,
+    branch_modulus: models.BranchModulus,
+    relaxation_time: models.Time,
+    exponent: models.Exponent,
 ) -> FractionalModel:
     """Fractional Zener solid G(t) = G_inf + G_1 E_alpha(-(t/tau)^alpha); G_inf, G_1 [Pa], tau [s].
 
@@ -314,7 +357,5 @@ def fractional_zener(
     >>> fractional_zener(1.0, 3.0, 2.0, 0.5).instantaneous_modulus
     4.0
     """
-    modulus = float(positive("branch_modulus", branch_modulus, "Pa"))
-    time = float(positive("relaxation_time", relaxation_time, "s"))
-    alpha = float(within("exponent", exponent, 0.01, 0.99))
-    return FractionalModel(equilibrium_modulus, modulus * time**alpha, alpha, modulus)
+    coefficient = branch_modulus * relaxation_time**exponent
+    return FractionalModel(equilibrium_modulus, coefficient, exponent, branch_modulus)

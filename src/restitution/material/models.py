@@ -1,0 +1,178 @@
+"""The registry of material models: a function from constants to a material is one entry.
+
+A new model is one function with the decorator `material_model`. Case files, the command line and the documentation
+read its constants, their units and their ranges from its signature.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import wraps
+from importlib import import_module
+from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution.errors import InputError
+from restitution.quantities import CONSTANTS, INPUTS, Quantity
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+EndModulus = Annotated[float, INPUTS["equilibrium_modulus"]]
+BranchModulus = Annotated[float, INPUTS["branch_modulus"]]
+ShearModulus = Annotated[float, CONSTANTS["shear_modulus"]]
+Moduli = Annotated[ArrayLike, INPUTS["branch_moduli"]]
+Time = Annotated[float, INPUTS["relaxation_time"]]
+Times = Annotated[ArrayLike, INPUTS["relaxation_times"]]
+Viscosity = Annotated[float, INPUTS["viscosity"]]
+PoissonRatio = Annotated[float, INPUTS["poisson_ratio"]]
+BulkModulus = Annotated[float, INPUTS["bulk_modulus"]]
+BulkViscosity = Annotated[float, CONSTANTS["bulk_viscosity"]]
+Coefficient = Annotated[float, CONSTANTS["coefficient"]]
+Exponent = Annotated[float, CONSTANTS["exponent"]]
+Density = Annotated[float, INPUTS["density"]]
+
+ONE_BULK = ("poisson_ratio", "bulk_modulus")
+"""Exactly one of these two gives the bulk modulus."""
+_SHARED = ("density", "name")
+
+
+class Constant(NamedTuple):
+    """A constant of a material model.
+
+    Attributes
+    ----------
+    name : str
+        Its name in Python and in case files.
+    quantity : Quantity
+        Its dimension, unit, words and admissible range.
+    is_list : bool
+        Whether it is a list of numbers.
+    required : bool
+        Whether it must be given.
+    """
+
+    name: str
+    quantity: Quantity
+    is_list: bool = False
+    required: bool = True
+
+
+class MaterialModel(NamedTuple):
+    """A material model by name.
+
+    Attributes
+    ----------
+    name : str
+        Name of the model, that of its function.
+    build : callable
+        Makes a `Material` or a `FractionalMaterial` from the constants in SI, and from `density` and `name`.
+    constants : dict
+        The constants by name, without the density, which every material has.
+    one_of : tuple of tuple of str
+        From each group of constants exactly one must be given.
+    needs_window : bool
+        Whether `build` returns a `FractionalMaterial`, which becomes a material by `within(window)`.
+    """
+
+    name: str
+    build: Callable[..., Any]
+    constants: dict[str, Constant]
+    one_of: tuple[tuple[str, ...], ...] = ()
+    needs_window: bool = False
+
+
+_MODELS: dict[str, MaterialModel] = {}
+
+
+def material_models() -> dict[str, MaterialModel]:
+    """Return all registered models by name.
+
+    Examples
+    --------
+    >>> list(material_models()["maxwell"].constants)
+    ['shear_modulus', 'viscosity', 'bulk_modulus']
+    """
+    for module in ("classical", "fractional"):
+        import_module(f"restitution.material.{module}")  # registers its models
+    return dict(_MODELS)
+
+
+def register(model: MaterialModel) -> None:
+    """Add a model to the registry."""
+    _MODELS[model.name] = model
+
+
+def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+    """Register a function as a material model, and check its arguments before each call.
+
+    Parameters
+    ----------
+    *one_of : tuple of str
+        Groups of parameters; exactly one of each group must be given.
+
+    Returns
+    -------
+    callable
+        Decorator. The parameters of the function must be annotated as ``Annotated[float, quantity]``.
+    """
+
+    def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
+        checked_function = checked(function, one_of)
+        constants = {name: one for name, one in constants_of(function).items() if name not in _SHARED}
+        register(MaterialModel(function.__name__, checked_function, constants, one_of))
+        return checked_function
+
+    return decorate
+
+
+def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
+    """Return the parameters of a function that are annotated with a quantity."""
+    hints = get_type_hints(function, include_extras=True)
+    found: dict[str, Constant] = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        for hint in (hints[name], *get_args(hints[name])):
+            if get_origin(hint) is Annotated:
+                kind, quantity = get_args(hint)[:2]
+                required = parameter.default is parameter.empty
+                found[name] = Constant(name, quantity, kind is not float, required)
+    return found
+
+
+def checked(
+    function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = (), section: str = ""
+) -> Callable[_P, _T]:
+    """Return a function that converts its arguments to SI and checks their ranges before the call."""
+    signature, constants = inspect.signature(function), constants_of(function)
+
+    @wraps(function)
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+        bound = signature.bind(*args, **kwargs)
+        given = bound.arguments
+        for name, constant in constants.items():
+            if given.get(name) is not None or (constant.required and name in given):
+                given[name] = _checked(constant, given[name])
+        for group in one_of:
+            exactly_one(**{name: given.get(name) for name in group})
+        return function(*bound.args, **bound.kwargs)
+
+    return call
+
+
+def _checked(constant: Constant, value: Any) -> Any:
+    number = constant.quantity.check(value, constant.name)
+    if isinstance(number, np.ndarray) and not constant.is_list:
+        raise InputError(constant.name, value, "must be a single number", constant.quantity.unit)
+    return number
+
+
+def exactly_one(**values: Any) -> None:
+    """Refuse values that are all absent, or more than one of which is given."""
+    given = [name for name, value in values.items() if value is not None]
+    if len(given) != 1:
+        names = ", ".join(values)
+        count = f"{' and '.join(given)} are given" if given else "none is given"
+        raise InputError(names, wanted=f"exactly one must be given; {count}")
