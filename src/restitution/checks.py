@@ -47,10 +47,9 @@ def _without_unit(name: str, value: Any, unit: str) -> Any:
     try:
         if hasattr(value, "magnitude"):
             return value.to(unit or "dimensionless").magnitude
-        return value.to_value(unit.replace(" ", "*") or "")
-    except (
-        Exception
-    ):  # each library of units has its own classes of errors, which it need not be imported for
+        return value.to_value(unit.replace(" ", "*").replace("^", "**"))
+    # Each library of units has its own classes of errors.
+    except Exception:
         wanted = f"must be a quantity in {unit}" if unit else "must be a plain number"
         raise InputError(name, str(value), wanted) from None
 

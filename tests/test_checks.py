@@ -1,0 +1,165 @@
+"""Numbers at the boundary: units are converted or refused, what is no number is refused."""
+
+import pickle
+import warnings
+from decimal import Decimal
+
+import numpy as np
+import pint
+import pytest
+import unyt
+import xarray as xr
+from astropy import units as astropy_units
+
+from restitution import quantities
+from restitution.checks import between, finite, nonnegative, number, one_of, positive, whole, within
+from restitution.errors import InputError, InputTypeError
+
+ureg = pint.UnitRegistry()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        100.0 * ureg.cm / ureg.s,
+        unyt.unyt_quantity(100, "cm/s"),
+        100.0 * astropy_units.cm / astropy_units.s,
+        xr.DataArray(100.0, attrs={"units": "cm/s"}),
+        xr.DataArray(1.0, attrs={"units": "m/s"}),
+        xr.DataArray(1.0),
+        np.float32(1.0),
+        np.array(1),
+        Decimal(1),
+        1,
+    ],
+    ids=lambda value: type(value).__module__ + "." + type(value).__name__,
+)
+def test_one_metre_per_second_however_it_is_written(value):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert positive("velocity", value, "m/s") == pytest.approx(1.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("library", ["pint", "unyt", "astropy", "list of pint"])
+def test_arrays_are_converted_as_a_whole(library):
+    speeds = np.random.default_rng(7).uniform(0.1, 10.0, 17)
+    value = {
+        "pint": speeds * 1e3 * ureg.mm / ureg.s,
+        "unyt": unyt.unyt_array(speeds * 1e3, "mm/s"),
+        "astropy": speeds * 1e3 * astropy_units.mm / astropy_units.s,
+        "list of pint": [speed * 3.6 * ureg.km / ureg.hour for speed in speeds],
+    }[library]
+    assert np.asarray(positive("velocity", value, "m/s")) == pytest.approx(speeds, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        1.0 * ureg.kg,
+        unyt.unyt_quantity(1, "kg"),
+        1.0 * astropy_units.kg,
+        xr.DataArray(1.0, attrs={"units": "kg"}),
+        xr.DataArray(1.0, attrs={"units": "no unit at all"}),
+        [1.0 * ureg.m / ureg.s, 1.0 * ureg.kg],
+        1.0 * ureg.dimensionless,
+    ],
+)
+def test_another_dimension_is_refused(value):
+    with pytest.raises(InputError, match="velocity") as caught:
+        positive("velocity", value, "m/s")
+    assert "m/s" in caught.value.wanted
+
+
+def test_a_plain_number_takes_no_unit_but_a_dimensionless_one():
+    assert within("poisson_ratio", 45.0 * ureg.percent, -1.0, 0.5) == pytest.approx(0.45)
+    with pytest.raises(InputError):
+        within("poisson_ratio", 0.45 * ureg.m, -1.0, 0.5)
+
+
+@pytest.mark.parametrize("unit", ["Pa s", "kg/m^3", "m/s^2", "J/mol", "K", "rad"])
+def test_units_of_the_registry_are_known_to_all_libraries(unit):
+    for value in (
+        ureg.Quantity(2.0, unit),
+        unyt.unyt_quantity(2.0, unit.replace(" ", "*").replace("^", "**")),
+        astropy_units.Quantity(2.0, unit),
+    ):
+        assert positive("x", value, unit) == pytest.approx(2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None, "1 m/s", b"1", True, 1j, np.array([1 + 0j]), np.array(["1", "2"]), [1, "a"], [True, False], object(),
+        np.datetime64("2024-01-01"), np.timedelta64(1, "s"), {"a": 1}, [[1], [1, 2]],
+        np.ma.array([1.0, 2.0], mask=[False, True]), np.ma.masked,
+    ],
+)  # fmt: skip
+def test_what_is_no_number_is_refused(value):
+    with pytest.raises(InputTypeError) as caught:
+        number("velocity", value, "m/s")
+    assert caught.value.field == "velocity"
+    assert "\n" not in str(caught.value)
+
+
+def test_a_masked_array_without_masked_values_is_an_array():
+    assert np.asarray(finite("x", np.ma.array([1.0, 2.0], mask=False))).tolist() == [1.0, 2.0]
+
+
+def test_an_integer_beyond_all_doubles_is_refused_in_one_short_line():
+    with pytest.raises(InputError) as caught:
+        positive("velocity", 10**400)
+    assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize(
+    ("check", "good", "bad"),
+    [
+        (finite, -1.0, np.inf),
+        (positive, 1e-300, 0.0),
+        (nonnegative, 0.0, -1e-300),
+        (lambda name, x: within(name, x, 0.0, 1.0), 1.0, 1.0000001),
+        (lambda name, x: between(name, x, 0.0, 1.0), 0.5, 1.0),
+    ],
+)
+def test_ranges(check, good, bad):
+    assert check("x", good) == good
+    for value in (bad, np.nan):
+        with pytest.raises(InputError) as caught:
+            check("x", [good, value, good])
+        assert caught.value.index == (1,)
+        assert np.array_equal(caught.value.value, value, equal_nan=True)
+
+
+def test_whole_numbers_and_choices():
+    assert whole("n", np.int64(3)) == 3
+    for bad in (0, 1.0, True, "1"):
+        with pytest.raises(InputError):
+            whole("n", bad)
+    assert one_of("errors", "warn", ("raise", "warn")) == "warn"
+    with pytest.raises(InputError, match="'raise' or 'warn'"):
+        one_of("errors", "stop", ("raise", "warn"))
+
+
+def test_errors_keep_their_parts_when_they_travel():
+    error = InputError("velocity", -1.0, "must be finite and > 0", "m/s", index=(2,)).within(
+        "impact", where="a.toml"
+    )
+    twin = pickle.loads(pickle.dumps(error))
+    assert str(twin) == str(error) == "a.toml: impact.velocity[2] = -1 m/s: must be finite and > 0"
+    assert (twin.field, twin.value, twin.unit, twin.where) == ("impact.velocity", -1.0, "m/s", "a.toml")
+
+
+@pytest.mark.parametrize("quantity", quantities.INPUTS.values(), ids=lambda quantity: quantity.name)
+def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
+    inside = min(max(quantity.low, -1.0) + 0.25, 0.5 * (quantity.low + min(quantity.high, 10.0)))
+    assert quantity.check(inside) == inside
+    assert quantity.check(inside * pint.UnitRegistry().Quantity(1.0, quantity.unit or "1")) == pytest.approx(
+        inside
+    )
+    outside = [quantity.low - 1.0, np.nan]
+    outside += [quantity.low] if quantity.open else []
+    outside += [] if quantity.infinite else [quantity.high + 1.0 if np.isfinite(quantity.high) else np.inf]
+    for value in outside:
+        with pytest.raises(InputError) as caught:
+            quantity.check(value)
+        assert caught.value.field == quantity.name
