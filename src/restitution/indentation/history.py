@@ -191,10 +191,17 @@ class History:
         knots: list[Array] = []
         pieces: list[Array] = []
         for n, c in enumerate(self.coefficients):
-            inner = _zeros(c) + _zeros(slopes[n]) if bends[n] else []
-            places = np.array([0.0, *sorted(set(inner)), 1.0])
-            pieces += [restricted(c, low, high) for low, high in pairwise(places)]
-            knots.append(self.knots[n] + widths[n] * places[:-1])
+            zeros = _zeros(c) if bends[n] else []
+            places = [0.0, *sorted({*zeros, *(_zeros(slopes[n]) if bends[n] else [])}), 1.0]
+            for low, high in pairwise(places):
+                piece = restricted(c, low, high)
+                # Rounding must not leave a value of either sign where the history is zero.
+                if low in zeros:
+                    piece[0] = 0.0
+                if high in zeros:
+                    piece[1] -= piece.sum()
+                pieces.append(piece)
+            knots.append(self.knots[n] + widths[n] * np.array(places[:-1]))
         return History(np.append(np.concatenate(knots), self.stop), np.array(pieces))
 
 
@@ -347,9 +354,7 @@ def _zeros(c: Array) -> list[float]:
         return []
     roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
     real = roots.real[np.abs(roots.imag) < 1e-9]
-    places = np.sort(real[(real > 1e-12) & (real < 1.0 - 1e-12)])
-    if not places.size:
-        return []
+    places = np.sort(real[(real > 0.0) & (real < 1.0)])
     edges = np.concatenate([[0.0], places, [1.0]])
     signs = np.sign(np.polynomial.polynomial.polyval(0.5 * (edges[:-1] + edges[1:]), c))
     return [
@@ -361,8 +366,6 @@ def _zeros(c: Array) -> list[float]:
 
 def restricted(c: Array, u0: float, u1: float) -> Array:
     """Coefficients over [u0, u1] of a polynomial given over [0, 1]."""
-    if (u0, u1) == (0.0, 1.0):
-        return c
     shifted = c.copy()
     for start in range(c.size - 1):
         for n in range(c.size - 2, start - 1, -1):

@@ -52,7 +52,9 @@ def contact_part(history: History, name: str) -> History:
     """
     history = history.cut()
     ends = history.coefficients.sum(axis=1)
-    touching = np.flatnonzero(ends > 0.0)
+    # A piece does not change its sign within, and its middle is far from the rounding of its ends.
+    middles = history.coefficients @ 0.5 ** np.arange(history.coefficients.shape[1])
+    touching = np.flatnonzero(np.where(np.diff(history.knots) > 0.0, middles, ends) > 0.0)
     unit = "m" if name == "depth" else "N"
     first = float(history.coefficients[0, 0])
     if first > 0.0:

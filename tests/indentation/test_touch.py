@@ -1,0 +1,121 @@
+"""Histories that begin before first touch, against the same histories begun at touch, at random contact points."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restitution.contact.profile import Parabola
+from restitution.indentation.history import History
+from restitution.indentation.solve import indent
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+TIP = Parabola(2.5e-6)
+MATERIALS = {
+    "elastic": Material(PronySeries(1.0), math.inf),
+    "standard solid": Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf),
+}
+# Contact points that a straight approach of 1.4 um missed while a cut left a value beside zero.
+MISSED = [4.74815072755433e-07, 4.7384074107310223e-07]
+
+
+def assert_same(material, whole, touch, from_touch, *, atol=1e-9):
+    """Forces of a history given from before touch on, and of the same history given from touch on."""
+    name, values, time = whole
+    _, values_touch, time_touch = from_touch
+    # Both begin and end in time with their own rounding.
+    inside = np.linspace(1e-9, 1.0 - 1e-9, 30) * (time_touch[-1] - time_touch[0]) + time_touch[0]
+    make = (
+        History.from_function if callable(values) else lambda values, time: History.from_points(time, values)
+    )
+    known = indent(material, TIP, **{name: make(values_touch, time_touch)}, time=inside)
+    found = indent(material, TIP, **{name: make(values, time)}, time=inside + touch)
+    for quantity in ("force", "contact_radius"):
+        size = getattr(known, "max_" + quantity)
+        there, here = getattr(known, quantity), getattr(found, quantity)
+        # A root of the depth turns the rounding of a time into more of the radius.
+        allowed = atol if quantity == "force" else math.sqrt(1e-14) + atol
+        assert np.abs(here - there).max() <= allowed * size
+    assert found.contact_end_time == pytest.approx(touch + known.contact_end_time, rel=1e-11)
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_a_straight_approach(material):
+    rng = np.random.default_rng(11)
+    for contact_point in [*MISSED, *rng.uniform(0.0, 1.35e-6, 500)]:
+        values = np.array([0.0, 1.4e-6, 0.0]) - contact_point
+        touch = contact_point / 1e-6
+        assert_same(
+            material,
+            ("depth", values, np.array([0.0, 1.4, 2.8])),
+            touch,
+            ("depth", [0.0, *values[1:]], np.array([0.0, 1.4 - touch, 2.8 - touch])),
+        )
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_an_approach_of_several_lines(material):
+    """Pieces of random slopes and lengths over ten decades of the length before touch, also with a step."""
+    rng = np.random.default_rng(12)
+    for _ in range(250):
+        n = rng.integers(1, 5)
+        rise = np.cumsum(rng.uniform(0.1, 1.0, n + 1) * 10.0 ** rng.uniform(-6.0, 0.0))
+        up = np.cumsum(rng.uniform(0.2, 1.0, n + 1))
+        height = 10.0 ** rng.uniform(-8.0, 2.0) * rise[-1]
+        where = rng.uniform(0.0, 0.9) * (rise[-1] - rise[0])
+        values = np.concatenate([[-height], rise - rise[0], [-rise[-1]]]) - where
+        time = np.concatenate([[0.0], up, [up[-1] + rng.uniform(0.1, 1.0)]])
+        place = int(np.argmax(values > 0.0))
+        low, high = values[place - 1], values[place]
+        touch = time[place - 1] - low * (time[place] - time[place - 1]) / (high - low)
+        assert_same(
+            material,
+            ("depth", values, time),
+            touch,
+            ("depth", [0.0, *values[place:]], np.array([0.0, *(time[place:] - touch)])),
+            # The slope at touch is a difference of heights.
+            atol=1e-9 + 1e-14 * height / values.max(),
+        )
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_an_approach_given_as_a_function(material):
+    rng = np.random.default_rng(13)
+    for _ in range(60):
+        height, stop = rng.uniform(0.0, 0.95), 10.0 ** rng.uniform(-3.0, 3.0)
+        touch = math.asin(height) / math.pi * stop
+
+        def depth(t, height=height, stop=stop):
+            return 1e-6 * (np.sin(math.pi * t / stop) - height)
+
+        end = np.array([touch, stop])
+        assert_same(
+            material,
+            ("depth", depth, np.array([0.0, stop])),
+            touch,
+            ("depth", lambda t, touch=touch: depth(t + touch), end - touch),
+        )
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_a_wait_without_force(material):
+    rng = np.random.default_rng(14)
+    for wait in 10.0 ** rng.uniform(-6.0, 2.0, 100):
+        values, time = np.array([0.0, 1e-9, 1e-9, 0.0]), np.cumsum([0.0, *rng.uniform(0.1, 1.0, 3)])
+        assert_same(
+            material,
+            ("force", [0.0, *values], np.array([0.0, *(time + wait)])),
+            wait,
+            ("force", values, time),
+        )
+
+
+def test_a_cut_is_zero_where_the_history_is():
+    rng = np.random.default_rng(15)
+    for _ in range(1000):
+        low, high = rng.uniform(0.1, 1.0, 2) * 10.0 ** rng.uniform(-9.0, 0.0, 2)
+        cut = History.from_points([0.0, 1.0, 2.0], [-low, high, -low]).cut()
+        assert cut.knots.size == 5
+        assert list(cut.coefficients.sum(axis=1)[[0, 2]]) == [0.0, 0.0]
+        assert list(cut.coefficients[[1, 3], 0]) == [0.0, 0.0]
