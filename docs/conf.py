@@ -6,6 +6,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import module_list
+
+module_list.write()
+
 project = "restitution"
 author = "The restitution developers"
 project_copyright = "The restitution developers"
