@@ -199,6 +199,24 @@ OUTPUTS = {
 }
 """What an impact gives."""
 
+VALIDITY = {
+    one.name: one
+    for one in (
+        _nonnegative(
+            "strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"
+        ),
+        _nonnegative("contact_size_ratio", NUMBER, "contact radius over size of the target", r"$a/h$"),
+        _nonnegative("mach_number", NUMBER, "velocity over shear wave speed", r"$v_0/c$"),
+        Quantity(
+            "radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0
+        ),
+        _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
+        Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
+        _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
+    )
+}
+"""What an impact shows of the assumptions of the theory; see `restitution.validity`."""
+
 HISTORY = {
     one.name: one
     for one in (

@@ -1,0 +1,77 @@
+"""The contact of an indenter with a half-space: the profile and the materials of both bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from restitution.contact.profile import Profile
+from restitution.errors import InputTypeError
+from restitution.material.fractional import FractionalMaterial
+from restitution.material.prony import PronySeries
+from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import Material
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Frictionless contact of an axisymmetric indenter with a viscoelastic half-space.
+
+    Parameters
+    ----------
+    material : Material
+        Material of the half-space.
+    profile : Profile
+        Profile of the indenter, such as `Parabola(radius)`; for two curved bodies that of the gap between them.
+    counter_material : Material, optional
+        Material of the indenter; rigid if left out. The compliances of both bodies add.
+
+    Raises
+    ------
+    InputError
+        If a material or the profile is of another type.
+
+    Examples
+    --------
+    >>> from restitution.contact.profile import Parabola
+    >>> contact = Contact(Material(1e6, 1e9), Parabola(radius=0.01))
+    >>> print(round(contact.reduced_modulus.equilibrium_modulus))
+    3996005
+    """
+
+    material: Material
+    profile: Profile
+    counter_material: Material | None = None
+
+    def __post_init__(self) -> None:
+        _of_type("material", self.material, Material)
+        _of_type("profile", self.profile, Profile)
+        if self.counter_material is not None:
+            _of_type("counter_material", self.counter_material, Material)
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """Materials of the bodies that deform."""
+        return (self.material,) if self.counter_material is None else (self.material, self.counter_material)
+
+    @cached_property
+    def reduced_modulus(self) -> PronySeries:
+        """Reduced relaxation modulus E*(t) [Pa]."""
+        return reduced_modulus(self.material, self.counter_material)
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Times [s] within which the materials of both bodies hold; None where they hold at all times."""
+        windows = [material.window for material in self.materials if material.window is not None]
+        if not windows:
+            return None
+        return max(low for low, _ in windows), min(high for _, high in windows)
+
+
+def _of_type(name: str, value: Any, kind: type) -> None:
+    if isinstance(value, FractionalMaterial):
+        wanted = f"a fractional material holds within a window of time: {name}.within(window), or for_contact"
+        raise InputTypeError(name, wanted=wanted)
+    if not isinstance(value, kind):
+        raise InputTypeError(name, value, f"must be a {kind.__name__}")
