@@ -1,5 +1,6 @@
 import os
 import signal
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -33,9 +34,41 @@ def test_failure_leaves_what_was_there(tmp_path: Path, error: BaseException) -> 
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("data.nc", "old")]
 
 
-def test_block_that_wrote_nothing_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError), whole_file(tmp_path / "data.nc"):
-        pass
+def test_a_link_in_the_way_is_replaced_and_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "victim").write_text("precious")
+    (tmp_path / "data.nc").symlink_to(tmp_path / "victim")
+    with whole_file(tmp_path / "data.nc") as partial:
+        assert not partial.is_symlink()
+        partial.write_text("all")
+    assert (tmp_path / "victim").read_text() == "precious"
+    assert not (tmp_path / "data.nc").is_symlink()
+
+
+def test_partial_files_have_names_that_nobody_can_guess(tmp_path: Path) -> None:
+    with whole_file(tmp_path / "a") as one, whole_file(tmp_path / "a") as other:
+        assert one.name != other.name
+        assert str(os.getpid()) not in one.name.split(".")
+
+
+def test_content_is_on_the_disk_before_its_name_and_the_name_before_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[str] = []
+    sync, replace = os.fsync, os.replace
+
+    def watched_sync(handle: int) -> None:
+        steps.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "content")
+        sync(handle)
+
+    def watched_replace(source: Path, target: Path) -> None:
+        steps.append("rename")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "fsync", watched_sync)
+    monkeypatch.setattr(os, "replace", watched_replace)
+    with whole_file(tmp_path / "a") as partial:
+        partial.write_text("all")
+    assert steps == ["content", "rename", "folder"]
 
 
 def test_new_file_has_the_usual_permissions(tmp_path: Path) -> None:

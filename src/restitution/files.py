@@ -1,8 +1,9 @@
-"""Files that are whole or absent: written beside their place, then moved there in one step."""
+"""Files that are whole or absent, also after a power cut: written beside their place, then renamed."""
 
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -10,6 +11,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import xarray as xr
+
+PARTIAL = ".*.part"
+"""Pattern of the names of partial files."""
+
+
+def partial_name() -> str:
+    """Return a hidden name that no other process uses or can guess."""
+    return f".{secrets.token_hex(8)}.part"
 
 
 @contextmanager
@@ -26,12 +35,17 @@ def whole_file(path: Path | str) -> Generator[Path]:
     Yields
     ------
     pathlib.Path
-        Where to write, in the same folder, so that the last step is a rename within one file system.
+        An empty file in the same folder, so that the last step is a rename within one file system.
 
     Raises
     ------
     OSError
         If the file cannot be written; the error then names `path`. All else that the block raises passes through.
+
+    Notes
+    -----
+    The content reaches the disk before the name does (`fsync`). The partial file is new and has a random name: in a
+    folder that others may write, nobody can put a link in its place beforehand.
 
     Examples
     --------
@@ -43,17 +57,32 @@ def whole_file(path: Path | str) -> Generator[Path]:
     [('note.txt', 'all of it')]
     """
     path = Path(path)
-    # The process number keeps two runs into one folder from writing the same partial file.
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    partial = path.with_name(partial_name())
+    flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
     try:
+        os.close(os.open(partial, flags, 0o666))
         yield partial
+        to_disk(partial)
         os.replace(partial, path)
+        to_disk(path.parent)
     except BaseException as error:
         with suppress(OSError):
             partial.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.strerror and error.filename in (None, str(partial)):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
+
+
+def to_disk(path: Path) -> None:
+    """Wait until the content of a file, or the names in a folder, are on the disk."""
+    folder = path.is_dir()
+    # Windows opens no folders, and some network file systems cannot synchronise them.
+    with suppress(OSError) if folder else suppress():
+        handle = os.open(path, os.O_RDONLY if folder else os.O_RDWR)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def write_netcdf(dataset: xr.Dataset, path: Path | str) -> None:
