@@ -77,7 +77,7 @@ def to_disk(path: Path) -> None:
     """Wait until the content of a file, or the names in a folder, are on the disk."""
     folder = path.is_dir()
     # Windows opens no folders, and some network file systems cannot synchronise them.
-    with suppress(OSError) if folder else suppress():
+    with suppress(*([OSError] if folder else [])):
         handle = os.open(path, os.O_RDONLY if folder else os.O_RDWR)
         try:
             os.fsync(handle)

@@ -8,6 +8,7 @@ from typer.testing import CliRunner, Result
 
 import restitution as rs
 from restitution.cli.main import app
+from restitution.errors import RestitutionWarning
 
 CASE = """
 title = "Rubber"
@@ -72,7 +73,7 @@ def test_failed_impacts_are_counted() -> None:
     text = CASE.replace("[material]", '[profile]\ntype = "tabulated"\nfile = "tip.csv"\n[material]')
     Path("deep.toml").write_text(text + "[axes]\nvelocity = [0.01, 20]\n")
     # On the command line `main` turns it into a line on standard error.
-    with pytest.warns(RuntimeWarning, match=r"^1 of 2 impacts failed and are NaN: 1 TOO_DEEP$"):
+    with pytest.warns(RestitutionWarning, match=r"^1 of 2 impacts failed and are NaN: 1 TOO_DEEP$"):
         answer = run("sweep", "deep.toml", "--out", "out.zarr")
     assert answer.exit_code == 0
 

@@ -29,7 +29,7 @@ def tree(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def client() -> Any:
-    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(**options) as local, distributed.Client(local) as one:
         yield one
 
@@ -88,7 +88,7 @@ def test_more_tasks_than_the_scheduler_is_told_of(client: Any, monkeypatch: pyte
 
 def test_a_worker_that_is_killed_costs_a_retry(tmp_path: Path) -> None:
     rs.sweep(BALL, AXES, chunk=500, out=tmp_path / "threads.zarr")
-    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(**options) as local, distributed.Client(local) as client:
         pids = list(client.run(os.getpid).values())
         victims: list[int] = []
@@ -218,3 +218,20 @@ def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
         "",
         "note: o.zarr: the same command resumes\nerror: interrupted; every file written is whole\n",
     )
+
+
+def test_the_local_cluster_listens_on_this_machine_only() -> None:
+    import psutil
+
+    addresses: set[str] = set()
+
+    def look(*_: int) -> None:
+        me = psutil.Process()
+        for process in (me, *me.children(recursive=True)):
+            for one in process.net_connections(kind="inet"):
+                if one.status == psutil.CONN_LISTEN:
+                    addresses.add(one.laddr.ip)
+
+    rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=50, engine="dask", workers=1, progress=look)
+    assert addresses
+    assert addresses <= {"127.0.0.1", "::1"}

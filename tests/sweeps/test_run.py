@@ -16,6 +16,7 @@ import restitution as rs
 from restitution.contact.power_law import Cone
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
+from restitution.errors import RestitutionWarning
 from restitution.material.classical import generalised_maxwell
 from restitution.material.shift import WLF
 from restitution.sweeps import dataset
@@ -333,7 +334,7 @@ def test_progress_counts_up_to_all() -> None:
 def test_a_point_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
     radius = np.linspace(0.0, 0.002, 50)
     tip = rs.Impact(RUBBER, Tabulated(radius, radius**2 / 0.02), 0.005, 1.0)
-    with pytest.warns(RuntimeWarning, match=r"^1 of 3 impacts failed and are NaN: 1 TOO_DEEP$"):
+    with pytest.warns(RestitutionWarning, match=r"^1 of 3 impacts failed and are NaN: 1 TOO_DEEP$"):
         result = rs.sweep(tip, {"velocity": [0.01, 5.0, 0.1]})
     assert result.status.values.tolist() == [0, 7, 0]
     assert np.isnan(result.max_force.values).tolist() == [False, True, False]
@@ -342,7 +343,7 @@ def test_a_point_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
 def test_a_point_that_is_not_admissible_fails_alone() -> None:
     # The law of the shift diverges at 200 K, which the normal distribution reaches.
     draws = rs.Samples(64, {"temperature": rs.Normal(300.0, 60.0)}, seed=1)
-    with pytest.warns(RuntimeWarning, match=r"^[1-9] of 64 impacts failed and are NaN: \d INADMISSIBLE$"):
+    with pytest.warns(RestitutionWarning, match=r"^[1-9] of 64 impacts failed and are NaN: \d INADMISSIBLE$"):
         result = rs.sweep(impact(EPOXY), {"draw": draws})
     cold = result.temperature.values <= 200.0
     assert cold.any()
@@ -355,7 +356,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
             raise ValueError("radius: this one does not exist")
         return impact(radius=radius)
 
-    with pytest.warns(RuntimeWarning, match=r"^\d of 16 impacts failed and are NaN: \d INADMISSIBLE$"):
+    with pytest.warns(RestitutionWarning, match=r"^\d of 16 impacts failed and are NaN: \d INADMISSIBLE$"):
         result = rs.sweep(build, {"draw": rs.Samples(16, {"radius": rs.Uniform(0.01, 0.018)})})
     np.testing.assert_array_equal(np.isnan(result.contact_time.values), result.radius.values > 0.015)
 
@@ -480,13 +481,6 @@ def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "cpu_count", lambda: 3)
     rs.sweep(BALL, {"velocity": [1.0]})
     assert asked == [3]
-
-
-def test_the_package_is_the_function() -> None:
-    import restitution.sweeps.grid
-
-    assert callable(rs.sweep)
-    assert rs.sweep.grid is restitution.sweeps.grid  # type: ignore[attr-defined]
 
 
 def test_python_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -170,7 +170,8 @@ def _client(cluster: Any, workers: int | None) -> Generator[Any]:
         # Workers that an interrupt ends warn of the tasks that they had.
         options: dict[str, Any] = {
             "threads_per_worker": 1,
-            "dashboard_address": ":0",
+            # Without a host, the scheduler's web server would listen on all interfaces.
+            "dashboard_address": "127.0.0.1:0",
             # What matters comes through the client, in one line.
             "silence_logs": logging.CRITICAL,
         }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from restitution.checks import within
+from restitution.errors import RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.sweeps.dataset import Memory
@@ -175,13 +176,10 @@ def run(
             from restitution.sweeps import store
 
             try:
-                path = store.prepare(Path(out), plan)
+                keeper = stack.enter_context(store.opened(Path(out), plan))
+                path, done = keeper.path, keeper.done()
             except OSError as error:
                 raise OSError(error.errno, error.strerror, str(out)) from error
-            stack.enter_context(store.sole_writer(path))
-            keeper = store.Store(path, plan)
-            keeper.sweep_up()
-            done = keeper.done()
         before = sum(grid.size(index) for index in done)
         chunks = (index for index in grid.chunks() if index not in done)
 
@@ -224,5 +222,6 @@ def _count_failures(keeper: Any, n_points: int) -> None:
         listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
         total = sum(int(counts[status]) for status in failed)
         warnings.warn(
-            f"{total} of {n_points} impacts failed and are NaN: {listed}", RuntimeWarning, stacklevel=3
+            RestitutionWarning("failed", f"{total} of {n_points} impacts failed and are NaN: {listed}"),
+            stacklevel=3,
         )

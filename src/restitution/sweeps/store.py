@@ -1,4 +1,4 @@
-"""The result of a sweep in a Zarr store (format 3), of which every chunk is whole or absent."""
+"""The result of a sweep: arrays in memory, or a Zarr store (format 3) whose chunks carry checksums."""
 
 from __future__ import annotations
 
@@ -6,19 +6,22 @@ import asyncio
 import contextlib
 import json
 import os
-import shutil
+import tempfile
 import warnings
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import google_crc32c
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore
 
-from restitution.files import whole_file
+from restitution.errors import InputError, RestitutionWarning
+from restitution.files import PARTIAL, whole_file
 from restitution.sweeps.dataset import (
     Field,
     coordinate_blocks,
@@ -27,8 +30,8 @@ from restitution.sweeps.dataset import (
     output_fields,
 )
 from restitution.sweeps.grid import Index
-from restitution.sweeps.plan import Plan
-from restitution.sweeps.schema import OUTPUTS, STATUS
+from restitution.sweeps.plan import Plan, hash_of
+from restitution.sweeps.schema import NOT_COMPUTED, OUTPUTS, STATUS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,13 +40,22 @@ Array = NDArray[Any]
 
 # Of coordinates; chunks of the outputs are those of the sweep.
 _COORDINATE_CHUNK = 2**20
+_CHECKSUM = 4
+_REPAIR = "the command or call that made the sweep repairs it"
 
 
-class _WholeFiles(LocalStore):
-    """A folder whose files are written whole or not at all, whatever the version of Zarr."""
+def _refusal(path: Path, wanted: str) -> InputError:
+    return InputError("", wanted=wanted, where=str(path))
 
-    async def set(self, key: str, value: Any) -> None:
-        await asyncio.to_thread(_write, self.root / key, value.to_bytes())
+
+def _is_intact(content: bytes) -> bool:
+    """Whether the checksum at the end of a chunk is that of the rest."""
+    body, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
+    return len(body) > 0 and google_crc32c.value(body) == int.from_bytes(checksum, "little")
+
+
+def _chunk_key(name: str, index: Index) -> str:
+    return "/".join((name, "c", *map(str, index)))
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -52,39 +64,88 @@ def _write(path: Path, content: bytes) -> None:
         partial.write_bytes(content)
 
 
-class Store:
-    """A Zarr store that takes the chunks of one sweep.
+class _WholeFiles(LocalStore):
+    """A folder whose files are written whole or not at all, whatever the version of Zarr."""
 
-    The record of what is done is the variable `status`, of which a chunk is written after those of the rest.
+    async def set(self, key: str, value: Any) -> None:
+        await asyncio.to_thread(_write, self.root / key, value.to_bytes())
+
+    def set_sync(self, key: str, value: Any) -> None:
+        # Newer versions of Zarr call this one.
+        _write(self.root / key, value.to_bytes())
+
+
+class _CheckedFiles(LocalStore):
+    """A folder of which damaged chunks are refused, and absent ones unless they are not computed yet."""
+
+    async def get(self, key: str, *arguments: Any, **named: Any) -> Any:
+        return self._checked(key, await super().get(key, *arguments, **named))
+
+    def get_sync(self, key: str, *arguments: Any, **named: Any) -> Any:
+        # Newer versions of Zarr call this one.
+        return self._checked(key, super().get_sync(key, *arguments, **named))  # type: ignore[misc]
+
+    def _checked(self, key: str, value: Any) -> Any:
+        name, _, place = key.partition("/")
+        if place.split("/")[0] != "c":
+            return value
+        if value is None:
+            if name in (*OUTPUTS, STATUS) and not (self.root / STATUS / place).is_file():
+                return None
+            raise _refusal(self.root, f"{key} is absent; {_REPAIR}")
+        if not _is_intact(value.to_bytes()):
+            raise _refusal(self.root, f"{key} is damaged; {_REPAIR}")
+        return value
+
+
+class Store:
+    """A Zarr store that takes the chunks of one sweep; `opened` makes or checks it.
+
+    The record of what is done is the variable `status`: its chunk is written after those of the other variables.
 
     Parameters
     ----------
     path : Path
-        Folder of the store, which `prepare` has made.
+        Folder of the store.
     plan : Plan
         The sweep.
     """
 
     def __init__(self, path: Path, plan: Plan) -> None:
-        self._path = path
+        self.path = path
         self._plan = plan
-        group = zarr.open_group(_WholeFiles(path), mode="r+", zarr_format=3)
-        self._arrays: dict[str, Any] = {name: group[name] for name in plan.variables}
+        files = _WholeFiles(path)
+        # A chunk of nothing but NaN is written too: an absent one is not done.
+        with zarr.config.set({"array.write_empty_chunks": True}):
+            self._arrays: dict[str, Any] = {
+                name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables
+            }
 
     def keep(self, index: Index, results: dict[str, Array]) -> None:
         """Write the results of a chunk."""
         region = self._plan.grid.region(index)
-        # The status last: it tells that the others are there.
+        # The status last: it stands for the others.
         for name in self._plan.variables:
             self._arrays[name][region] = results[name]
 
     def done(self) -> set[Index]:
-        """Return the chunks that are written."""
-        folder = self._path / STATUS / "c"
-        if folder.is_file():
-            return {()}
-        depth = len(self._plan.grid.shape)
-        return set(_indices(folder, depth)) if folder.is_dir() and depth else set()
+        """Return the chunks of which every variable is stored and intact; remove what is left of the others."""
+        done: set[Index] = set()
+        for index in self._plan.grid.chunks():
+            chunks = [self.path / _chunk_key(name, index) for name in self._plan.variables]
+            broken = [chunk for chunk in chunks if not self._holds(chunk)]
+            if not broken and self._arrays[STATUS][self._plan.grid.region(index)].min() > NOT_COMPUTED:
+                done.add(index)
+                continue
+            for chunk in (chunks[-1], *broken):
+                _clear(chunk, self.path)
+        return done
+
+    def _holds(self, chunk: Path) -> bool:
+        try:
+            return _is_intact(chunk.read_bytes())
+        except OSError:
+            return False
 
     def statuses(self) -> Iterator[Array]:
         """Yield the statuses chunk by chunk."""
@@ -93,24 +154,23 @@ class Store:
 
     def sweep_up(self) -> None:
         """Remove what killed writers left of files that they had not finished."""
-        for left in self._path.rglob(".*.part"):
+        for left in self.path.rglob(PARTIAL):
             left.unlink(missing_ok=True)
 
 
-def _indices(folder: Path, depth: int) -> Iterator[Index]:
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.name.isdecimal():
-                place = int(entry.name)
-                if depth == 1:
-                    yield (place,)
-                else:
-                    for rest in _indices(Path(entry.path), depth - 1):
-                        yield (place, *rest)
+def _clear(file: Path, root: Path) -> None:
+    """Remove a file of a store, if it is there; refuse what stands in its way and is none of the store's."""
+    for folder in file.relative_to(root).parents:
+        if (root / folder).exists() and not (root / folder).is_dir():
+            raise _refusal(root, f"{folder} must be a folder; remove it")
+    if file.is_dir():
+        raise _refusal(root, f"{file.relative_to(root)} must be a file; remove it")
+    file.unlink(missing_ok=True)
 
 
-def prepare(path: Path, plan: Plan) -> Path:
-    """Make the store of a sweep, or accept that of the same sweep.
+@contextmanager
+def opened(path: Path, plan: Plan) -> Generator[Store]:
+    """Open the store of a sweep for writing: make it where there is none, else check and repair it.
 
     Parameters
     ----------
@@ -119,48 +179,93 @@ def prepare(path: Path, plan: Plan) -> Path:
     plan : Plan
         The sweep.
 
-    Returns
-    -------
-    Path
-        The path from the root of the file system.
+    Yields
+    ------
+    Store
+        No other process of this machine has it open.
 
     Raises
     ------
-    ValueError
-        If something else is there.
+    InputError
+        If something else is there, or another process is writing.
     OSError
         If it cannot be made.
     """
     path = path.absolute()
-    if path.exists():
-        _require_same(path, plan)
-        return path
-    if not path.parent.is_dir():
-        raise ValueError(f"out = {path}: no such folder: {path.parent}")
-    partial = path.with_name(f".{path.name}.part")
-    try:
-        shutil.rmtree(partial, ignore_errors=True)
-        _create(partial, plan)
-        partial.rename(path)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-    return path
+    if not path.exists():
+        if not path.parent.is_dir():
+            raise _refusal(path, f"no such folder: {path.parent}")
+        with contextlib.suppress(FileExistsError):
+            path.mkdir()
+    if not path.is_dir():
+        raise _refusal(path, "is there already and holds no sweep; choose another name")
+    with sole_writer(path):
+        try:
+            if any(not entry.match(PARTIAL) for entry in path.iterdir()):
+                _require_same(path, plan)
+                _refuse_links(path)
+            store = _restored(path, plan)
+        except BaseException:
+            # What was just made, and only that, is removed again.
+            with contextlib.suppress(OSError):
+                path.rmdir()
+            raise
+        store.sweep_up()
+        yield store
+
+
+def _refuse_links(path: Path) -> None:
+    for folder, folders, files in os.walk(path):
+        for name in (*folders, *files):
+            if os.path.islink(os.path.join(folder, name)):
+                where = Path(folder, name).relative_to(path)
+                raise _refusal(path, f"{where} is a link, so that chunks would go elsewhere; remove it")
+
+
+def _restored(path: Path, plan: Plan) -> Store:
+    """Return the store, with metadata and axes as a new one has them."""
+    with tempfile.TemporaryDirectory(prefix="restitution-") as folder:
+        _create(Path(folder), plan)
+        # The first file is that of the store itself: where the work is cut short, it says what this is to be.
+        for made in sorted(Path(folder).rglob("*"), key=lambda made: len(made.parts)):
+            there = path / made.relative_to(folder)
+            if made.is_dir():
+                continue
+            content = made.read_bytes()
+            if not there.is_file() or there.read_bytes() != content:
+                _clear(there, path)
+                _write(there, content)
+    return Store(path, plan)
 
 
 def _require_same(path: Path, plan: Plan) -> None:
+    with contextlib.suppress(OSError):
+        # Metadata that are damaged elsewhere are repaired.
+        if plan.attributes["hash"].encode() in (path / "zarr.json").read_bytes():
+            return
     attributes = attributes_of(path)
     if attributes is None:
-        raise ValueError(f"out = {path}: is there already and holds no sweep; choose another name")
-    if attributes["hash"] == plan.attributes["hash"]:
-        return
-    theirs, mine = json.loads(attributes["sweep"]), json.loads(plan.attributes["sweep"])
+        raise _refusal(path, "is there already and holds no sweep; choose another name")
+    theirs = _described(attributes)
+    if theirs is None:
+        raise _refusal(path, "holds a sweep whose zarr.json is damaged; choose another name")
+    mine = json.loads(plan.attributes["sweep"])
     differing = [name for name in mine if mine[name] != theirs.get(name)]
     if differing == ["version"]:
         why = f"of version {theirs.get('version')}, not {mine['version']}"
     else:
         why = f"another one in {', '.join(differing)}"
-    raise ValueError(f"out = {path}: holds a sweep already, {why}; choose another name")
+    if differing:
+        raise _refusal(path, f"holds a sweep already, {why}; choose another name")
+
+
+def _described(attributes: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the description in the attributes of a store; None if it is damaged."""
+    try:
+        described = json.loads(attributes["sweep"])
+    except (ValueError, TypeError, RecursionError):
+        return None
+    return described if isinstance(described, dict) else None
 
 
 def attributes_of(path: Path) -> dict[str, Any] | None:
@@ -168,7 +273,7 @@ def attributes_of(path: Path) -> dict[str, Any] | None:
     try:
         content = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
         attributes = content["attributes"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
     return attributes if isinstance(attributes, dict) and {"hash", "sweep"} <= attributes.keys() else None
 
@@ -204,6 +309,7 @@ def _create_array(group: Any, name: str, field: Field, shape: Any, chunks: Any) 
         fill_value=field.fill,
         attributes=field.attributes,
         dimension_names=list(field.dimensions),
+        compressors=[ZstdCodec(), Crc32cCodec()],
     )
 
 
@@ -213,7 +319,7 @@ def sole_writer(path: Path) -> Generator[None]:
 
     Raises
     ------
-    ValueError
+    InputError
         If another one is writing.
     """
     try:
@@ -228,7 +334,7 @@ def sole_writer(path: Path) -> Generator[None]:
             try:
                 fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise ValueError(f"out = {path}: another process is writing it") from None
+                raise _refusal(path, "another process is writing it") from None
         yield
     finally:
         os.close(folder)
@@ -245,18 +351,53 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Where a sweep is unfinished, the outputs are NaN and the status is -1.
+        Where a sweep is unfinished, the outputs are NaN and the status is -1; a warning counts the chunks.
 
     Raises
     ------
-    ValueError
-        If there is no sweep.
+    InputError
+        If there is no sweep, or it is damaged. A chunk is checked when it is loaded.
     """
     import xarray as xr
 
-    if attributes_of(Path(path)) is None:
-        raise ValueError(f"{path}: {'holds no sweep' if Path(path).exists() else 'no such folder'}")
-    dataset = xr.open_zarr(str(path), chunks=None, consolidated=True)
+    path = Path(path)
+    attributes = attributes_of(path)
+    if attributes is None:
+        raise _refusal(path, "holds no sweep" if path.exists() else "no such folder")
+    _require_metadata(path, attributes)
+    files = _CheckedFiles(path, read_only=True)
+    try:
+        dataset = xr.open_zarr(files, chunks=None, consolidated=True)
+        missing = _unfinished(zarr.open_array(files, path=STATUS, mode="r"))
+    except InputError:
+        raise
+    except Exception as error:  # Zarr and its codecs have errors of many unrelated types
+        raise _refusal(path, f"is damaged ({' '.join(str(error).split())}); {_REPAIR}") from error
+    if missing:
+        warnings.warn(RestitutionWarning("unfinished", f"{path}: {missing}, and are NaN"), stacklevel=2)
     # Zarr has its members in the order of the alphabet.
     outputs = [name for name in (*OUTPUTS, STATUS) if name in dataset]
     return in_words(dataset[outputs])
+
+
+def _unfinished(status: Any) -> str:
+    missing = status.nchunks - status.nchunks_initialized
+    return f"{missing} of {status.nchunks} chunks are not computed yet" if missing else ""
+
+
+def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:
+    """Raise where the record of a store, or one of the two copies of its arrays' metadata, was changed."""
+    described = _described(attributes)
+    if described is None or hash_of(described) != attributes["hash"]:
+        raise _refusal(path, f"zarr.json is damaged; {_REPAIR}")
+    try:
+        copies = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["consolidated_metadata"][
+            "metadata"
+        ]
+        for name, copy in copies.items():
+            if json.loads((path / name / "zarr.json").read_text(encoding="utf-8")) != copy:
+                raise _refusal(path, f"{name}/zarr.json is damaged; {_REPAIR}")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise _refusal(path, f"the metadata are damaged; {_REPAIR}") from None

@@ -1,0 +1,269 @@
+"""Damaged stores: damage is noticed by readers in one line, and repaired by the same sweep."""
+
+import json
+import multiprocessing
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.errors import InputError, RestitutionWarning
+from restitution.sweeps import plan as plans
+from restitution.sweeps.store import _is_intact
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+OUTPUTS = ["restitution_coefficient", "contact_time"]
+
+
+def run(out: Path, n: int = 12) -> Any:
+    """Sweep over n chunks of one point each."""
+    axes = {"velocity": rs.Logarithmic(0.01, 10.0, n), "material": [RUBBER], "force": 0.0}
+    return rs.sweep(BALL, axes, OUTPUTS, out=out, chunk=1)
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("made") / "result.zarr"
+    run(out)
+    return out
+
+
+@pytest.fixture
+def out(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "result.zarr"))
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Indices of the chunks that are computed."""
+    indices: list[Any] = []
+    compute = plans.Plan.compute
+
+    def watched(self: Any, index: Any, *rest: Any) -> Any:
+        indices.append(index)
+        return compute(self, index, *rest)
+
+    monkeypatch.setattr(plans.Plan, "compute", watched)
+    return indices
+
+
+def flipped(content: bytes, bit: int) -> bytes:
+    changed = bytearray(content)
+    changed[bit // 8] ^= 1 << bit % 8
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("name", ["contact_time", "status"])
+def test_every_bit_of_a_chunk_counts(tmp_path: Path, name: str, computed: list[Any]) -> None:
+    """Another bit is flipped in each chunk, until every position of a chunk has been flipped somewhere."""
+    out = tmp_path / "result.zarr"
+    run(out, 300)
+    before = tree(out)
+    computed.clear()
+    chunks = [out / name / "c" / str(n) / "0" for n in range(300)]
+    bits = 8 * max(chunk.stat().st_size for chunk in chunks)
+    assert bits <= len(chunks)
+    spoiled = 0
+    for n, chunk in enumerate(chunks):
+        content = chunk.read_bytes()
+        if n < 8 * len(content):
+            chunk.write_bytes(flipped(content, n))
+            spoiled += 1
+    damaged = rs.open_sweep(out)
+    for n in range(spoiled):
+        with pytest.raises(InputError, match=rf"result\.zarr: {name}/c/{n}/0 is damaged; ") as caught:
+            damaged[name][n].load()
+        assert "\n" not in str(caught.value)
+    run(out, 300)
+    assert len(computed) == spoiled
+    assert tree(out) == before
+
+
+@pytest.mark.parametrize("name", ["velocity", "material", "force"])
+def test_every_bit_of_an_axis_counts(made: Path, out: Path, name: str, computed: list[Any]) -> None:
+    chunk = next(path for path in (out / name / "c", out / name / "c" / "0") if path.is_file())
+    content = chunk.read_bytes()
+    assert _is_intact(content)
+    assert not any(_is_intact(flipped(content, bit)) for bit in range(8 * len(content)))
+    for bit in np.linspace(0, 8 * len(content) - 1, 3, dtype=int):
+        chunk.write_bytes(flipped(content, int(bit)))
+        with pytest.raises(InputError, match="is damaged"):
+            rs.open_sweep(out).load()
+        run(out)
+        assert tree(out) == tree(made)
+    assert computed == []
+
+
+def remove(path: Path) -> None:
+    path.unlink()
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def truncate(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def zero(path: Path) -> None:
+    path.write_bytes(bytes(path.stat().st_size))
+
+
+def four_zeros(path: Path) -> None:
+    # The checksum of nothing.
+    path.write_bytes(bytes(4))
+
+
+@pytest.mark.parametrize("harm", [remove, empty, truncate, zero, four_zeros])
+@pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity"])
+def test_what_a_crash_may_leave_is_reported_and_repaired(
+    made: Path, out: Path, name: str, harm: Callable[[Path], None], computed: list[Any]
+) -> None:
+    harm(out / name / "c" / ("0" if name == "velocity" else "7/0"))
+    if (name, harm) == ("status", remove):
+        # Without its status a chunk is one that is still to be computed.
+        with pytest.warns(RestitutionWarning, match="1 of 12 chunks are not computed yet"):
+            rs.open_sweep(out).load()
+    else:
+        with pytest.raises(InputError, match=r"result\.zarr: [^\n]+ is (damaged|absent); [^\n]+$"):
+            rs.open_sweep(out).load()
+    run(out)
+    assert computed == ([] if name == "velocity" else [(7, 0)])
+    assert tree(out) == tree(made)
+
+
+@pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity", "material"])
+def test_a_folder_of_a_variable_that_is_gone_is_made_again(made: Path, out: Path, name: str) -> None:
+    shutil.rmtree(out / name)
+    with pytest.raises(InputError):
+        rs.open_sweep(out).load()
+    run(out)
+    assert tree(out) == tree(made)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("contact_time/zarr.json", '"NaN"', "0.5"),
+        ("contact_time/zarr.json", '"float64"', '"float32"'),
+        ("zarr.json", '"float64"', '"float32"'),
+        ("zarr.json", '"rtol\\"', '"atol\\"'),
+        ("velocity/zarr.json", "12", "11"),
+    ],
+)
+def test_edited_metadata_are_reported_and_repaired(
+    made: Path, out: Path, file: str, old: str, new: str, computed: list[Any]
+) -> None:
+    text = (out / file).read_text()
+    assert old.replace('\\"', '\\"') in text
+    (out / file).write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match="damaged"):
+        rs.open_sweep(out)
+    run(out)
+    assert tree(out) == tree(made)
+    assert computed == []
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[" * 100_000, b'{"attributes": 3}', b"\xff\xfe"])
+def test_a_store_that_cannot_be_recognised_is_left_alone(out: Path, content: bytes) -> None:
+    (out / "zarr.json").write_bytes(content)
+    before = tree(out)
+    for attempt in (run, rs.open_sweep):
+        with pytest.raises(InputError, match="holds no sweep"):
+            attempt(out)
+    assert tree(out) == before
+
+
+@pytest.mark.parametrize("value", [[1], "{", 7, None])
+def test_a_description_that_is_none_is_one_line(out: Path, value: Any) -> None:
+    content = json.loads((out / "zarr.json").read_text())
+    content["attributes"] |= {"sweep": value, "hash": "0" * 64}
+    (out / "zarr.json").write_text(json.dumps(content))
+    for attempt in (run, rs.open_sweep):
+        with pytest.raises(InputError, match="damaged"):
+            attempt(out)
+
+
+def test_names_that_are_no_chunks_do_not_count(made: Path, out: Path, computed: list[Any]) -> None:
+    (out / "status" / "c" / "99999").mkdir()
+    (out / "status" / "c" / "99999" / "0").write_text("x")
+    (out / "status" / "c" / "9" / "0").unlink()
+    (out / "status" / "c" / "888").write_text("x")
+    (out / "status" / "c" / "-1").write_text("x")
+    done: list[int] = []
+    rs.sweep(
+        BALL,
+        {"velocity": rs.Logarithmic(0.01, 10.0, 12), "material": [RUBBER], "force": 0.0},
+        OUTPUTS,
+        out=out,
+        chunk=1,
+        progress=lambda points, _: done.append(points),
+    )
+    assert (done[0], done[-1]) == (11, 12)
+    assert computed == [(9, 0)]
+    assert (out / "status" / "c" / "9" / "0").read_bytes() == (made / "status" / "c" / "9" / "0").read_bytes()
+
+
+def test_links_and_files_in_the_way_are_refused_by_name(out: Path, tmp_path: Path) -> None:
+    shutil.rmtree(out / "status" / "c" / "7")
+    (out / "status" / "c" / "7").symlink_to(".")
+    with pytest.raises(InputError, match="status/c/7 is a link"):
+        run(out)
+    (out / "status" / "c" / "7").unlink()
+    (out / "status" / "c" / "7").write_text("x")
+    with pytest.raises(InputError, match="status/c/7 must be a folder"):
+        run(out)
+    (out / "status" / "c" / "7").unlink()
+    (out / "status" / "c" / "7" / "0").mkdir(parents=True)
+    with pytest.raises(InputError, match="status/c/7/0 must be a file"):
+        run(out)
+
+
+def test_a_chunk_of_nothing_but_nan_is_done(tmp_path: Path, computed: list[Any]) -> None:
+    def build(radius: float) -> rs.Impact:
+        if radius == 0.02:
+            raise InputError("radius", radius, "must not be this one")
+        return rs.Impact(RUBBER, rs.Parabola(radius), mass=0.005, velocity=1.0)
+
+    for _ in range(2):
+        with pytest.warns(RestitutionWarning, match="1 of 3 impacts .* 1 INADMISSIBLE"):
+            result = rs.sweep(
+                build, {"radius": [0.01, 0.02, 0.03]}, ["contact_time"], out=tmp_path / "nan.zarr", chunk=1
+            )
+        assert np.isnan(result.contact_time.values).tolist() == [False, True, False]
+    assert sorted(computed) == [(0,), (1,), (2,)]
+
+
+def _start(out: Path, barrier: Any, answers: Any) -> None:
+    barrier.wait()
+    try:
+        run(out)
+        answers.put("done")
+    except ValueError as error:
+        answers.put(str(error))
+
+
+@pytest.mark.slow
+def test_two_that_start_the_same_sweep_at_once(made: Path, tmp_path: Path) -> None:
+    context = multiprocessing.get_context("spawn")
+    for n in range(2):
+        out, barrier, answers = tmp_path / f"{n}.zarr", context.Barrier(2), context.Queue()
+        processes = [context.Process(target=_start, args=(out, barrier, answers)) for _ in range(2)]
+        for process in processes:
+            process.start()
+        ends = sorted(answers.get(timeout=120) for _ in processes)
+        for process in processes:
+            process.join()
+        assert ends[-1] == "done"
+        assert ends[0] == "done" or ends[0].endswith("another process is writing it")
+        assert tree(out) == tree(made)
