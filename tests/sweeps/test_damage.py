@@ -22,7 +22,7 @@ OUTPUTS = ["restitution_coefficient", "contact_time"]
 
 def run(out: Path, n: int = 12) -> Any:
     """Sweep over n chunks of one point each."""
-    axes = {"velocity": rs.Logarithmic(0.01, 10.0, n), "material": [RUBBER], "force": 0.0}
+    axes = {"velocity": rs.Logarithmic(0.01, 10.0, n), "material": [RUBBER], "external_force": 0.0}
     return rs.sweep(BALL, axes, OUTPUTS, out=out, chunk=1)
 
 
@@ -88,7 +88,7 @@ def test_every_bit_of_a_chunk_counts(tmp_path: Path, name: str, computed: list[A
     assert tree(out) == before
 
 
-@pytest.mark.parametrize("name", ["velocity", "material", "force"])
+@pytest.mark.parametrize("name", ["velocity", "material", "external_force"])
 def test_every_bit_of_an_axis_counts(made: Path, out: Path, name: str, computed: list[Any]) -> None:
     chunk = next(path for path in (out / name / "c", out / name / "c" / "0") if path.is_file())
     content = chunk.read_bytes()
@@ -203,7 +203,7 @@ def test_names_that_are_no_chunks_do_not_count(made: Path, out: Path, computed: 
     done: list[int] = []
     rs.sweep(
         BALL,
-        {"velocity": rs.Logarithmic(0.01, 10.0, 12), "material": [RUBBER], "force": 0.0},
+        {"velocity": rs.Logarithmic(0.01, 10.0, 12), "material": [RUBBER], "external_force": 0.0},
         OUTPUTS,
         out=out,
         chunk=1,
