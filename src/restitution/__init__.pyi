@@ -1,7 +1,7 @@
 """The public names, each with its home. `__init__.py` loads a name on its first use."""
 
-from .case.file import Case as Case
-from .case.file import read_case as read_case
+from .case.impact import Case as Case
+from .case.impact import read_case as read_case
 from .citation.cite import cite as cite
 from .contact.flat_ended import FlatEndedParabola as FlatEndedParabola
 from .contact.flat_ended import TruncatedCone as TruncatedCone

@@ -33,6 +33,11 @@ class Dimension(NamedTuple):
     example: str = ""
 
     @property
+    def article(self) -> str:
+        """The name with its indefinite article."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+    @property
     def advice(self) -> str:
         """How to write one."""
         if not self.unit:
@@ -248,11 +253,16 @@ def check(name: str, value: Any, field: str = "") -> Numeric:
     return INPUTS[name].check(value, field)
 
 
+def advice(name: str, choices: Iterable[str]) -> str:
+    """Return the nearest of the choices as a question, or else all of them."""
+    names = list(choices)
+    close = get_close_matches(str(name), names, 1)
+    return f"did you mean {close[0]}?" if close else f"known are {', '.join(names)}"
+
+
 def known(field: str, name: str, choices: Iterable[str]) -> str:
     """Return a name if it is one of the choices; refuse it otherwise, and advise the nearest one."""
-    choices = list(choices)
-    if name in choices:
+    names = list(choices)
+    if name in names:
         return name
-    close = get_close_matches(str(name), choices, 1)
-    advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(choices)}"
-    raise InputError(field, name, f"is not known; {advice}")
+    raise InputError(field, name, f"is not known; {advice(name, names)}")

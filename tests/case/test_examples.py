@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.case import material, schema
-from restitution.case.file import read_case
+from restitution.case import impact, material, relaxation
+from restitution.case.impact import read_case
 from restitution.case.section import Section
 from restitution.impact.solve import solve
 
@@ -38,7 +38,7 @@ def test_every_key_is_explained() -> None:
     text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     sections = [
         value
-        for module in (schema, material)
+        for module in (impact, material, relaxation)
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, Section)
     ]

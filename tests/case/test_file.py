@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from restitution.case.file import Case, read_case
+from refusals import agrees
+from restitution.case.impact import Case, read_case
 from restitution.case.section import CaseError
 from restitution.contact.profile import Parabola
 from restitution.material.classical import standard_solid
@@ -44,8 +45,9 @@ def read(text: str) -> Case:
 
 
 def refuses(text: str, message: str) -> None:
-    with pytest.raises(CaseError, match=rf"^{re.escape(message)}\Z"):
+    with pytest.raises(CaseError) as caught:
         read(text)
+    assert agrees(caught.value, message), str(caught.value)
 
 
 def material(text: str) -> Any:
@@ -277,7 +279,7 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         (
             'radius = "10 mm"',
             "radius = -1\nmass = -1\n".replace("mass", "density"),
-            "body.density = -1: must be finite and > 0 (and 1 more error)",
+            "body.density = -1: must be > 0\nball.toml: body.radius = -1: must be > 0",
         ),
     ],
 )
@@ -423,7 +425,7 @@ def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
         ("[body]\nmass = \n", "line 2, column 8: not valid TOML: invalid value"),
         ("[body]\nmass = 'x", 'line 2, at the end: not valid TOML: expected "\'"'),
         ("[body]\nmass = 1\nmass = 2\n", "line 3, column 9: not valid TOML: cannot overwrite a value"),
-        ("", "body: the section is missing (and 2 more errors)"),
+        ("", "body: is missing\nball.toml: material: is missing\nball.toml: impact: is missing"),
     ],
 )
 def test_what_is_no_toml(folder: Path, text: str, message: str) -> None:

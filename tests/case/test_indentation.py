@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from refusals import agrees
 from restitution.case.indentation import (
     IndentationFile,
     IndentationSection,
@@ -146,11 +147,11 @@ def test_what_is_assumed_is_noted():
         (TRIANGLE + "time = [0, 1]", "indentation.time = [0, 1]: belongs to a list of depth; depth is one number"),
         ("depth = [0, 1e-6]", "indentation.time: is missing; it belongs to the list of depth"),
         ('depth = [0, 1e-6]\ntime = [0, 1]\nshape = "ramp"', 'indentation.shape = "ramp": belongs to one largest depth; depth is a list over time'),
-        ("depth = [0, 1e-6]\ntime = [1, 0]", "indentation.time[1] = 0 s after 1 s: must ascend"),
-        ("depth = [0, 1e-6]\ntime = [0]", "indentation.time, depth of shapes (1,), (2,): must be two columns of equal length >= 2"),
+        ("depth = [0, 1e-6]\ntime = [1, 0]", "time[1] = 0 s after 1 s: must ascend"),
+        ("depth = [0, 1e-6]\ntime = [0]", "time, depth of shapes (1,), (2,): must be two columns of equal length >= 2"),
         ("force = [0, -1e-9]\ntime = [0, 1]", "indentation.force[1] = -1e-09: must be finite and >= 0"),
         ('depth = "1 nN"\nshape = "ramp"\nduration = 1', 'indentation.depth = "1 nN": is a force, not a length; write e.g. "10 mm", or a plain number in m'),
-        ('depth = "[0, 1] s"\ntime = [0, 1]', 'indentation.depth[0] = "0 s": is a time, not a length; write e.g. "10 mm", or a plain number in m (and 1 more error)'),
+        ('depth = "[0, 1] s"\ntime = [0, 1]', 'indentation.depth[0] = "0 s": is a time, not a length; write e.g. "10 mm", or a plain number in m\ngel.toml: indentation.depth[1] = "1 s"'),
         ('depth = -1\nshape = "ramp"\nduration = 1', "indentation.depth = -1: must be finite and > 0"),
         (TRIANGLE + "n_points = 1", "indentation.n_points = 1: must be >= 2"),
         (TRIANGLE + "loadingtime = 1", "indentation.loadingtime = 1: unknown key; did you mean loading_time?"),
@@ -158,13 +159,14 @@ def test_what_is_assumed_is_noted():
         ('file = "curve.csv"', "indentation.file: no such file: curve.csv"),
         (TRIANGLE + "[solver]\nrtol = 1.0", "solver.rtol = 1: must be in [1e-11, 0.01]"),
         (TRIANGLE + "[body]\nmass = 1", "body: does not belong here; an impact is for `restitution solve`"),
-        ("depth = [1e-6, 2e-6]\ntime = [0, 1]", "indentation.depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
-        ("depth = [0, 1e-6, 8e-7, 1e-6]\ntime = [0, 1, 1.2, 2]", "indentation.depth at time = 1.2 s: the contact grows again before it has ended, which is outside the theory"),
+        ("depth = [1e-6, 2e-6]\ntime = [0, 1]", "depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
+        ("depth = [0, 1e-6, 8e-7, 1e-6]\ntime = [0, 1, 1.2, 2]", "depth at time = 1.2 s: the contact grows again before it has ended, which is outside the theory"),
     ],
 )  # fmt: skip
 def test_what_is_refused(section, message):
-    with pytest.raises(CaseError, match=rf"^gel\.toml: {re.escape(message)}\Z"):
+    with pytest.raises(CaseError) as caught:
         read(section).solve()
+    assert agrees(caught.value, f"gel.toml: {message}"), str(caught.value)
 
 
 def test_an_indenter_has_its_own_radius():

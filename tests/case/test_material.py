@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.case.file import Case, read_case
+from refusals import agrees
+from restitution.case.impact import Case, read_case
 from restitution.case.section import CaseError
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
@@ -118,7 +119,7 @@ def test_terms_in_tension_become_shear() -> None:
     found = material('file = "terms.csv"\nbulk_modulus = "10 MPa"')
     assert found.shear == shear_from_tension(tension, bulk_modulus=1e7)
     assert found.bulk == PronySeries(1e7)
-    found = material('file = "terms.csv"\nconstant_poisson_ratio = 0.25')
+    found = material('file = "terms.csv"\npoisson_ratio = 0.25')
     # G = E/(2 (1 + nu)), K = E/(3 (1 - 2 nu)), at all times.
     np.testing.assert_allclose(found.shear.branch_moduli, np.array([4e6, 2e6]) / 2.5, rtol=1e-14)
     assert isinstance(found.bulk, PronySeries)
@@ -242,7 +243,7 @@ FILES = {
     [
         (
             'library = "steal"',
-            '.library = "steal": must be one of ' + ", ".join(library.names()),
+            '.library = "steal": is not known; did you mean steel?',
         ),
         ("library = 3", ".library = 3: must be text"),
         (
@@ -262,7 +263,10 @@ FILES = {
             'library = "ice"\nshear = 3',
             ": give one of library, file, model and shear; library and shear are given",
         ),
-        ('library = "ice"\nshift = {c1 = 3}', ".shift.reference_temperature: is missing (and 1 more error)"),
+        (
+            'library = "ice"\nshift = {c1 = 3}',
+            ".shift.reference_temperature: is missing\na.toml: material.shift.c2: is missing",
+        ),
         ('library = "ice"\nshift = "none.csv"', '.shift = "none.csv": no such file'),
         (
             'library = "ice"\nshift = "terms.csv"',
@@ -293,7 +297,7 @@ FILES = {
         ),
         (
             'model = "springpot"\ncoefficient = 1\nexponent = 0.5\nbulk_modulus = inf\nbranch_modulus = 3',
-            '.branch_modulus = 3: is no constant of model = "springpot"; its are coefficient, exponent',
+            ".branch_modulus = 3: unknown key; did you mean bulk_modulus?",
         ),
         (
             'model = "springpot"\ncoefficient = 1\nexponent = 0.5\npoisson_ratio = 0.3',
@@ -320,11 +324,11 @@ FILES = {
         (
             'file = "terms.csv"\nbulk_modulus = inf\nmisfit = 1',
             ".misfit = 1: has no meaning for Prony terms; known are equilibrium_modulus, "
-            "instantaneous_modulus, deformation, bulk_modulus, constant_poisson_ratio",
+            "instantaneous_modulus, deformation, bulk_modulus, poisson_ratio",
         ),
         (
             'file = "terms.csv"',
-            ": give exactly one of bulk_modulus and constant_poisson_ratio; none is given",
+            ": give exactly one of bulk_modulus and poisson_ratio; none is given",
         ),
         (
             'file = "unsaid.csv"\nbulk_modulus = inf\ndeformation = "shear"',
@@ -356,8 +360,8 @@ FILES = {
         ),
         (
             "bulk_modulus = inf\n[material.shear]\ncoefficient = 1e4\nexponent = 0.4",
-            ".shear.coefficient = 10000.0: does not belong here; fractional models stand in the section of the "
-            'material, by model = "springpot" or the name of another one',
+            '.shear.coefficient = 10000: does not belong here; model = "springpot"\n'
+            'a.toml: material.shear.exponent = 0.4: does not belong here; model = "springpot"',
         ),
         (
             'library = "steel"\nshift = {reference_temperature = 300, c1 = 8, c2 = 100, temperature_range = [300]}',
@@ -387,8 +391,9 @@ FILES = {
 def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
     for name, content in FILES.items():
         Path(name).write_text(content)
-    with pytest.raises(CaseError, match=rf"^{re.escape('a.toml: material' + message)}\Z"):
+    with pytest.raises(CaseError) as caught:
         material(text)
+    assert agrees(caught.value, f"a.toml: material{message}"), str(caught.value)
 
 
 def test_the_counter_material_has_the_same_forms() -> None:

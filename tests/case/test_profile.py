@@ -1,11 +1,11 @@
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from restitution.case.file import read_case
+from refusals import agrees
+from restitution.case.impact import read_case
 from restitution.case.section import CaseError
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
@@ -99,7 +99,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
     [
         (
             'type = "cone"\nhalf_angle = 80',
-            ": half_angle = 80 rad: must be > 0 and < pi/2 (measured from the axis, in radians)",
+            '.half_angle = 80: must be > 0 and < 1.5708 rad; write "80 deg" for degrees',
         ),
         (
             'type = "cone"\nhalf_angle = "80"',
@@ -125,7 +125,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
         ('type = "sphere"\nradius = inf', ".radius = inf: must be finite and > 0"),
         (
             'type = "truncated_cone"\nradius = 1\nhalf_angle = "100 deg"',
-            ": half_angle = 1.74533 rad: must be > 0 and < pi/2 (measured from the axis, in radians)",
+            '.half_angle = "100 deg": must be > 0 and < 1.5708 rad',
         ),
         (
             'type = "flat_ended_parabola"\nface_radius = 0',
@@ -156,8 +156,9 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
-    with pytest.raises(CaseError, match=rf"^{re.escape('a.toml: profile' + message)}\Z"):
+    with pytest.raises(CaseError) as caught:
         profile(text)
+    assert agrees(caught.value, f"a.toml: profile{message}"), str(caught.value)
 
 
 FORMS = 'write e.g. "r_mm,f_mm", "r [mm],f [mm]", or "r,f" and the units in a second line'
@@ -189,5 +190,7 @@ FORMS = 'write e.g. "r_mm,f_mm", "r [mm],f [mm]", or "r,f" and the units in a se
 )
 def test_malformed_tables_are_refused_with_the_line(text: str, message: str) -> None:
     Path("t.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError, match=rf"^a\.toml: profile\.file = \"t\.csv\": {re.escape(message)}\Z"):
+    with pytest.raises(CaseError) as caught:
         profile('type = "tabulated"\nfile = "t.csv"')
+    assert caught.value.field == "profile.file"
+    assert agrees(caught.value, f'a.toml: profile.file = "t.csv": {message}'), str(caught.value)

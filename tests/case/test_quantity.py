@@ -4,7 +4,9 @@ import re
 import pytest
 
 from restitution.case import quantity
-from restitution.case.quantity import (
+from restitution.case.quantity import to_si
+from restitution.checks import unit_registry
+from restitution.quantities import (
     ANGLE,
     DENSITY,
     LENGTH,
@@ -17,8 +19,7 @@ from restitution.case.quantity import (
     TIME,
     VELOCITY,
     VISCOSITY,
-    Kind,
-    to_si,
+    Dimension,
 )
 
 
@@ -53,7 +54,7 @@ from restitution.case.quantity import (
         ("inf GPa", MODULUS, math.inf),
     ],
 )
-def test_a_text_becomes_a_number_in_si(text: str, kind: Kind, number: float) -> None:
+def test_a_text_becomes_a_number_in_si(text: str, kind: Dimension, number: float) -> None:
     # One rounding in the unit's factor and one in the product.
     assert to_si(text, kind) == pytest.approx(number, rel=4e-16, abs=0.0)
 
@@ -63,7 +64,7 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
     assert len(known) > 40
     for kind, name in known:
         unit = quantity._unit(quantity.re.sub(r"(\w)([23])$", r"\1^\2", name), kind)
-        factor = quantity._registry().Quantity(1.0, unit).to(kind.unit).magnitude
+        factor = unit_registry().Quantity(1.0, unit).to(kind.unit).magnitude
         assert to_si(f"3 {name}", kind) == pytest.approx(3.0 * factor, rel=4e-16), name
 
 
@@ -114,7 +115,9 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
         ("0.45 m", NUMBER, "is a length, not a dimensionless number; write a plain number"),
     ],
 )
-def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(text: str, kind: Kind, message: str) -> None:
+def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(
+    text: str, kind: Dimension, message: str
+) -> None:
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
         to_si(text, kind)
 

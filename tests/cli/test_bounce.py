@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from restitution.case.file import Case
+from restitution.case.impact import Case
 from restitution.cli.main import app
 from restitution.impact.bounces import Bounces, Ending
 

@@ -118,7 +118,7 @@ def test_bad_input_ends_with_one_line_and_code_2() -> None:
         (("other.toml",), "other.toml: no such file"),
         (
             ("again.toml",),
-            "again.toml: indentation.depth at time = 1.1 s: the contact grows again before it has ended, which is "
+            "again.toml: depth at time = 1.1 s: the contact grows again before it has ended, which is "
             "outside the theory",
         ),
     ):

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner, Result
 
-from restitution.case.file import read_case
+from restitution.case.impact import read_case
 from restitution.cli import patience
 from restitution.cli.main import app
 from restitution.impact import exact
@@ -221,7 +221,7 @@ def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch
     assert run("solve", "ball.toml", "--history", "h.csv").exit_code == 0
     assert run("solve", "ball.toml", "--history", "h.nc").exit_code == 0
     lines = Path("h.csv").read_text().splitlines()
-    columns = "time [s],indentation_depth [m],velocity [m/s],force [N],contact_radius [m]"
+    columns = "time [s],indentation_depth [m],indentation_velocity [m/s],force [N],contact_radius [m]"
     assert lines[0] == columns + ",kinetic_energy [J],stored_energy [J],dissipated_energy [J]"
     # Written so that the number read is the number computed.
     np.testing.assert_array_equal(

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.case.file import read_case
+from restitution.case.impact import read_case
 from restitution.material.fit import fit_prony
 from restitution.material.readers import read_material
 

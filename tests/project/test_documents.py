@@ -40,7 +40,7 @@ def test_python_blocks_run(name, capsys):
 
 @pytest.mark.parametrize("name", PYTHON)
 def test_case_files_are_solved(name, tmp_path):
-    from restitution.case.file import read_case
+    from restitution.case.impact import read_case
 
     (case,) = blocks(name, "toml")
     file = tmp_path / "case.toml"
@@ -54,7 +54,7 @@ def test_readme_shows_what_its_example_prints(capsys):
 
 
 def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):
-    from restitution.case.file import read_case
+    from restitution.case.impact import read_case
 
     names: dict[str, object] = {}
     exec(blocks("README.md", "python")[0], names)

@@ -1,31 +1,31 @@
-"""Case files of prescribed indentations: a TOML text becomes materials, a profile, and a history of depth or force."""
+"""Case files of prescribed indentations: materials, a profile, and a history of depth or force."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Discriminator, StrictInt, Tag, ValidationError, ValidationInfo, model_validator
+from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
-from restitution.case.columns import names_column, read_columns
-from restitution.case.file import read_toml
+from restitution.case.impact import notes_on
 from restitution.case.material import AnyMaterial
-from restitution.case.profile import AnyProfile
-from restitution.case.quantity import FORCE, LENGTH, LIST, NUMBER, TIME, nonnegative, positive, refuse, within
-from restitution.case.section import CaseError, Section, explain
+from restitution.case.profile import AnyProfile, named_columns, read_columns
+from restitution.case.quantity import LIST, nonnegative, positive, within
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.profile import Profile
 from restitution.impact.window import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
+from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 
 if TYPE_CHECKING:
     from restitution.indentation.result import IndentationResult
 
-Duration = Annotated[float, positive(TIME)]
+MOST_POINTS = 10_000_000
+Duration = Annotated[float, positive(TIME, "duration")]
 _ANY = (-1e300, 1e300)
 
 
@@ -68,12 +68,10 @@ class IndentationSection(Section):
     rise_time: Annotated[float, nonnegative(TIME)] | None = None
     time: Annotated[list[Annotated[float, within(TIME, *_ANY)]], LIST] | None = None
     file: str | None = None
-    n_points: StrictInt = 401
+    n_points: Annotated[StrictInt, Field(ge=2, le=MOST_POINTS, description="number of even times")] = 401
 
     @model_validator(mode="after")
-    def _check(self, info: ValidationInfo) -> IndentationSection:
-        if self.n_points < 2:
-            refuse("must be >= 2", "n_points")
+    def _check(self) -> IndentationSection:
         if self.file is not None:
             for key in self.given("depth", "force", "time", "shape", *_SHAPE_KEYS):
                 refuse("stands in the file already; leave one of the two out", key)
@@ -116,9 +114,15 @@ class IndentationSection(Section):
             If the file cannot be read, or the points are no history.
         """
         if self.file is not None:
-            name = "force" if names_column(folder, self.file, "force") else "depth"
-            kinds = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
-            columns: dict[str, NDArray[np.float64]] = read_columns(folder, self.file, kinds)
+            names = named_columns(folder, self.file)
+            if {"depth", "force"} <= set(names):
+                refuse(
+                    "has columns of depth and of force: one of the two is prescribed; leave the other out",
+                    "file",
+                )
+            name = "force" if "force" in names else "depth"
+            dimensions = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
+            columns: dict[str, NDArray[np.float64]] = read_columns(folder, self.file, dimensions)
             return name, History.from_points(columns["time"], columns[name], name=name)
         name = self.one_of("depth", "force")
         value = getattr(self, name)
@@ -156,7 +160,7 @@ class IndentationFile(Section):
     """A whole case file of an indentation."""
 
     elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("body", "impact"), "an impact is for `restitution solve`"
+        ("body", "impact", "counter_body"), "an impact is for `restitution solve`"
     )
 
     title: str | None = None
@@ -169,7 +173,7 @@ class IndentationFile(Section):
     @model_validator(mode="after")
     def _check(self) -> IndentationFile:
         if self.profile.needs_body_radius:
-            refuse("is missing; an indenter has no body to take it from", "profile", "radius")
+            refuse("is missing; an indenter has no body to take it from", "profile.radius")
         return self
 
 
@@ -216,7 +220,7 @@ class IndentationCase:
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.solve import indent
 
-        try:
+        with in_file(self.path, rtol="solver", **dict.fromkeys(("depth", "force", "time"), "indentation")):
             return indent(
                 self.material,
                 self.profile,
@@ -224,32 +228,11 @@ class IndentationCase:
                 **{self.prescribed: self.history},
                 **self.options,
             )
-        except ValueError as error:
-            raise CaseError(f"{self.path}: {_placed(str(error))}") from None
 
     def notes(self) -> list[str]:
-        """What should be known of the materials: what was assumed, and whether their data cover the history."""
-        lines: list[str] = []
+        """Remarks on the materials: what was assumed, and whether their data cover the history."""
         duration = self.history.stop - self.history.start
-        for material in (self.material, self.counter_material):
-            if material is None:
-                continue
-            name = material.name or "material"
-            if material.assumptions:
-                lines.append(f"{name}: {material.assumptions}")
-            if material.window and not material.window[0] <= duration <= material.window[1]:
-                low, high = material.window
-                lines.append(
-                    f"{name}: meant for {low:.3g} s to {high:.3g} s, and the history lasts {duration:.3g} s"
-                )
-        return lines
-
-
-def _placed(message: str) -> str:
-    """Message with the section of the key that it begins with."""
-    if message.startswith("rtol"):
-        return f"solver.{message}"
-    return f"indentation.{message}" if re.match(r"(depth|force|time)\b", message) else message
+        return notes_on(self.material, self.counter_material, [duration], "history")
 
 
 def read_indentation(path: str | Path) -> IndentationCase:
@@ -294,23 +277,14 @@ def read_indentation(path: str | Path) -> IndentationCase:
     depth 5e-07
     """
     path = Path(path)
-    data = read_toml(path)
-    try:
-        case = IndentationFile.model_validate(data, context={"folder": path.parent})
-    except ValidationError as error:
-        raise CaseError(explain(path, data, error)) from None
-    try:
-        name, history = case.indentation.read(path.parent)
-    except ValueError as error:
-        key = "indentation.file: " if case.indentation.file else ""
-        raise CaseError(f"{path}: {key or ''}{str(error) if key else _placed(str(error))}") from None
+    case = read_sections(IndentationFile, path, read_toml(path))
+    section = case.indentation
+    with in_file(path, "indentation" if section.file is None else "indentation.file"):
+        name, history = section.read(path.parent)
     window = window_around(history.stop - history.start)
-    try:
+    with in_file(path):
         counter = None if case.counter_material is None else case.counter_material.build(window)
         material, profile = case.material.build(window), case.profile.build(None)
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    section = case.indentation
     return IndentationCase(
         path, case.title, material, profile, counter, name, history, section.n_points, case.solver.options
     )

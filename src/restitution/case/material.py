@@ -1,39 +1,119 @@
-"""The material of a case file, in the forms in which people have them."""
+"""The material of a case file: a model, Prony series, a name of the library, or a file.
+
+The section of each model follows from its constructor, so that a new model is one function in
+`restitution.material.models`.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import math
+from abc import abstractmethod
+from dataclasses import replace
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Literal, Union
 
-from pydantic import BeforeValidator, Discriminator, Tag, model_validator
-
-from restitution.case.classical import (
-    BurgersSection,
-    ElasticSection,
-    FractionalSection,
-    GeneralisedMaxwellSection,
-    KelvinVoigtSection,
-    MaxwellSection,
-    StandardSolidSection,
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    InstanceOf,
+    Tag,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
 )
-from restitution.case.material_file import FileSection, LibrarySection
-from restitution.case.material_form import MaterialSection
-from restitution.case.quantity import refuse
-from restitution.case.relaxation import Bulk, BulkRelaxation, PoissonRatio, PronySection, ShearRelaxation
+
+from restitution.case.quantity import fields_of, of, positive
+from restitution.case.relaxation import (
+    AnyShift,
+    Bulk,
+    EndModulus,
+    Modulus,
+    PoissonRatio,
+    PronySection,
+    ShiftSection,
+    Temperature,
+    number_or_table,
+    read_file,
+)
+from restitution.case.section import Section, refuse
+from restitution.errors import InputError
+from restitution.material import library
+from restitution.material.conversion import shear_from_tension
+from restitution.material.deck import ViscoelasticDeck
+from restitution.material.fit import PronyFit, fit_prony
 from restitution.material.fractional import Window
+from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
+from restitution.material.shift import ShiftTable
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.quantities import NUMBER, known
 
 
-class GeneralMaterialSection(MaterialSection):
+class MaterialSection(Section):
+    """What all forms of a material share."""
+
+    name: str | None = None
+    density: Annotated[float, of("density")] | None = None
+    shift: AnyShift | None = None
+    temperature: Temperature | None = None
+
+    @property
+    def needs_window(self) -> bool:
+        """Whether the material holds for a window of time only."""
+        return False
+
+    @abstractmethod
+    def isothermal(self, window: Window | None) -> Material:
+        """Material in SI at the temperature of its numbers."""
+
+    def build(self, window: Window | None = None) -> Material:
+        """Material in SI at the temperature wanted.
+
+        Parameters
+        ----------
+        window
+            Where a fractional model has to hold, at that temperature.
+        """
+        shift, factor = self.shift, 1.0
+        if isinstance(shift, ShiftSection):
+            shift = shift.build()
+        if shift is not None and self.temperature is not None:
+            factor = shift.factor(self.temperature)
+        if window is not None:
+            window = Window(window.low / factor, window.high / factor, window.rtol)
+        material = self.isothermal(window)
+        given = {"name": self.name, "density": self.density, "shift": shift}
+        if shift is not None:
+            given["temperature"] = shift.reference_temperature
+        material = replace(material, **{key: value for key, value in given.items() if value is not None})
+        if self.temperature is None or self.temperature == material.temperature:
+            return material
+        if material.shift is None:
+            refuse("the material has no law of the shift; give shift as well", "temperature")
+        return material.at(self.temperature)
+
+
+class GeneralSection(MaterialSection):
     """Any relaxation in shear (a number: elastic) and in bulk (a number: constant)."""
 
-    shear: ShearRelaxation
-    bulk: BulkRelaxation | None = None
+    shear: Annotated[
+        Annotated[PronySection, Tag("<table>")] | Annotated[Modulus, Tag("<number>")],
+        Discriminator(number_or_table),
+    ]
+    bulk: (
+        Annotated[
+            Annotated[PronySection, Tag("<table>")] | Annotated[Bulk, Tag("<number>")],
+            Discriminator(number_or_table),
+        ]
+        | None
+    ) = None
     bulk_modulus: Bulk | None = None
     poisson_ratio: PoissonRatio | None = None
 
     @model_validator(mode="after")
-    def _check(self) -> GeneralMaterialSection:
+    def _check(self) -> GeneralSection:
         self.one_of("bulk", "bulk_modulus", "poisson_ratio")
         self.build()
         return self
@@ -41,36 +121,195 @@ class GeneralMaterialSection(MaterialSection):
     def isothermal(self, window: Window | None) -> Material:
         """Material in SI."""
         shear = self.shear.build() if isinstance(self.shear, PronySection) else self.shear
-        return Material(shear, self._bulk(shear))
-
-    def _bulk(self, shear: PronySeries | float) -> PronySeries | float:
         if isinstance(self.bulk, PronySection):
-            return self.bulk.build()
+            return Material(shear, self.bulk.build())
         if self.poisson_ratio is not None:
             static = shear.equilibrium_modulus if isinstance(shear, PronySeries) else shear
-            return bulk_from_poisson_ratio(static, self.poisson_ratio)
-        return self.bulk if self.bulk is not None else self.bulk_modulus or 0.0
+            return Material(shear, bulk_from_poisson_ratio(static, self.poisson_ratio))
+        return Material(shear, self.bulk if self.bulk is not None else self.bulk_modulus or 0.0)
 
 
-_COMMON = frozenset({"model", "poisson_ratio", "bulk_modulus", *MaterialSection.model_fields})
-_MODELS: dict[str, tuple[str, ...]] = {
-    name: tuple(key for key in section.model_fields if key not in _COMMON)
-    for name, section in {
-        "elastic": ElasticSection,
-        "maxwell": MaxwellSection,
-        "kelvin_voigt": KelvinVoigtSection,
-        "standard_solid": StandardSolidSection,
-        "burgers": BurgersSection,
-        "generalised_maxwell": GeneralisedMaxwellSection,
-    }.items()
-} | FractionalSection.keys
+class ModelSection(MaterialSection):
+    """A classical or fractional model, from its entry in the registry of models."""
+
+    entry: ClassVar[MaterialModel]
+    model: str
+
+    @property
+    def needs_window(self) -> bool:
+        """Whether a Prony series stands for the model, in a window of time."""
+        return self.entry.needs_window
+
+    @model_validator(mode="after")
+    def _check(self) -> ModelSection:
+        for group in self.entry.one_of:
+            self.one_of(*group)
+        self._made()
+        return self
+
+    def _made(self) -> Any:
+        given = self.model_dump(include=set(self.entry.constants), exclude_none=True)
+        return self.entry.build(**given)
+
+    def isothermal(self, window: Window | None) -> Material:
+        """Material in SI; a fractional one is good within the window."""
+        made = self._made()
+        if not self.needs_window:
+            return made
+        assert window is not None
+        return made.within(window)
+
+
+class LibrarySection(MaterialSection):
+    """A material of the library by its name."""
+
+    library: str
+
+    @field_validator("library")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        try:
+            return known("", value, library.names())
+        except InputError as error:
+            refuse(error.wanted)
+
+    @model_validator(mode="after")
+    def _check(self) -> LibrarySection:
+        self.build()
+        return self
+
+    def isothermal(self, window: Window | None) -> Material:
+        """Material in SI."""
+        return library.get(self.library)
+
+
+class FileSection(MaterialSection):
+    """A material in a file: measured data, which are fitted, Prony terms, or the deck of a solver."""
+
+    # Before the file, whose reading needs it.
+    material_name: str | None = None
+    file: (
+        InstanceOf[RelaxationTable]
+        | InstanceOf[DynamicTable]
+        | InstanceOf[PronyTerms]
+        | InstanceOf[ViscoelasticDeck]
+    )
+    deformation: Literal["tension", "shear"] | None = None
+    bulk_modulus: Bulk | None = None
+    youngs_modulus: Modulus | None = None
+    poisson_ratio: PoissonRatio | None = None
+    equilibrium_modulus: EndModulus | None = None
+    instantaneous_modulus: Modulus | None = None
+    misfit: Annotated[float, positive(NUMBER, "relative misfit that a fit may have")] | None = None
+    liquid: bool | None = None
+
+    @field_validator("file", mode="before")
+    @classmethod
+    def _read(cls, value: Any, info: ValidationInfo) -> Any:
+        content = read_file(value, info, "dma.csv", info.data.get("material_name"))
+        if isinstance(content, ShiftTable):
+            refuse("holds shift factors and no moduli; give it as shift")
+        return content
+
+    @model_validator(mode="after")
+    def _check(self) -> FileSection:
+        deck = isinstance(self.file, ViscoelasticDeck)
+        fitted = isinstance(self.file, RelaxationTable | DynamicTable)
+        if deck:
+            self._only("the deck of a solver", "material_name", "youngs_modulus", "poisson_ratio")
+        else:
+            own = ("misfit", "liquid") if fitted else ("equilibrium_modulus", "instantaneous_modulus")
+            shared = ("deformation", "bulk_modulus", "poisson_ratio")
+            self._only("measured data" if fitted else "Prony terms", *own, *shared)
+            self.one_of("bulk_modulus", "poisson_ratio")
+            found = getattr(self.file, "deformation", None)
+            if found is None and self.deformation is None:
+                refuse('is missing: the file does not say whether it is "tension" or "shear"', "deformation")
+            if found is not None and self.deformation not in (None, found):
+                refuse(f'contradicts the file, which holds moduli in "{found}"', "deformation")
+        try:
+            _ = self.fit
+        except ValueError as error:
+            refuse(str(error).removeprefix(f"{self.file.source}: "), "file")
+        self.build()
+        return self
+
+    def _only(self, what: str, *keys: str) -> None:
+        others = [
+            key for key in type(self).model_fields if key not in ("file", *MaterialSection.model_fields)
+        ]
+        for key in self.given(*others):
+            if key not in keys:
+                refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
+
+    @cached_property
+    def fit(self) -> PronyFit | None:
+        """Fit to measured data."""
+        if not isinstance(self.file, RelaxationTable | DynamicTable):
+            return None
+        options = {key: getattr(self, key) for key in self.given("misfit", "liquid")}
+        return fit_prony(self.file, **options)
+
+    def isothermal(self, window: Window | None) -> Material:
+        """Material in SI."""
+        if isinstance(self.file, ViscoelasticDeck):
+            return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
+        fit = self.fit
+        if fit is not None:
+            series, covered = fit.series, fit.window
+            assumptions = f"{fit.n_terms} Prony terms fitted to the data, relative misfit {fit.misfit:.2g}"
+        else:
+            assert isinstance(self.file, PronyTerms)
+            ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
+            series, assumptions = self.file.series(**ends), None
+            times = series.relaxation_times
+            covered = (float(times.min()), float(times.max())) if times.size > 1 else None
+        tension = (self.deformation or self.file.deformation) == "tension"
+        shear, bulk = self._shear_and_bulk(series, tension)
+        return Material(shear, bulk, source=self.file.source, window=covered, assumptions=assumptions)
+
+    def _shear_and_bulk(self, series: PronySeries, tension: bool) -> tuple[PronySeries, PronySeries | float]:
+        ratio = self.poisson_ratio
+        if ratio is None:
+            assert self.bulk_modulus is not None
+            shear = shear_from_tension(series, bulk_modulus=self.bulk_modulus) if tension else series
+            return shear, self.bulk_modulus
+        shear = shear_from_tension(series, poisson_ratio=ratio) if tension else series
+        factor = math.inf if ratio == 0.5 else 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio))
+        return shear, math.inf if ratio == 0.5 else shear.scaled(factor)
+
+
+def _model_section(entry: MaterialModel) -> type[ModelSection]:
+    default = entry.name if entry.name == "standard_solid" else ...
+    fields: dict[str, Any] = {"model": (Literal[entry.name], default), **fields_of(entry.constants.values())}
+    section = create_model(f"{entry.name}_section", __base__=ModelSection, **fields)
+    section.entry = entry
+    return section
+
+
+MODELS = {name: _model_section(entry) for name, entry in material_models().items()}
+_FORMS: dict[str, type[MaterialSection]] = {
+    "library": LibrarySection,
+    "file": FileSection,
+    "shear": GeneralSection,
+    **MODELS,
+}
+_COMMON = {"model", "poisson_ratio", "bulk_modulus", "approximation_rtol", *MaterialSection.model_fields}
+for _form in _FORMS.values():
+    _form.alternatives = frozenset(key for other in _FORMS.values() for key in other.model_fields)
+
+
+def is_fractional(content: Any) -> bool:
+    """Whether the table of a material describes a fractional model."""
+    name = content.get("model") if isinstance(content, dict) else None
+    return isinstance(name, str) and name in MODELS and MODELS[name].entry.needs_window
 
 
 def _known_model(value: Any) -> Any:
     if isinstance(value, dict):
-        if value.get("model", "elastic") not in _MODELS:
-            names = ", ".join(f'"{name}"' for name in _MODELS)
-            refuse(f"must be one of {names}", "model")
+        if "model" in value and value["model"] not in list(MODELS):
+            names = ", ".join(f'"{name}"' for name in MODELS)
+            refuse(f"must be one of {names}", "model", value["model"])
         forms = [key for key in ("library", "file", "model", "shear") if key in value]
         if len(forms) > 1:
             refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
@@ -81,35 +320,23 @@ def _known_model(value: Any) -> Any:
 
 def _without_model(value: dict[str, Any]) -> None:
     """Point from constants of other models than the standard solid, which needs no name, to those models."""
-    constants = {key for keys in _MODELS.values() for key in keys} & set(value)
+    own = {name: set(section.model_fields) - _COMMON for name, section in MODELS.items()}
+    constants = set[str]().union(*own.values()) & set(value)
     for key in value:
-        if key in constants and key not in _MODELS["standard_solid"]:
-            having = [name for name, keys in _MODELS.items() if key in keys]
-            models = [name for name in having if constants <= set(_MODELS[name])] or having
+        if key in constants and key not in own["standard_solid"]:
+            having = [name for name, keys in own.items() if key in keys]
+            models = [name for name in having if constants <= own[name]] or having
             names = " or ".join(f'"{name}"' for name in models)
             refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 
-def _form(value: Any) -> str:
+def _tag(value: Any) -> str:
     keys = value if isinstance(value, dict) else type(value).model_fields
     for key in ("library", "file", "shear"):
         if key in keys:
             return f"<{key}>"
-    model = value.get("model", "standard_solid") if isinstance(value, dict) else value.model
-    return "<fractional>" if model in FractionalSection.keys else f"<{model}>"
+    return f"<{value.get('model', 'standard_solid') if isinstance(value, dict) else value.model}>"
 
 
-AnyMaterial = Annotated[
-    Annotated[StandardSolidSection, Tag("<standard_solid>")]
-    | Annotated[GeneralMaterialSection, Tag("<shear>")]
-    | Annotated[LibrarySection, Tag("<library>")]
-    | Annotated[FileSection, Tag("<file>")]
-    | Annotated[ElasticSection, Tag("<elastic>")]
-    | Annotated[MaxwellSection, Tag("<maxwell>")]
-    | Annotated[KelvinVoigtSection, Tag("<kelvin_voigt>")]
-    | Annotated[BurgersSection, Tag("<burgers>")]
-    | Annotated[GeneralisedMaxwellSection, Tag("<generalised_maxwell>")]
-    | Annotated[FractionalSection, Tag("<fractional>")],
-    Discriminator(_form),
-    BeforeValidator(_known_model),
-]
+_UNION: Any = Union[tuple(Annotated[form, Tag(f"<{name}>")] for name, form in _FORMS.items())]  # noqa: UP007
+AnyMaterial = Annotated[_UNION, Discriminator(_tag), BeforeValidator(_known_model)]

@@ -1,249 +1,253 @@
-"""The profile of a case file: what the surface of the body is like where it touches."""
+"""The profile of a case file: the shape of the body's surface where it touches.
+
+The section of each type follows from the constructor of the profile, so that a new profile is one class.
+"""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Union
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
     Discriminator,
     InstanceOf,
     Tag,
     ValidationInfo,
+    create_model,
     field_validator,
     model_validator,
 )
 
-from restitution.case.columns import read_columns
-from restitution.case.quantity import ANGLE, LENGTH, LIST, NUMBER, Kind, nonnegative, positive, refuse, to_si
-from restitution.case.section import Section, folder_of
-from restitution.checks import positive as checked_positive
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
-from restitution.contact.tabulated import Tabulated
+from restitution.case.quantity import fields_of, to_si
+from restitution.case.section import Section, folder_of, refuse
 
-Length = Annotated[float, positive(LENGTH)]
-Angle = Annotated[float, positive(ANGLE)]
-Lengths = Annotated[list[Annotated[float, nonnegative(LENGTH)]], LIST]
+# Importing a profile registers it.
+from restitution.contact import flat_ended, power_law, sphere, tabulated  # noqa: F401  pyright: ignore[reportUnusedImport]
+from restitution.contact.power_law import PowerLaw
+from restitution.contact.profile import Profile
+from restitution.contact.tabulated import Tabulated
+from restitution.errors import InputError
+from restitution.material.models import constants_of
+from restitution.material.sheet import FileError, Sheet, read_sheet
+from restitution.quantities import LENGTH, NUMBER, Dimension, Quantity
+
+_TABLE = ("file", "r", "f")
+# Symbols that stand for the names of columns.
+_SYMBOLS = {"t": "time", "d": "depth", "F": "force"}
 
 
 class ProfileSection(Section):
-    """What all profiles share."""
+    """The surface of the body where it touches. A type without a radius of its own has that of the body."""
+
+    profile: ClassVar[type[Profile]]
+    type: str
 
     @property
     def needs_body_radius(self) -> bool:
-        """Whether the body has to have a radius."""
-        return False
-
-    @abstractmethod
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-
-
-class ParabolaSection(ProfileSection):
-    """Paraboloid, the small-strain form of a sphere; without a radius, it has that of the body."""
-
-    type: Literal["parabola"] = "parabola"
-    radius: Length | None = None
-
-    @property
-    def needs_body_radius(self) -> bool:
-        """Whether the body has to have a radius."""
-        return self.radius is None
-
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return Parabola(self.radius or body_radius or 0.0)
-
-
-class SphereSection(ProfileSection):
-    """Exact circle; without a radius, it has that of the body."""
-
-    type: Literal["sphere"]
-    radius: Length | None = None
-
-    @property
-    def needs_body_radius(self) -> bool:
-        """Whether the body has to have a radius."""
-        return self.radius is None
-
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return Sphere(self.radius or body_radius or 0.0)
-
-
-class ConeSection(ProfileSection):
-    """Cone, with half of its opening angle measured from the axis."""
-
-    type: Literal["cone"]
-    half_angle: Angle
+        """Whether the radius is that of the body."""
+        return self.profile.body_radius and self.radius is None
 
     @model_validator(mode="after")
-    def _check(self) -> ConeSection:
-        self.build(None)
+    def _check(self) -> ProfileSection:
+        self.build(1.0)
         return self
 
     def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return Cone(self.half_angle)
+        """Profile in SI.
+
+        Raises
+        ------
+        InputError
+            If the profile refuses a number.
+        """
+        given = self.model_dump(exclude={"type"}, exclude_none=True)
+        if self.needs_body_radius:
+            given["radius"] = body_radius
+        return self.profile(**given)
 
 
 class PowerLawSection(ProfileSection):
     """Power law f = A r^n, whose coefficient A has a unit that depends on n."""
 
-    type: Literal["power_law"]
-    exponent: Annotated[float, positive(NUMBER)]
     coefficient: float | str
 
-    @model_validator(mode="after")
-    def _check(self) -> PowerLawSection:
-        try:
-            self.build(None)
-        except ValueError as error:
-            message = str(error)
-            refuse(
-                message.partition(": ")[2] if message.startswith("coefficient") else message, "coefficient"
-            )
-        return self
-
     def build(self, body_radius: float | None) -> Profile:
         """Profile in SI."""
-        value = self.coefficient
+        exponent, value = float(self.exponent), self.coefficient
         if isinstance(value, str):
-            power = 1.0 - self.exponent
-            kind = Kind(f"coefficient of r^{self.exponent:g}", f"m^({power:g})", f"50 m^({power:g})")
-            if power == 0.0:
-                kind = NUMBER
-            value = to_si(value, kind)
-        return PowerLaw(self.exponent, checked_positive("coefficient", value))
-
-
-class FlatPunchSection(ProfileSection):
-    """Flat-ended cylinder."""
-
-    type: Literal["flat_punch"]
-    radius: Length
-
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return FlatPunch(self.radius)
-
-
-class TruncatedConeSection(ProfileSection):
-    """Cone with a flat face, of which `radius` is the radius."""
-
-    type: Literal["truncated_cone"]
-    radius: Length
-    half_angle: Angle
-
-    @model_validator(mode="after")
-    def _check(self) -> TruncatedConeSection:
-        self.build(None)
-        return self
-
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return TruncatedCone(self.radius, self.half_angle)
-
-
-class FlatEndedParabolaSection(ProfileSection):
-    """Paraboloid with a worn face; without a radius of curvature, it has that of the body."""
-
-    type: Literal["flat_ended_parabola"]
-    radius: Length | None = None
-    face_radius: Length
-
-    @property
-    def needs_body_radius(self) -> bool:
-        """Whether the body has to have a radius."""
-        return self.radius is None
-
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
-        return FlatEndedParabola(self.radius or body_radius or 0.0, self.face_radius)
+            power = 1.0 - exponent
+            unit = Dimension(f"coefficient of r^{exponent:g}", f"m^({power:g})", f"50 m^({power:g})")
+            try:
+                value = to_si(value, unit if power else NUMBER)
+            except InputError as error:
+                refuse(error.wanted, "coefficient", self.coefficient)
+        return PowerLaw(exponent, value)
 
 
 class TabulatedSection(ProfileSection):
     """Measured profile: radii and heights, inline or in a CSV file with the columns r and f."""
 
-    type: Literal["tabulated"] = "tabulated"
     file: InstanceOf[Tabulated] | None = None
-    r: Lengths | None = None
-    f: Lengths | None = None
 
     @field_validator("file", mode="before")
     @classmethod
     def _read(cls, value: Any, info: ValidationInfo) -> Tabulated:
         if not isinstance(value, str):
             refuse('must be the name of a CSV file, e.g. "tip.csv"')
-        try:
-            columns = read_columns(folder_of(info), value, {"r": LENGTH, "f": LENGTH})
-            return Tabulated(columns["r"], columns["f"])
-        except ValueError as error:
-            refuse(str(error))
-
-    @model_validator(mode="after")
-    def _check(self) -> TabulatedSection:
-        if self.file is not None:
-            for key in self.given("r", "f"):
-                refuse("stands in the file already; leave one of the two out", key)
-        elif self.r is None or self.f is None:
-            refuse("give file, or r and f")
-        self.build(None)
-        return self
+        columns = read_columns(folder_of(info), value, {"r": LENGTH, "f": LENGTH})
+        return Tabulated(columns["r"], columns["f"])
 
     def build(self, body_radius: float | None) -> Profile:
         """Profile in SI."""
-        return self.file or Tabulated(np.array(self.r), np.array(self.f))
+        r, f = self.r, self.f
+        if self.file is not None:
+            for key in self.given("r", "f"):
+                refuse("stands in the file already; leave one of the two out", key)
+            return self.file
+        if r is None or f is None:
+            refuse("give file, or r and f")
+        return Tabulated(np.array(r), np.array(f))
 
 
-_FORMS: dict[str, type[ProfileSection]] = {
-    "parabola": ParabolaSection,
-    "sphere": SphereSection,
-    "cone": ConeSection,
-    "power_law": PowerLawSection,
-    "flat_punch": FlatPunchSection,
-    "truncated_cone": TruncatedConeSection,
-    "flat_ended_parabola": FlatEndedParabolaSection,
-    "tabulated": TabulatedSection,
-}
+_SPECIAL: dict[str, type[ProfileSection]] = {"power_law": PowerLawSection, "tabulated": TabulatedSection}
 
 
-def _known_type(value: Any) -> Any:
-    if isinstance(value, dict):
-        if _type(value) not in _FORMS:
-            names = ", ".join(f'"{name}"' for name in _FORMS)
-            refuse(f"must be one of {names}", "type")
-        if "type" not in value:
-            own = _FORMS[_type(value)].model_fields
-            for key in value:
-                forms = [f'"{name}"' for name, form in _FORMS.items() if key in form.model_fields]
-                if key not in own and forms:
-                    refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
-    return value
+def _section(name: str, profile: type[Profile]) -> type[ProfileSection]:
+    base = _SPECIAL.get(name, ProfileSection)
+    default = name if name in ("parabola", "tabulated") else ...
+    keys: dict[str, Any] = {"type": (Literal[name], default), **fields_of(constants_of(profile).values())}
+    if "coefficient" in base.model_fields:
+        del keys["coefficient"]
+    for key in keys:
+        if key in _TABLE or (key == "radius" and profile.body_radius):
+            keys[key] = (keys[key][0] | None, None)
+    section = create_model(f"{profile.__name__}Section", __base__=base, __doc__=profile.__doc__, **keys)
+    section.profile = profile
+    return section
+
+
+def constants_of_profiles() -> dict[str, Quantity]:
+    """Quantities of the parameters of all profiles, by name."""
+    return {
+        name: constant.quantity
+        for profile in Profile.registered.values()
+        for name, constant in constants_of(profile).items()
+    }
+
+
+SECTIONS = {name: _section(name, profile) for name, profile in Profile.registered.items()}
 
 
 def _type(value: Any) -> Any:
     """Type of a profile: a table where one is given, a parabola where nothing is said."""
     if not isinstance(value, dict):
         return getattr(value, "type", "parabola")
-    table = any(key in value for key in ("file", "r", "f"))
-    return value.get("type", "tabulated" if table else "parabola")
+    return value.get("type", "tabulated" if any(key in value for key in _TABLE) else "parabola")
 
 
-AnyProfile = Annotated[
-    Annotated[ParabolaSection, Tag("parabola")]
-    | Annotated[SphereSection, Tag("sphere")]
-    | Annotated[ConeSection, Tag("cone")]
-    | Annotated[PowerLawSection, Tag("power_law")]
-    | Annotated[FlatPunchSection, Tag("flat_punch")]
-    | Annotated[TruncatedConeSection, Tag("truncated_cone")]
-    | Annotated[FlatEndedParabolaSection, Tag("flat_ended_parabola")]
-    | Annotated[TabulatedSection, Tag("tabulated")],
-    Discriminator(_type),
-    BeforeValidator(_known_type),
-]
+def _known_type(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    if _type(value) not in SECTIONS:
+        names = ", ".join(f'"{name}"' for name in SECTIONS)
+        refuse(f"must be one of {names}", "type", value["type"])
+    if "type" not in value:
+        own = SECTIONS[_type(value)].model_fields
+        for key in value:
+            forms = [f'"{name}"' for name, form in SECTIONS.items() if key in form.model_fields]
+            if key not in own and forms:
+                refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
+    return value
+
+
+_UNION: Any = Union[tuple(Annotated[form, Tag(f"<{name}>")] for name, form in SECTIONS.items())]  # noqa: UP007
+AnyProfile = Annotated[_UNION, Discriminator(lambda value: f"<{_type(value)}>"), BeforeValidator(_known_type)]
+
+
+def read_columns(
+    folder: str | Path, name: str, dimensions: Mapping[str, Dimension]
+) -> dict[str, NDArray[np.float64]]:
+    r"""Read the columns of a CSV file.
+
+    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an
+    underscore or in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``; without them the numbers
+    are in SI. Separators, decimal commas and comments are those of tables of materials.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder that a relative name starts from.
+    name : str
+        Name of the file.
+    dimensions : mapping
+        Name and dimension of each column.
+
+    Returns
+    -------
+    dict
+        A column in SI for each name.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read or is malformed; one line, with the number of the line to blame.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "tip.csv").write_text("r,f\nmm,um\n0,0\n1,2\n")
+    ...     read_columns(folder, "tip.csv", {"r": LENGTH, "f": LENGTH})
+    {'r': array([0.   , 0.001]), 'f': array([0.e+00, 2.e-06])}
+    """
+    sheet = read_sheet("", _text(Path(folder, name)), lambda tail: True)
+    names = [_SYMBOLS.get(label, label) for label in sheet.labels]
+    for label, column in zip(sheet.labels, names, strict=True):
+        if column not in dimensions:
+            raise FileError("", sheet.header_line, f"unknown column {label!r}; {_forms(dimensions)}")
+    if sorted(names) != sorted(dimensions):
+        raise FileError("", sheet.header_line, f"must name {len(dimensions)} columns; {_forms(dimensions)}")
+    return {column: _column(sheet, i, column, dimensions[column]) for i, column in enumerate(names)}
+
+
+def named_columns(folder: str | Path, name: str) -> list[str]:
+    """Names of the columns of a CSV file."""
+    return [
+        _SYMBOLS.get(label, label)
+        for label in read_sheet("", _text(Path(folder, name)), lambda tail: True).labels
+    ]
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError("", wanted=f"no such file: {path}") from None
+    except OSError as error:
+        raise InputError("", wanted=f"cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise InputError("", wanted="cannot be read: not a text file in UTF-8") from None
+
+
+def _forms(dimensions: Mapping[str, Dimension]) -> str:
+    """Headers that are understood."""
+    units = {name: dimension.example.split()[-1] for name, dimension in dimensions.items()}
+    behind = ",".join(f"{name}_{unit}" for name, unit in units.items())
+    brackets = ",".join(f"{name} [{unit}]" for name, unit in units.items())
+    return f'write e.g. "{behind}", "{brackets}", or "{",".join(units)}" and the units in a second line'
+
+
+def _column(sheet: Sheet, index: int, name: str, dimension: Dimension) -> NDArray[np.float64]:
+    unit = (sheet.units[index] or "").strip()
+    try:
+        factor = 1.0 if unit in ("", "-", dimension.unit) else to_si(f"1 {unit}", dimension)
+    except InputError as error:
+        raise FileError("", sheet.unit_line, f"unit {unit!r} of {name}: {error}") from None
+    for row in sheet.rows:
+        if not np.isfinite(row.values[index] * factor):
+            raise FileError("", row.line, f"{name} = {row.cells[index]}: must be finite")
+    return np.array([row.values[index] * factor for row in sheet.rows])

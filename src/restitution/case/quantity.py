@@ -1,76 +1,59 @@
-"""Quantities with units at the boundary: text such as "10 mm" becomes a number in SI."""
+"""Quantities with units: a text such as "10 mm" becomes a number in SI, in case files and on the command line."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache, partial
-from typing import Any, Never
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator
-from pydantic_core import PydanticCustomError
+from pydantic_core import core_schema
 
-from restitution import checks as validation
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of quantity: its name, its SI unit and an example of how a person writes it."""
-
-    name: str
-    unit: str
-    example: str = ""
-
-    @property
-    def article(self) -> str:
-        """The name with its indefinite article."""
-        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
-
-    @property
-    def advice(self) -> str:
-        """How to write one."""
-        return (
-            f'write e.g. "{self.example}", or a plain number in {self.unit}'
-            if self.unit
-            else "write a plain number"
-        )
-
-
-NUMBER = Kind("dimensionless number", "")
-LENGTH = Kind("length", "m", "10 mm")
-MASS = Kind("mass", "kg", "5 g")
-TIME = Kind("time", "s", "1 ms")
-DENSITY = Kind("density", "kg/m^3", "1100 kg/m^3")
-VELOCITY = Kind("velocity", "m/s", "1 m/s")
-ACCELERATION = Kind("acceleration", "m/s^2", "9.81 m/s^2")
-FORCE = Kind("force", "N", "50 mN")
-MODULUS = Kind("modulus", "Pa", "2 MPa")
-VISCOSITY = Kind("viscosity", "Pa s", "1 kPa s")
-ANGLE = Kind("angle", "rad", "80 deg")
-TEMPERATURE = Kind("temperature", "K", "20 degC")
-TEMPERATURE_DIFFERENCE = Kind("difference of temperatures", "K", "50 K")
-MOLAR_ENERGY = Kind("energy per amount of substance", "J/mol", "80 kJ/mol")
-
-# Kinds that no key of a case file takes, but that a person may write by mistake.
-_OTHERS = (
-    Kind("frequency", "1/s"),
-    Kind("area", "m^2"),
-    Kind("volume", "m^3"),
-    Kind("energy", "J"),
-    Kind("power", "W"),
-    Kind("stiffness", "N/m"),
-    Kind("kinematic viscosity", "m^2/s"),
-    Kind("electric charge", "C"),
+from restitution.checks import unit_registry
+from restitution.errors import InputError
+from restitution.material.models import Constant
+from restitution.quantities import (
+    ACCELERATION,
+    ANGLE,
+    CONSTANTS,
+    DENSITY,
+    ENERGY,
+    FORCE,
+    INPUTS,
+    LENGTH,
+    MASS,
+    MODULUS,
+    MOLAR_ENERGY,
+    NUMBER,
+    TEMPERATURE,
+    TEMPERATURE_DIFFERENCE,
+    TIME,
+    VELOCITY,
+    VISCOSITY,
+    Dimension,
+    Quantity,
 )
-_KINDS = (
+
+# Dimensions that no key of a case file has, but that a person may write by mistake.
+_OTHERS = (
+    Dimension("frequency", "1/s"),
+    Dimension("area", "m^2"),
+    Dimension("volume", "m^3"),
+    Dimension("power", "W"),
+    Dimension("stiffness", "N/m"),
+    Dimension("kinematic viscosity", "m^2/s"),
+    Dimension("electric charge", "C"),
+)
+_DIMENSIONS = (
     *(NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, MODULUS, VISCOSITY, TEMPERATURE),
-    *(MOLAR_ENERGY, *_OTHERS),
+    *(ENERGY, MOLAR_ENERGY, *_OTHERS),
 )
 
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
-# Units that most files have, by kind, with their power of ten to SI: they need no pint.
+# Units that most files have, with their power of ten to SI. They need no pint, whose start takes 0.4 s.
 _PLAIN = {
     LENGTH: {f"{prefix}m": power for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")}
     | {"cm": -2},
@@ -89,12 +72,16 @@ _PLAIN = {
 }
 _CELSIUS = ("degC", "°C")
 
+# The expressions below take quadratic time on some texts, which must therefore be short.
+_LONGEST = 200
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL
 )
+_LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
 _UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
 # "mm2" and "s-1", as people write them, which pint reads as names.
 _BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
+# A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
 _TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
 # What people mean, of units that differ in case alone.
 _COMMON = frozenset(
@@ -102,49 +89,24 @@ _COMMON = frozenset(
 )
 
 
-@cache
-def _registry() -> Any:
-    # Pint takes 0.4 s to import and to set up, which a case of plain numbers and `--help` need not pay.
-    from pint import UnitRegistry
-
-    return UnitRegistry()
-
-
-def _unit(text: str, kind: Kind) -> Any:
-    refused = ValueError(f"unknown unit {text!r}; {kind.advice}")
-    # A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
-    if not _UNIT.fullmatch(text) or _TOWER.search(text) or len(text) > 80:
-        raise refused
-    try:
-        return _registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
-    except Exception:  # pint's parser lets errors of many unrelated types through
-        plain = [*_PLAIN.get(kind, {}), *(_CELSIUS if kind is TEMPERATURE else ())]
-        names = [name for name in plain if name in _COMMON] or plain
-        close = [name for name in names if name.lower() == text.lower()]
-        close = close or get_close_matches(text, names, 1, 0.6)
-        if not close:
-            raise refused from None
-        raise ValueError(f"unknown unit {text!r}, did you mean {' or '.join(close)}? {kind.advice}") from None
-
-
-def to_si(text: str, kind: Kind) -> float:
+def to_si(text: str, dimension: Dimension) -> float:
     """Return the number in SI units that a text such as "10 mm" stands for.
 
     Parameters
     ----------
     text : str
-        A number and a unit; percent and degrees count as units of dimensionless numbers.
-    kind : Kind
-        The kind of quantity that is wanted.
+        A number and a unit, at most 200 characters. Percent and degrees are units of dimensionless numbers.
+    dimension : Dimension
+        What is wanted.
 
     Returns
     -------
     float
-        The number in `kind.unit`.
+        The number in `dimension.unit`.
 
     Raises
     ------
-    ValueError
+    InputError
         In one line: no number, an unknown unit, or a unit of another dimension.
 
     Examples
@@ -154,84 +116,152 @@ def to_si(text: str, kind: Kind) -> float:
     >>> to_si("10 s", LENGTH)
     Traceback (most recent call last):
         ...
-    ValueError: is a time, not a length; write e.g. "10 mm", or a plain number in m
+    restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
-        raise ValueError(f"cannot be read as a number and a unit; {kind.advice}")
+        raise InputError("", wanted=f"cannot be read as a number and a unit; {dimension.advice}")
     number, name = float(match[1]), match[2]
-    power = _PLAIN.get(kind, {}).get(name)
+    power = _PLAIN.get(dimension, {}).get(name)
     if power is not None:
         # Division by a power of ten rounds once; a product with its inverse twice.
         return number * 10.0**power if power >= 0 else number / 10.0**-power
-    if name in _CELSIUS:
-        if kind is TEMPERATURE:
-            return number + 273.15
-        if kind is TEMPERATURE_DIFFERENCE:
-            return number
-    unit = _unit(name, kind)
-    wanted = _registry().parse_units(kind.unit)
-    if unit.dimensionality != wanted.dimensionality or (kind is ANGLE and not name):
-        found = next(
-            (k for k in _KINDS if _registry().parse_units(k.unit).dimensionality == unit.dimensionality), None
-        )
+    if name in _CELSIUS and dimension is TEMPERATURE:
+        return number + 273.15
+    if name in _CELSIUS and dimension is TEMPERATURE_DIFFERENCE:
+        return number
+    unit, registry = _unit(name, dimension), unit_registry()
+    wanted = registry.parse_units(dimension.unit)
+    if unit.dimensionality != wanted.dimensionality or (dimension is ANGLE and not name):
         if not name:
-            raise ValueError(f"has no unit; {kind.advice}")
+            raise InputError("", wanted=f"has no unit; {dimension.advice}")
+        found = next(
+            (
+                one
+                for one in _DIMENSIONS
+                if registry.parse_units(one.unit).dimensionality == unit.dimensionality
+            ),
+            None,
+        )
         what = found.article if found else f"a quantity of dimension {unit.dimensionality}"
-        raise ValueError(f"is {what}, not {kind.article}; {kind.advice}")
-    return float(_registry().Quantity(number, unit).to(wanted).magnitude)
+        raise InputError("", wanted=f"is {what}, not {dimension.article}; {dimension.advice}")
+    return float(registry.Quantity(number, unit).to(wanted).magnitude)
 
 
-def refuse(why: str, *keys: str) -> Never:
-    """Raise what pydantic collects; `keys` lead from the section checked to the value to blame."""
-    raise PydanticCustomError("case", "{why}", {"why": why, "keys": keys})
-
-
-def _read(value: Any, kind: Kind, check: Callable[..., Any]) -> float:
+def _unit(text: str, dimension: Dimension) -> Any:
+    refused = InputError("", wanted=f"unknown unit {text!r}; {dimension.advice}")
+    if not _UNIT.fullmatch(text) or _TOWER.search(text) or len(text) > 80:
+        raise refused
     try:
-        if isinstance(value, str):
-            number = to_si(value, kind)
-        elif isinstance(value, int | float) and not isinstance(value, bool):
+        return unit_registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
+    except Exception:  # pint's parser lets errors of many unrelated types through
+        plain = [*_PLAIN.get(dimension, {}), *(_CELSIUS if dimension is TEMPERATURE else ())]
+        names = [name for name in plain if name in _COMMON] or plain
+        close = [name for name in names if name.lower() == text.lower()]
+        close = close or get_close_matches(text, names, 1, 0.6)
+        if not close:
+            raise refused from None
+        hint = f"did you mean {' or '.join(close)}? {dimension.advice}"
+        raise InputError("", wanted=f"unknown unit {text!r}, {hint}") from None
+
+
+def read(value: Any, quantity: Quantity) -> float:
+    """Return in SI what a user wrote: a number, or a text with a unit.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or outside the range of the quantity.
+    """
+    dimension = quantity.dimension
+    if quantity.infinite and value == "incompressible":
+        return math.inf
+    if isinstance(value, str):
+        number = to_si(value, dimension)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        try:
             number = float(value)
-        else:
-            raise ValueError(f"must be {kind.article}; {kind.advice}")
-    except OverflowError:
-        number = float("inf")
-    except ValueError as error:
-        refuse(str(error))
+        except OverflowError:
+            number = math.inf
+    else:
+        raise InputError("", wanted=f"must be {dimension.article}; {dimension.advice}")
     try:
-        return float(check("value", number, kind.unit))
-    except ValueError as error:
-        refuse(str(error).partition(": ")[2])
+        return float(quantity.check(number))
+    except InputError as error:
+        degrees = dimension is ANGLE and not isinstance(value, str) and 1.0 < number <= 180.0
+        hint = f'; write "{value:g} deg" for degrees' if degrees else ""
+        raise InputError("", wanted=error.wanted + hint) from None
 
 
-def _split(value: Any) -> Any:
-    """Turn "[1, 2, 3] s" into a list of texts with the unit of each."""
+@dataclass(frozen=True)
+class Reader:
+    """Annotation of a field that holds a quantity in SI.
+
+    Attributes
+    ----------
+    quantity : Quantity
+        What the field holds.
+    """
+
+    quantity: Quantity
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Convert and check before pydantic's own validation."""
+        return core_schema.no_info_before_validator_function(
+            lambda value: read(value, self.quantity), handler(source)
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Keep the unit in the JSON schema."""
+        return handler(schema) | {"unit": self.quantity.unit}
+
+
+def of(name: str) -> Reader:
+    """Reader of a registered quantity."""
+    return Reader(by_name(name) or INPUTS[name])
+
+
+def positive(dimension: Dimension, words: str = "") -> Reader:
+    """Read a quantity that is finite and > 0."""
+    return Reader(Quantity("value", dimension, words, low=0.0, open=True))
+
+
+def nonnegative(dimension: Dimension, words: str = "") -> Reader:
+    """Read a quantity that is finite and >= 0."""
+    return Reader(Quantity("value", dimension, words, low=0.0))
+
+
+def within(dimension: Dimension, low: float, high: float, words: str = "") -> Reader:
+    """Read a quantity in the closed interval [low, high]."""
+    return Reader(Quantity("value", dimension, words, low=low, high=high))
+
+
+def by_name(key: str) -> Quantity | None:
+    """Quantity of a key such as `material.shear.relaxation_times[2]`; None where it is not registered."""
+    name = key.rpartition(".")[2].partition("[")[0]
+    return INPUTS.get(name) or CONSTANTS.get(name)
+
+
+def split_list(value: Any) -> Any:
+    """Turn "[1, 2, 3] s" into a list of texts with the unit of each; return anything else as it is."""
     if not isinstance(value, str):
         return value
-    match = re.fullmatch(r"\s*\[(.*)\]\s*(.*?)\s*", value, re.DOTALL)
+    match = _LIST.fullmatch(value)
     if match is None:
-        refuse('must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"')
-    return [f"{item.strip()} {match[2]}".strip() for item in match[1].split(",")] if match[1].strip() else []
+        raise InputError("", wanted='must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"')
+    items, unit = match[1].strip(), match[2].strip()
+    return [f"{item.strip()} {unit}".strip() for item in items.split(",")] if items else []
 
 
-def positive(kind: Kind) -> BeforeValidator:
-    """Read a quantity that is finite and > 0."""
-    return BeforeValidator(partial(_read, kind=kind, check=validation.positive))
+LIST = BeforeValidator(split_list)
 
 
-def nonnegative(kind: Kind) -> BeforeValidator:
-    """Read a quantity that is finite and >= 0."""
-    return BeforeValidator(partial(_read, kind=kind, check=validation.nonnegative))
-
-
-def within(kind: Kind, low: float, high: float) -> BeforeValidator:
-    """Read a quantity in the closed interval [low, high], whose ends may be infinite."""
-
-    def check(name: str, value: float, unit: str) -> Any:
-        return validation.within(name, value, low, high, unit)
-
-    return BeforeValidator(partial(_read, kind=kind, check=check))
-
-
-LIST = BeforeValidator(_split)
+def fields_of(constants: Iterable[Constant]) -> dict[str, Any]:
+    """Fields of a section, as `pydantic.create_model` takes them, for the constants of a material or a profile."""
+    fields: dict[str, Any] = {}
+    for constant in constants:
+        kind: Any = Annotated[float, Reader(constant.quantity)]
+        if constant.is_list:
+            kind = Annotated[list[kind], LIST]
+        fields[constant.name] = (kind, ...) if constant.required else (kind | None, None)
+    return fields

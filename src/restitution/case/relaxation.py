@@ -1,8 +1,8 @@
-"""Relaxation functions of a case file: numbers, or Prony series inline or from a file."""
+"""Relaxation functions and laws of the time-temperature shift in a case file."""
 
 from __future__ import annotations
 
-import math
+from abc import abstractmethod
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -17,36 +17,19 @@ from pydantic import (
     model_validator,
 )
 
-from restitution.case.quantity import (
-    LIST,
-    MODULUS,
-    NUMBER,
-    TIME,
-    VISCOSITY,
-    nonnegative,
-    positive,
-    refuse,
-    within,
-)
-from restitution.case.section import Section, folder_of
+from restitution.case.quantity import LIST, nonnegative, of, positive
+from restitution.case.section import Section, folder_of, refuse
 from restitution.material.measurement import PronyTerms
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, read_material
+from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
+from restitution.quantities import MOLAR_ENERGY, NUMBER, TEMPERATURE_DIFFERENCE
 
-
-def _incompressible(value: Any) -> Any:
-    return math.inf if value == "incompressible" else value
-
-
-Modulus = Annotated[float, positive(MODULUS)]
-EndModulus = Annotated[float, nonnegative(MODULUS)]
-Viscosity = Annotated[float, positive(VISCOSITY)]
-Time = Annotated[float, positive(TIME)]
-PoissonRatio = Annotated[float, within(NUMBER, -1.0, 0.5)]
-Bulk = Annotated[float, within(MODULUS, 0.0, math.inf), BeforeValidator(_incompressible)]
-Moduli = Annotated[list[Annotated[float, nonnegative(MODULUS)]], LIST]
-Numbers = Annotated[list[Annotated[float, nonnegative(NUMBER)]], LIST]
-Times = Annotated[list[Time], LIST]
+Temperature = Annotated[float, of("temperature")]
+Modulus = Annotated[float, of("instantaneous_modulus")]
+EndModulus = Annotated[float, of("equilibrium_modulus")]
+PoissonRatio = Annotated[float, of("poisson_ratio")]
+Bulk = Annotated[float, of("bulk_modulus")]
 
 
 def read_file(value: Any, info: ValidationInfo, example: str, name: str | None = None) -> MaterialFile:
@@ -58,6 +41,75 @@ def read_file(value: Any, info: ValidationInfo, example: str, name: str | None =
         return read_material(path, name=name)
     except ValueError as error:
         refuse(str(error).removeprefix(f"{path}: "))
+
+
+class ShiftSection(Section):
+    """What the laws of the time-temperature shift share."""
+
+    reference_temperature: Temperature
+    temperature_range: Annotated[list[Temperature], LIST] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> ShiftSection:
+        if self.temperature_range is not None and len(self.temperature_range) != 2:
+            refuse("must be two temperatures, the lowest and the highest", "temperature_range")
+        self.build()
+        return self
+
+    @abstractmethod
+    def build(self) -> Shift:
+        """Law in SI."""
+
+    @property
+    def _range(self) -> tuple[float, float] | None:
+        ends = self.temperature_range
+        return None if ends is None else (ends[0], ends[1])
+
+
+class WLFSection(ShiftSection):
+    """Law of Williams, Landel and Ferry."""
+
+    c1: Annotated[float, positive(NUMBER, "constant C1")]
+    c2: Annotated[float, positive(TEMPERATURE_DIFFERENCE, "constant C2")]
+
+    def build(self) -> Shift:
+        """Law in SI."""
+        return WLF(self.reference_temperature, self.c1, self.c2, temperature_range=self._range)
+
+
+class ArrheniusSection(ShiftSection):
+    """Law of Arrhenius."""
+
+    activation_energy: Annotated[float, positive(MOLAR_ENERGY, "activation energy")]
+
+    def build(self) -> Shift:
+        """Law in SI."""
+        return Arrhenius(self.reference_temperature, self.activation_energy, temperature_range=self._range)
+
+
+def _table_file(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, dict | Section | ShiftTable):
+        return value
+    table = read_file(value, info, "shift.csv")
+    if not isinstance(table, ShiftTable):
+        refuse("must hold temperatures and shift factors")
+    return table
+
+
+def _law(value: Any) -> str:
+    if isinstance(value, ShiftTable):
+        return "<file>"
+    keys = value if isinstance(value, dict) else type(value).model_fields
+    return "<Arrhenius>" if "activation_energy" in keys else "<WLF>"
+
+
+AnyShift = Annotated[
+    Annotated[WLFSection, Tag("<WLF>")]
+    | Annotated[ArrheniusSection, Tag("<Arrhenius>")]
+    | Annotated[InstanceOf[ShiftTable], Tag("<file>")],
+    Discriminator(_law),
+    BeforeValidator(_table_file),
+]
 
 
 class PronySection(Section):
@@ -75,10 +127,12 @@ class PronySection(Section):
 
     equilibrium_modulus: EndModulus | None = None
     instantaneous_modulus: Modulus | None = None
-    branch_moduli: Moduli | None = None
-    relative_moduli: Numbers | None = None
-    relaxation_times: Times | None = None
-    parallel_viscosity: Annotated[float, nonnegative(VISCOSITY)] = 0.0
+    branch_moduli: Annotated[list[Annotated[float, of("branch_moduli")]], LIST] | None = None
+    relative_moduli: (
+        Annotated[list[Annotated[float, nonnegative(NUMBER, "shares of a modulus")]], LIST] | None
+    ) = None
+    relaxation_times: Annotated[list[Annotated[float, of("relaxation_times")]], LIST] | None = None
+    parallel_viscosity: Annotated[float, of("parallel_viscosity")] = 0.0
     terms: InstanceOf[PronyTerms] | None = None
 
     @field_validator("terms", mode="before")
@@ -129,15 +183,6 @@ class PronySection(Section):
         )
 
 
-def _number_or_table(value: Any) -> str:
+def number_or_table(value: Any) -> str:
+    """Tag of a relaxation: a table, or one number."""
     return "<table>" if isinstance(value, dict | PronySection) else "<number>"
-
-
-ShearRelaxation = Annotated[
-    Annotated[PronySection, Tag("<table>")] | Annotated[Modulus, Tag("<number>")],
-    Discriminator(_number_or_table),
-]
-BulkRelaxation = Annotated[
-    Annotated[PronySection, Tag("<table>")] | Annotated[Bulk, Tag("<number>")],
-    Discriminator(_number_or_table),
-]

@@ -1,24 +1,106 @@
-"""Sections of a case file: known keys, and one-line messages that name file, key and value."""
+"""Files of sections: TOML that is read within limits, known keys, and messages that name file, key and value."""
 
 from __future__ import annotations
 
 import json
 import re
+import tomllib
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, Never, TypeVar, cast
 
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 
-from restitution.case.quantity import refuse
+from restitution.errors import ABSENT, InputError
+from restitution.quantities import advice
+
+# Mistakes that one message lists.
+_MOST_MISTAKES = 10
+# tomllib takes quadratic time and memory for keys of many parts.
+_LARGEST_FILE = 20_000_000
+_DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}""", re.ASCII)
+
+S = TypeVar("S", bound="Section")
 
 
-class CaseError(ValueError):
-    """A case file that cannot be used; one line names the file, the key, its value and what is wanted."""
+class CaseError(InputError):
+    """A file that cannot be used: one line for each mistake, with the file, the key, its value and what is wanted.
 
-    def __init__(self, message: str) -> None:
-        # Keys, names and units are the user's and may hold line breaks.
-        super().__init__(message.replace("\r", "\\r").replace("\n", "\\n"))
+    Parameters
+    ----------
+    *mistakes : InputError
+        At least one. The attributes of an `InputError` are those of the first.
+    where : str or Path
+        The file.
+
+    Attributes
+    ----------
+    mistakes : tuple of InputError
+        All of them.
+    """
+
+    def __init__(self, *mistakes: InputError, where: str | Path = "") -> None:
+        first = mistakes[0]
+        super().__init__(
+            first.field,
+            first.value,
+            first.wanted,
+            first.unit,
+            index=first.index,
+            where=str(where) or first.where,
+        )
+        self.mistakes = mistakes
+
+    def __str__(self) -> str:
+        lines = [_line(self.where, one) for one in self.mistakes[:_MOST_MISTAKES]]
+        more = len(self.mistakes) - len(lines)
+        return "\n".join([*lines, f"{self.where}: and {more} more"] if more > 0 else lines)
+
+    def __reduce__(self) -> Any:
+        return _rebuilt, (self.mistakes, self.where)
+
+
+def _rebuilt(mistakes: Sequence[InputError], where: str) -> CaseError:
+    return CaseError(*mistakes, where=where)
+
+
+def _line(where: str, error: InputError) -> str:
+    place = f"[{', '.join(map(str, error.index))}]" if error.index else ""
+    shown = "" if error.value is ABSENT or isinstance(error.value, dict) else f" = {toml_value(error.value)}"
+    unit = f" {error.unit}" if error.unit and shown else ""
+    line = ": ".join(part for part in (where, f"{error.field}{place}{shown}{unit}", error.wanted) if part)
+    # Keys, names and units are the user's and may hold line breaks.
+    return line.replace("\r", "\\r").replace("\n", "\\n")
+
+
+def refuse(wanted: str, key: str = "", value: Any = ABSENT) -> Never:
+    """Refuse the value of a key of the section that is checked, or the section itself."""
+    raise InputError(key, value, wanted)
+
+
+@contextmanager
+def in_file(path: str | Path, section: str = "", **sections: str) -> Generator[None]:
+    """Raise every refusal of the block as a `CaseError` that names the file, and the section of its field.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    section : str
+        Where the field stands.
+    **sections : str
+        Where fields of these names stand.
+    """
+    try:
+        yield
+    except CaseError:
+        raise
+    except InputError as error:
+        raise CaseError(error.within(sections.get(error.field, section)), where=path) from None
+    except (ValueError, TypeError) as error:
+        raise CaseError(InputError(section, wanted=str(error)), where=path) from None
 
 
 class Section(BaseModel):
@@ -28,29 +110,29 @@ class Section(BaseModel):
 
     # Keys of other kinds of file, and where to go with them.
     elsewhere: ClassVar[dict[str, str]] = {}
-
-    @classmethod
-    def alternatives(cls) -> set[str]:
-        """Keys of the other forms which this section might have had."""
-        base = cls.__mro__[1]
-        siblings = base.__subclasses__() if base is not Section and issubclass(base, Section) else []
-        return {key for sibling in siblings for key in sibling.model_fields}
+    # Keys of the other forms which this section might have had.
+    alternatives: ClassVar[frozenset[str]] = frozenset()
 
     @model_validator(mode="before")
     @classmethod
     def _known_keys(cls, data: Any) -> Any:
         if isinstance(data, dict):
-            for key in data:
-                if key in cls.elsewhere:
-                    refuse(f"does not belong here; {cls.elsewhere[key]}", key)
-                if key not in cls.model_fields:
-                    own = list(cls.model_fields)
-                    close = get_close_matches(key, own, 1)
-                    if not close and key not in (others := cls.alternatives()):
-                        close = get_close_matches(key, others, 1)
-                    advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(own)}"
-                    refuse(f"unknown key; {advice}", key)
+            unknown = [key for key in data if key in cls.elsewhere or key not in cls.model_fields]
+            if unknown:
+                raise CaseError(
+                    *(InputError(key_path([key]), data[key], cls._advice(key)) for key in unknown)
+                )
         return data
+
+    @classmethod
+    def _advice(cls, key: str) -> str:
+        if key in cls.elsewhere:
+            return f"does not belong here; {cls.elsewhere[key]}"
+        own = list(cls.model_fields)
+        if get_close_matches(key, own, 1) or key in cls.alternatives:
+            return f"unknown key; {advice(key, own)}"
+        close = get_close_matches(key, cls.alternatives, 1)
+        return f"unknown key; {advice(key, close or own)}"
 
     def given(self, *keys: str) -> list[str]:
         """Which of the keys have a value."""
@@ -65,12 +147,77 @@ class Section(BaseModel):
         return given[0]
 
 
+def read_sections(kind: type[S], path: Path, data: dict[str, Any], folder: Path | None = None) -> S:
+    """Check the content of a file against its sections.
+
+    Raises
+    ------
+    CaseError
+        With all mistakes that were found.
+    """
+    try:
+        return kind.model_validate(data, context={"folder": path.parent if folder is None else folder})
+    except ValidationError as error:
+        raise CaseError(*_mistakes(data, error), where=path) from None
+
+
 def folder_of(info: ValidationInfo) -> Path:
     """Folder of the case file, which the names of other files start from."""
     return Path((info.context or {}).get("folder", "."))
 
 
-def key_path(parts: list[str | int]) -> str:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read, in one line.
+    """
+    text = _text(path)
+
+    def fail(wanted: str) -> Never:
+        raise CaseError(InputError("", wanted=wanted), where=path) from None
+
+    if len(text) > _LARGEST_FILE:
+        fail(f"has {len(text)} characters: must have at most {_LARGEST_FILE}; give long tables as CSV files")
+    if deep := _DEEP_KEY.search(text):
+        fail(f"line {text.count(chr(10), 0, deep.start()) + 1}: not valid TOML: a key of too many parts")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        what, where = str(error), ""
+        if match := re.fullmatch(
+            r"(.*) \(at (?:line (\d+), column (\d+)|(end of document))\)", what, re.DOTALL
+        ):
+            what = match[1]
+            last = f"line {len(text.splitlines())}, at the end: "
+            where = f"line {match[2]}, column {match[3]}: " if match[2] else last
+            if twice := re.fullmatch(r"Cannot declare \((.*?),?\) twice", what):
+                keys = [key.strip().strip("'") for key in twice[1].split(",")]
+                what = f"the section [{key_path(keys)}] is there twice"
+        fail(f"{where}not valid TOML: {what[:1].lower()}{what[1:]}")
+    except RecursionError:
+        fail("not valid TOML: nested too deeply")
+    except ValueError as error:
+        fail(f"not valid TOML: {error}")
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        why = "no such file"
+    except IsADirectoryError:
+        why = "is a folder, not a case file"
+    except OSError as error:
+        why = f"cannot be read: {error.strerror}"
+    except ValueError:
+        why = "cannot be read: not a text file in UTF-8"
+    raise CaseError(InputError("", wanted=why), where=path)
+
+
+def key_path(parts: Sequence[str | int]) -> str:
     """Write a path of keys as TOML does, with list places in brackets.
 
     Examples
@@ -90,43 +237,63 @@ def key_path(parts: list[str | int]) -> str:
 
 def toml_value(value: Any) -> str:
     """Write a value as TOML does, on one line and not too long."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
     quoted = isinstance(value, bool | str | list)
-    text = json.dumps(value, ensure_ascii=False, default=str) if quoted else str(value)
+    try:
+        text = json.dumps(value, ensure_ascii=False, default=str) if quoted else str(value)
+    except ValueError:  # an integer of more than 4300 digits
+        text = "a number of very many digits"
     return text if len(text) <= 60 else text[:59] + "…"
 
 
-def explain(path: Path, data: dict[str, Any], error: ValidationError) -> str:
-    """Tell the first thing that is wrong in a case file, in one line."""
-    details = error.errors(include_url=False)
-    first = details[0]
-    context = first.get("ctx", {})
+def _mistakes(data: dict[str, Any], error: ValidationError) -> Iterator[InputError]:
+    for detail in error.errors(include_url=False):
+        parts, value = _place(data, detail)
+        context: Any = detail.get("ctx", {})
+        cause = context.get("error")
+        if not isinstance(cause, InputError):
+            wanted = _wanted(detail["type"], detail["msg"], context, len(parts))
+            yield InputError(key_path(parts), _shown(value), wanted)
+            continue
+        for one in cause.mistakes if isinstance(cause, CaseError) else (cause,):
+            yield _of_section(parts, value, one)
+
+
+def _of_section(parts: list[str | int], value: Any, error: InputError) -> InputError:
+    """Mistake that a section found, under the path of the section and with the value that the file has."""
+    if not error.field:
+        return InputError(key_path(parts), _shown(value), error.wanted)
+    own = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
+    if own is not ABSENT and not isinstance(own, dict) and not (isinstance(own, list) and error.index):
+        error = InputError(error.field, own, error.wanted)
+    return error.within(key_path(parts))
+
+
+def _shown(value: Any) -> Any:
+    return ABSENT if isinstance(value, dict) else value
+
+
+def _place(data: dict[str, Any], detail: Any) -> tuple[list[str | int], Any]:
+    """Path of keys to the value to blame, and the value as the file has it."""
     parts: list[str | int] = []
     value: Any = data
-    keys = context.get("keys", ())
-    for step, part in enumerate([*first["loc"], *keys]):
-        # Pydantic also puts the tag of a union's member in the path, which is no key of the file.
-        if (isinstance(value, dict) and part in value) or (isinstance(value, list) and isinstance(part, int)):
+    for part in detail["loc"]:
+        if (isinstance(value, dict) and part in value) or (isinstance(part, int) and isinstance(value, list)):
             value = cast("Any", value)[part]
-            parts.append(part)
-        elif isinstance(part, int) and isinstance(value, str):
+        elif isinstance(part, int):
             # One of a list that stands in one text with its unit.
-            value = first["input"]
-            parts.append(part)
-        elif step >= len(first["loc"]) - (first["type"] == "missing"):
-            value = None
-            parts.append(part)
-    place = key_path(parts)
-    shown = "" if value is None or isinstance(value, dict) else f" = {toml_value(value)}"
-    more = len(details) - 1
-    rest = f" (and {more} more error{'s' if more > 1 else ''})" if more else ""
-    why = _why(first["type"], first["msg"], context, len(parts))
-    return f"{path}: {place}{shown}{': ' if place else ''}{why}{rest}"
+            value = detail["input"]
+        elif str(part).startswith("<"):
+            continue  # the tag of a union's member, which is no key of the file
+        else:
+            value = ABSENT
+        parts.append(part)
+    return parts, value
 
 
-def _why(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
+def _wanted(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
     match kind:
-        case "case":
-            return str(context["why"])
         case "value_error":
             return str(context["error"])
         case "missing":
@@ -136,9 +303,12 @@ def _why(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
         case "list_type":
             return "must be a list"
         case "literal_error":
-            return (
-                f"must be one of {str(context['expected']).replace(chr(39), chr(34)).replace(' or ', ', ')}"
-            )
+            choices = str(context["expected"]).replace("'", '"').replace(" or ", ", ")
+            return f"must be one of {choices}"
+        case "greater_than_equal":
+            return f"must be >= {context['ge']}"
+        case "less_than_equal":
+            return f"must be <= {context['le']}"
         case "string_type":
             return "must be text"
         case "bool_type" | "bool_parsing":

@@ -3,33 +3,44 @@
 from __future__ import annotations
 
 import copy
+import math
+import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import StrictInt, ValidationError, field_validator
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import StrictInt, field_validator
 
 from restitution.case.axes import DRAWS, read_axes
-from restitution.case.classical import FractionalSection
-from restitution.case.file import read_toml
-from restitution.case.quantity import refuse
-from restitution.case.schema import SolverSection
-from restitution.case.section import CaseError, Section, explain
-from restitution.case.template import CaseTemplate, put
+from restitution.case.impact import CaseFile, CounterBodySection, SolverSection, reduced, sphere_mass
+from restitution.case.material import is_fractional
+from restitution.case.quantity import split_list
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.errors import InputError
 from restitution.sweeps.axis import Linear
+from restitution.sweeps.description import describe
 from restitution.sweeps.grid import make_grid
 from restitution.sweeps.plan import Plan
 from restitution.sweeps.samples import Samples
 from restitution.sweeps.schema import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.template import (
+    Prepared,
     Template,
+    check_columns,
     dimensionless_template,
+    profile_names,
 )
+
+_ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
 # Keys that columns of numbers set, by which a million values cost as much as one.
 _OF_BODIES = {
     **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force")},
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
+    **{name: name for name in ("counter_body.mass", "counter_body.density", "counter_body.radius")},
 }
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
 _OF_SHIFTS = {"material.temperature": "temperature"}
@@ -55,11 +66,12 @@ _BY_WAY_OF = {
     "material.relaxation_time": "viscosity",
 }
 
-# Of these a case file has one: an axis over the one takes the place of the others.
+# Mutually exclusive keys. An axis over one may complete a file that has none of them, or vary the one that it has.
 _RIVALS = (
     ("impact.velocity", "impact.drop_height"),
     ("impact.external_force", "impact.weight"),
     ("body.mass", "body.density"),
+    ("counter_body.mass", "counter_body.density"),
     ("material.poisson_ratio", "material.bulk_modulus", "material.bulk"),
 )
 
@@ -75,8 +87,8 @@ class SweepSection(Section):
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         try:
             return checked_outputs(value)
-        except ValueError as error:
-            refuse(str(error).partition(": ")[2])
+        except InputError as error:
+            refuse(error.wanted)
 
 
 class _Options(Section):
@@ -123,7 +135,9 @@ def read_sweep(path: str | Path) -> Plan:
     return plan_case(path, data, axes, path.read_text(encoding="utf-8-sig"))
 
 
-def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: str = "") -> Plan:
+def plan_case(
+    path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: str = "", *, replace: bool = False
+) -> Plan:
     """Plan a sweep of a case.
 
     Parameters
@@ -136,6 +150,9 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
         As `restitution.case.axes.read_axes` returns them.
     text : str
         The file as it stands, for the record.
+    replace : bool
+        Whether an axis takes the place of a rival key of the file, such as of `drop_height` by `velocity`. If not,
+        such a file is refused.
 
     Returns
     -------
@@ -146,13 +163,12 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
     CaseError
         In one line.
     """
-    own = {name: data[name] for name in ("sweep", "solver") if name in data}
-    try:
-        options = _Options.model_validate(own)
-    except ValidationError as error:
-        raise CaseError(explain(path, own, error)) from None
-    if options.solver.method != "exact":
-        raise CaseError(f'{path}: solver.method = "{options.solver.method}": must be "exact" in a sweep')
+    options = read_sections(
+        _Options, path, {name: data[name] for name in ("sweep", "solver") if name in data}
+    )
+    with in_file(path):
+        if options.solver.method != "exact":
+            refuse('must be "exact" in a sweep', "solver.method", options.solver.method)
     case = {name: value for name, value in data.items() if name != "sweep"}
     dimensionless = not set(case) - {"title", "solver"}
     columns = _columns(case, axes, dimensionless)
@@ -160,42 +176,38 @@ def plan_case(path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: s
     template: Template
     if dimensionless:
         names = {columns.get(place, place) for place in quantities}
-        if missing := sorted({"poisson_ratio", "p2", "p3"} - names):
-            raise CaseError(
-                f"{path}: axes: {', '.join(missing)}: is missing; or give body, material and impact"
-            )
+        missing = [name for name in ("poisson_ratio", "p2", "p3") if name not in names]
+        with in_file(path, "axes"):
+            if missing:
+                refuse("is missing; or give body, material and impact", ", ".join(missing))
         template = dimensionless_template()
     else:
-        for rivals in _RIVALS:
-            both = [place for place in quantities if place in rivals]
-            if len(both) > 1:
-                raise CaseError(f"{path}: axes: {' and '.join(both)} set the same; leave one out")
         case = copy.deepcopy(case)
-        for place, value in quantities.items():
-            try:
-                _complete(case, place, value, columns)
-            except ValueError as error:
-                raise CaseError(f"{path}: axes.{place}: {error}") from None
+        with in_file(path, "axes"):
+            for rivals in _RIVALS:
+                both = [place for place in quantities if place in rivals]
+                if len(both) > 1:
+                    refuse("set the same; leave one out", " and ".join(both))
+            for place, value in quantities.items():
+                _complete(case, place, value, columns, replace)
         keys = tuple(place for place in quantities if place not in columns)
         set_by_columns = tuple(columns[place] for place in quantities if place in columns)
         template = CaseTemplate(path, path.parent.absolute(), case, keys, set_by_columns)
         template.prepare({})
-    try:
+    with in_file(path):
         grid = make_grid(
             {columns.get(place, place): _renamed(axis, columns) for place, axis in axes.items()},
             options.sweep.chunk,
         )
         rtol = options.solver.rtol or 1e-9
         return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
-    except (ValueError, TypeError) as error:
-        raise CaseError(f"{path}: {error}") from None
 
 
 def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool) -> dict[str, str]:
     """Places of keys that columns set in this case, and the quantities that they are."""
     materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
     if any(
-        _is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])
+        is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])
     ):
         # The Prony series that stands for it holds in a window that goes with the contact time.
         return {}
@@ -208,10 +220,6 @@ def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool)
     return (
         columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
     )
-
-
-def _is_fractional(material: Any) -> bool:
-    return isinstance(material, dict) and material.get("model") in FractionalSection.keys
 
 
 def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:
@@ -233,16 +241,142 @@ def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield place, axis[0] if isinstance(axis, list) else axis
 
 
-def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str]) -> None:
+def _complete(
+    case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str], replace: bool
+) -> None:
     """Put a value of an axis where the file may have none."""
     if place in columns and place in _BY_WAY_OF:
         case.setdefault("material", {}).setdefault(_BY_WAY_OF[place], 1.0)
         return
     if place in ("p2", "p3"):
-        raise ValueError("belongs to a standard solid, which the material is not")
+        refuse("belongs to a standard solid, which the material is not", place)
     for rivals in _RIVALS:
         for other in rivals if place in rivals else ():
             section, _, key = other.partition(".")
-            if isinstance(case.get(section), dict):
-                case[section].pop(key, None)
+            if other != place and isinstance(case.get(section), dict) and key in case[section]:
+                if replace:
+                    del case[section][key]
+                    continue
+                refuse(f"sets the same as {other}, which the file gives; leave one of the two out", place)
     put(case, place, value)
+
+
+@dataclass(frozen=True)
+class CaseTemplate:
+    """A case file whose keys are varied by a sweep.
+
+    Attributes
+    ----------
+    path : Path
+        The file, for messages.
+    folder : Path
+        The folder that names of further files start from.
+    data : dict
+        Its content, complete with the first values of the axes.
+    keys : tuple of str
+        Places of the keys of which every combination of values takes an impact of its own.
+    columns : tuple of str
+        Quantities that columns of numbers set.
+    """
+
+    path: Path
+    folder: Path
+    data: dict[str, Any]
+    keys: tuple[str, ...]
+    columns: tuple[str, ...]
+
+    def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names whose every combination needs an impact of its own."""
+        return tuple(name for name in names if name in self.keys)
+
+    def prepare(self, values: dict[str, Any]) -> Prepared:
+        """Build the impact of the file with these values."""
+        case = self._case(values)
+        with in_file(self.path):
+            impact = case.build()
+            derived = Derivation(case, profile_names(impact))
+            check_columns(impact, tuple(derived({name: np.ones(1) for name in self.columns})))
+        held = "bulk_modulus" if getattr(case.material, "poisson_ratio", None) is None else "poisson_ratio"
+        return Prepared(impact, derived, held)
+
+    def describe(self) -> Any:
+        """What the file says, in SI."""
+        case = self._case({}).model_dump(exclude={"title", "solver"}, exclude_none=True)
+        return {"case": describe(case), "keys": list(self.keys), "columns": list(self.columns)}
+
+    def _case(self, values: dict[str, Any]) -> CaseFile:
+        data = self.data
+        if values:
+            data = copy.deepcopy(data)
+            for place, value in values.items():
+                put(data, place, value)
+        return read_sections(CaseFile, self.path, data, self.folder)
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """From what a case file has to what an impact has: mass from density, velocity from height, weight.
+
+    Attributes
+    ----------
+    case : CaseFile
+        The file.
+    own : tuple of str
+        Numbers of the profile.
+    """
+
+    case: CaseFile
+    own: tuple[str, ...]
+
+    def __call__(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Derive columns."""
+        body, impact, counter = self.case.body, self.case.impact, self.case.counter_body
+        derived: dict[str, Any] = dict(columns)
+        radius = derived.get("radius", body.radius)
+        if not (self.case.profile.needs_body_radius and "radius" in self.own):
+            derived.pop("radius", None)
+        density = derived.pop("density", body.density)
+        if density is not None and "mass" not in columns and {"density", "radius"} & columns.keys():
+            derived["mass"] = sphere_mass(density, np.asarray(radius))
+        gravity = derived.pop("gravity", impact.gravity)
+        height = derived.pop("drop_height", impact.drop_height)
+        if height is not None and {"drop_height", "gravity"} & columns.keys():
+            derived["velocity"] = np.sqrt(2.0 * gravity * height)
+        if impact.weight and ("mass" in derived or "gravity" in columns):
+            derived["external_force"] = derived.get("mass", body.kilograms) * gravity
+        if counter is not None:
+            self._reduce(derived, columns, counter)
+        return derived
+
+    def _reduce(
+        self, derived: dict[str, Any], columns: dict[str, NDArray[Any]], counter: CounterBodySection
+    ) -> None:
+        """Replace mass and radius of two bodies by the reduced ones."""
+        mass, density, radius = (
+            derived.pop(f"counter_body.{name}", getattr(counter, name))
+            for name in ("mass", "density", "radius")
+        )
+        if any(name.rpartition(".")[2] in ("mass", "density", "radius") for name in columns):
+            if mass is None or ("counter_body.density" in columns):
+                mass = sphere_mass(density, np.asarray(radius))
+            own = derived.get("radius", getattr(self.case.profile, "radius", None) or self.case.body.radius)
+            derived["mass"] = reduced(derived.get("mass", self.case.body.kilograms), mass)
+            derived["radius"] = reduced(own, math.inf if radius is None else radius)
+
+
+def put(case: dict[str, Any], place: str, value: Any) -> None:
+    """Set the value at a place, such as `material.shear.relaxation_times[2]`."""
+    *tables, key = place.split(".")
+    target: Any = case
+    for name in tables:
+        target = target.setdefault(name, {})
+        if not isinstance(target, dict):
+            refuse(f"{name} is no table", place)
+    match = _ENTRY.fullmatch(key)
+    if match is None:
+        target[key] = value
+        return
+    items, entry = split_list(target.get(match[1])), int(match[2])
+    if not isinstance(items, list) or entry >= len(items):
+        refuse(f"there is no such entry of {match[1]}", place)
+    target[match[1]] = [*items[:entry], value, *items[entry + 1 :]]

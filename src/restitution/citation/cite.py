@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import singledispatch
 from typing import Any
 
-from restitution.case.file import Case
+from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
 from restitution.citation.bibliography import entries
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone

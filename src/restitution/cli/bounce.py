@@ -43,7 +43,7 @@ def bounce(
     presentation.check_target("--plot", plot, presentation.PICTURES)
     presentation.check_target("--out", out, presentation.TABLES)
     with user_input():
-        from restitution.case.file import read_case
+        from restitution.case.impact import read_case
 
         problem = read_case(case)
         with compilation():

@@ -54,8 +54,9 @@ def cite(
 
 def _read(path: Path) -> Any:
     """What a case file describes: an impact, an indentation, or a sweep."""
-    from restitution.case.file import read_case, read_toml
+    from restitution.case.impact import read_case
     from restitution.case.indentation import read_indentation
+    from restitution.case.section import read_toml
     from restitution.case.sweep import read_sweep
 
     content = read_toml(path)

@@ -116,8 +116,8 @@ def solve(
     presentation.check_target("--plot", plot, presentation.PICTURES)
     presentation.check_target("--history", history, presentation.TABLES)
     with user_input():
-        from restitution.case.file import read_case
-        from restitution.case.quantity import TIME
+        from restitution.case.impact import read_case
+        from restitution.quantities import TIME
 
         times = [presentation.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
         if times and plot is None:

@@ -79,9 +79,9 @@ def _list(in_json: bool) -> None:
 
 def _reports(source: str, at: str | None, shift: Path | None, name: str | None) -> list[Report]:
     """What a source says: one report, of a case file one for each of its materials."""
-    from restitution.case.quantity import TEMPERATURE
     from restitution.material import library
     from restitution.material.readers import read_material
+    from restitution.quantities import TEMPERATURE
 
     kelvin = None if at is None else presentation.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else _law(shift)
@@ -125,7 +125,7 @@ def _law(path: Path) -> ShiftTable:
 
 
 def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[Report]:
-    from restitution.case.file import read_case
+    from restitution.case.impact import read_case
 
     impact = read_case(source).impact
     parts = {"material": impact.material, "counter_material": impact.counter_material}

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from restitution.cli.outcome import BadInput, warn
+from restitution.errors import InputError
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from restitution.case.quantity import Kind
     from restitution.impact.result import ImpactResult
+    from restitution.quantities import Dimension
 
 _ROWS = (
     ("restitution coefficient", "restitution_coefficient", "e", ""),
@@ -135,7 +136,7 @@ def _for_people(value: float, unit: str) -> tuple[str, str]:
     return f"{value * scale.factor:.6g}", scale.unit
 
 
-def read_quantity(option: str, text: str, kind: Kind) -> float:
+def read_quantity(option: str, text: str, dimension: Dimension) -> float:
     """Return in SI what a user wrote: a number, or a text with a unit."""
     try:
         return float(text)
@@ -143,9 +144,9 @@ def read_quantity(option: str, text: str, kind: Kind) -> float:
         from restitution.case.quantity import to_si
 
         try:
-            return to_si(text, kind)
-        except ValueError as error:
-            raise BadInput(f'{option} "{text}": {error}') from None
+            return to_si(text, dimension)
+        except InputError as error:
+            raise BadInput(f'{option} "{text}": {error.wanted}') from None
 
 
 def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> None:

@@ -15,7 +15,7 @@ from restitution.cli.outcome import BadInput, tell, user_input, warn
 from restitution.cli.patience import progress_bar
 
 if TYPE_CHECKING:
-    from restitution.case.file import Case
+    from restitution.case.impact import Case
     from restitution.impact.problem import Impact
     from restitution.surrogates.velocity import Surrogate
 
@@ -67,7 +67,7 @@ def surrogate(
     presentation.check_target("--plot", plot, presentation.PICTURES)
     presentation.check_target("--out", out, (_SAVED,))
     with user_input():
-        from restitution.case.quantity import VELOCITY
+        from restitution.quantities import VELOCITY
 
         speeds = [presentation.read_quantity("--at", text, VELOCITY) for text in at or ()]
         if source.suffix.lower() == _SAVED:
@@ -108,7 +108,7 @@ def _build(
     path: Path, velocity: tuple[float, float], rtol: float, workers: int | None
 ) -> tuple[Surrogate, list[str]]:
     """Build the surrogate of a case, and say what should be known of its materials."""
-    from restitution.case.file import read_case
+    from restitution.case.impact import read_case
     from restitution.impact.solve import solve
     from restitution.surrogates.build import surrogate
 

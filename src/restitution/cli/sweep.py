@@ -156,7 +156,7 @@ def map_(
     check_target("--out", target, PICTURES)
     with user_input():
         from restitution.case.axes import known_place, read_axis
-        from restitution.case.file import read_toml
+        from restitution.case.section import read_toml
         from restitution.case.sweep import plan_case
         from restitution.sweeps.run import run
 
@@ -177,7 +177,7 @@ def map_(
                     raise BadInput(f"{option} {text}: low and high must differ")
                 read[place] = _spaced(axis)
         outputs = output or ["restitution_coefficient"]
-        plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read)
+        plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
         with progress_bar("computing", rate="impacts/s") as progress:
             dataset = run(plan, workers=workers, progress=progress)
         names = list(plan.grid.axes)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import Numeric, positive
 from restitution.contact.power_law import half_angle_slope
 from restitution.contact.profile import Array, Profile, as_array
+from restitution.quantities import INPUTS, LENGTH, Quantity
 
 
 def _flank_root(x: Array, face: Numeric) -> Array:
@@ -30,7 +32,7 @@ def _over(numerator: Array, root: Array, x: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedCone(Profile):
+class TruncatedCone(Profile, case_name="truncated_cone"):
     """Truncated cone: flat for r < b, f = (r - b) cot(alpha) beyond.
 
     Parameters
@@ -59,8 +61,8 @@ class TruncatedCone(Profile):
     (0.001, 0.000369298)
     """
 
-    radius: Numeric
-    half_angle: Numeric
+    radius: Annotated[Numeric, INPUTS["radius"]]
+    half_angle: Annotated[Numeric, INPUTS["half_angle"]]
     _slope: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -122,7 +124,7 @@ class TruncatedCone(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class FlatEndedParabola(Profile):
+class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=True):
     """Paraboloid with a flat worn face: flat for r < b, f = (r^2 - b^2)/(2R) beyond.
 
     Parameters
@@ -149,8 +151,10 @@ class FlatEndedParabola(Profile):
     (0.001, 0.00034641)
     """
 
-    radius: Numeric
-    face_radius: Numeric
+    radius: Annotated[Numeric, INPUTS["radius"]]
+    face_radius: Annotated[
+        Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)
+    ]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric, positive
 from restitution.contact.profile import Array, Profile, as_array, plain
+from restitution.quantities import INPUTS, NUMBER, Quantity
 
 
 def half_angle_slope(half_angle: Any) -> tuple[Numeric, Numeric]:
@@ -25,7 +26,7 @@ def half_angle_slope(half_angle: Any) -> tuple[Numeric, Numeric]:
 
 
 @dataclass(frozen=True, eq=False)
-class Cone(Profile):
+class Cone(Profile, case_name="cone"):
     """Cone f = r cot(alpha).
 
     Parameters
@@ -52,7 +53,7 @@ class Cone(Profile):
     1.778e-06
     """
 
-    half_angle: Numeric
+    half_angle: Annotated[Numeric, INPUTS["half_angle"]]
     _slope: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -105,7 +106,7 @@ def transform_factor(exponent: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class PowerLaw(Profile):
+class PowerLaw(Profile, case_name="power_law"):
     """Power-law profile f = A r^n.
 
     Parameters
@@ -134,8 +135,12 @@ class PowerLaw(Profile):
     (0.001, 1.0)
     """
 
-    exponent: Numeric
-    coefficient: Numeric
+    exponent: Annotated[
+        Numeric, Quantity("exponent", NUMBER, "exponent of the power law", "$n$", 0.0, open=True)
+    ]
+    coefficient: Annotated[
+        Numeric, Quantity("coefficient", NUMBER, "coefficient in m^(1-n)", "$A$", 0.0, open=True)
+    ]
     _transformed: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -185,7 +190,7 @@ class PowerLaw(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class FlatPunch(Profile):
+class FlatPunch(Profile, case_name="flat_punch"):
     """Flat-ended cylinder, whose contact radius does not depend on depth.
 
     Parameters
@@ -209,7 +214,7 @@ class FlatPunch(Profile):
     (0.002, 0.001)
     """
 
-    radius: Numeric
+    radius: Annotated[Numeric, INPUTS["radius"]]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric, positive
+from restitution.quantities import INPUTS
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,21 @@ class Profile(ABC):
 
     Where a body has no surface (beside a flat punch, beyond the equator of a sphere) f and g are infinite: an
     element there is never touched.
+
+    A subclass registers itself for case files by its name there: ``class Cone(Profile, case_name="cone")``. With
+    ``body_radius=True`` its `radius` is that of the body where a case file gives none. Each parameter of the
+    constructor is annotated with its quantity.
     """
+
+    registered: ClassVar[dict[str, type[Profile]]] = {}
+    body_radius: ClassVar[bool] = False
+
+    def __init_subclass__(cls, case_name: str = "", body_radius: bool = False, **rest: Any) -> None:
+        """Register the profile for case files."""
+        super().__init_subclass__(**rest)
+        cls.body_radius = body_radius
+        if case_name:
+            Profile.registered[case_name] = cls
 
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
@@ -117,7 +132,7 @@ def _values(profile: Any) -> list[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Parabola(Profile):
+class Parabola(Profile, case_name="parabola", body_radius=True):
     """Paraboloid f = r^2/(2R), the small-strain form of a sphere.
 
     Parameters
@@ -143,7 +158,7 @@ class Parabola(Profile):
     (0.0001, 1.0)
     """
 
-    radius: Numeric
+    radius: Annotated[Numeric, INPUTS["radius"]]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))

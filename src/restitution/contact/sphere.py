@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric, positive
 from restitution.contact.profile import Array, Profile, as_array
+from restitution.quantities import INPUTS
 
 
 @dataclass(frozen=True, eq=False)
-class Sphere(Profile):
+class Sphere(Profile, case_name="sphere", body_radius=True):
     """Sphere f = R - sqrt(R^2 - r^2), the exact circle.
 
     Parameters
@@ -38,7 +40,7 @@ class Sphere(Profile):
     (0.002746531, 0.005)
     """
 
-    radius: Numeric
+    radius: Annotated[Numeric, INPUTS["radius"]]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import finite
 from restitution.contact.abel import AbelTransform, Pieces
 from restitution.contact.profile import Array, Profile, as_array
+from restitution.quantities import LENGTH, Quantity
 
 # Points between two of the table, at which g is checked to rise and from which its inverse starts.
 _SAMPLES = 8
@@ -21,7 +22,7 @@ _ROUND_TIP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Tabulated(Profile):
+class Tabulated(Profile, case_name="tabulated"):
     """Profile through the points (r_i, f_i) of a table.
 
     Parameters
@@ -54,8 +55,8 @@ class Tabulated(Profile):
     0.001
     """
 
-    r: Array
-    f: Array
+    r: Annotated[Array, Quantity("r", LENGTH, "radii of points of the profile", "$r$", 0.0)]
+    f: Annotated[Array, Quantity("f", LENGTH, "heights of points of the profile", "$f$", 0.0)]
     _flank: Pieces = field(init=False, repr=False, compare=False)
     _transform: AbelTransform = field(init=False, repr=False, compare=False)
     _samples: tuple[Array, Array] = field(init=False, repr=False, compare=False)

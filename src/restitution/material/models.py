@@ -15,6 +15,7 @@ from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, get_args, get
 import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.checks import Numeric
 from restitution.errors import InputError
 from restitution.quantities import CONSTANTS, INPUTS, Quantity
 
@@ -138,7 +139,7 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
             if get_origin(hint) is Annotated:
                 kind, quantity = get_args(hint)[:2]
                 required = parameter.default is parameter.empty
-                found[name] = Constant(name, quantity, kind is not float, required)
+                found[name] = Constant(name, quantity, kind not in (float, Numeric), required)
     return found
 
 

@@ -1,0 +1,386 @@
+"""Case files of impacts: a TOML text becomes an impact and the options of its solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, StrictBool, StrictInt, model_validator
+
+from restitution.case.material import AnyMaterial
+from restitution.case.profile import SECTIONS, AnyProfile
+from restitution.case.quantity import nonnegative, of, positive
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.contact.profile import Parabola
+from restitution.impact.problem import STANDARD_GRAVITY, Impact
+from restitution.impact.window import for_contact
+from restitution.material.fractional import Window
+from restitution.material.viscoelastic import Material
+from restitution.quantities import LENGTH, NUMBER, TIME
+
+if TYPE_CHECKING:
+    from restitution.impact.bounces import Bounces
+    from restitution.impact.result import ImpactResult
+
+MOST_BOUNCES = 1_000_000
+Tolerance = Annotated[float, positive(NUMBER, "relative tolerance of the restitution coefficient")]
+
+
+class BodySection(Section):
+    """The body that hits: its mass, or its density as a solid sphere."""
+
+    mass: Annotated[float, of("mass")] | None = None
+    density: Annotated[float, of("density")] | None = None
+    radius: Annotated[float, of("radius")] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> BodySection:
+        if self.one_of("mass", "density") == "density" and self.radius is None:
+            refuse("is missing; a mass from the density takes the radius of the sphere", "radius")
+        return self
+
+    @property
+    def kilograms(self) -> float:
+        """Mass [kg], that of a solid sphere where a density is given."""
+        if self.mass is not None:
+            return self.mass
+        return sphere_mass(self.density or 0.0, self.radius or 0.0)
+
+
+class CounterBodySection(BodySection):
+    """A second, free body, which is hit: with `radius` a ball, without it flat.
+
+    It has the material of the other section, or that of `counter_material`, or else that of the body.
+    """
+
+    material: AnyMaterial | Literal["rigid"] | None = None
+
+
+def sphere_mass(density: Any, radius: Any) -> Any:
+    """Mass [kg] of a solid sphere of a density [kg/m^3] and a radius [m]."""
+    return density * 4.0 / 3.0 * math.pi * radius**3
+
+
+def reduced(first: Any, second: Any) -> Any:
+    """Reduced mass or radius x, 1/x = 1/first + 1/second; the second may be infinite."""
+    return 1.0 / (1.0 / np.asarray(first) + 1.0 / np.asarray(second))
+
+
+class ImpactSection(Section):
+    """How the body hits: its velocity or the height of its fall, and a force that keeps pressing it on."""
+
+    velocity: Annotated[float, of("velocity")] | None = None
+    drop_height: Annotated[float, of("drop_height")] | None = None
+    gravity: Annotated[float, of("gravity")] = STANDARD_GRAVITY
+    external_force: Annotated[float, of("external_force")] | None = None
+    weight: Annotated[StrictBool, Field(description="whether the weight acts during contact")] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> ImpactSection:
+        self.one_of("velocity", "drop_height")
+        if self.weight and self.external_force is not None:
+            refuse("give external_force or weight = true, not both")
+        return self
+
+    @property
+    def impact_velocity(self) -> float:
+        """Velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
+        return self.velocity or math.sqrt(2.0 * self.gravity * (self.drop_height or 0.0))
+
+
+class BouncesSection(Section):
+    """When a body that bounces is followed no further."""
+
+    max_bounces: Annotated[StrictInt, Field(ge=1, le=MOST_BOUNCES, description="most bounces")] = 1000
+    min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = (
+        None
+    )
+
+
+class SolverSection(Section):
+    """How the problem is solved, and how accurately."""
+
+    method: Literal["exact", "elements", "reference"] = "exact"
+    rtol: Tolerance | None = None
+    n_elements: Annotated[StrictInt, Field(ge=1, le=1_000_000, description="number of elements")] | None = (
+        None
+    )
+    time_step: Annotated[float, positive(TIME, "time step of the method of elements")] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> SolverSection:
+        for key in self.given("n_elements", "time_step"):
+            if self.method != "elements":
+                refuse(f'is an option of method = "elements", not of method = "{self.method}"', key)
+        return self
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of `solve`."""
+        return self.model_dump(exclude_none=True)
+
+
+class CaseFile(Section):
+    """A whole case file."""
+
+    elsewhere: ClassVar[dict[str, str]] = {
+        "indentation": "a prescribed indentation is for `restitution indent`",
+        "axes": "axes are for `restitution sweep`",
+        "samples": "random draws are for `restitution sweep`",
+    }
+
+    title: Annotated[str, Field(description="what the case is; printed above the table")] | None = None
+    body: BodySection
+    profile: AnyProfile = SECTIONS["parabola"]()
+    material: AnyMaterial
+    counter_material: AnyMaterial | None = None
+    counter_body: CounterBodySection | None = None
+    impact: ImpactSection
+    bounces: BouncesSection = BouncesSection()
+    solver: SolverSection = SolverSection()
+
+    @model_validator(mode="after")
+    def _check(self) -> CaseFile:
+        if self.profile.needs_body_radius and self.body.radius is None:
+            refuse("is missing; the profile takes its radius", "body.radius")
+        if self.counter_body is not None:
+            if self.profile.type != "parabola":
+                refuse(
+                    'two bodies touch as parabolas; give type = "parabola"', "profile.type", self.profile.type
+                )
+            if self.impact.weight:
+                refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
+            if self.counter_material is not None and self.counter_body.material is not None:
+                refuse(
+                    "is given as counter_material as well; leave one of the two out", "counter_body.material"
+                )
+        return self
+
+    @property
+    def partner(self) -> Any:
+        """Section of the partner's material; None where it is rigid."""
+        if self.counter_body is None or self.counter_material is not None:
+            return self.counter_material
+        own = self.counter_body.material
+        return None if own == "rigid" else own or self.material
+
+    @property
+    def needs_window(self) -> bool:
+        """Whether a material is fractional, and so holds for a window of time only."""
+        return any(part is not None and part.needs_window for part in (self.material, self.partner))
+
+    def build(self, window: Window | None = None) -> Impact:
+        """Impact in SI.
+
+        Parameters
+        ----------
+        window
+            Where fractional models have to hold; that of the contact if left out.
+        """
+        if window is None and self.needs_window:
+            return for_contact(self.build)
+        mass = self.body.kilograms
+        profile = self.profile.build(self.body.radius)
+        counter: Material | None = None if self.partner is None else self.partner.build(window)
+        force = mass * self.impact.gravity if self.impact.weight else self.impact.external_force or 0.0
+        if self.counter_body is not None:
+            assert isinstance(profile, Parabola)
+            profile = Parabola(float(reduced(profile.radius, self.counter_body.radius or math.inf)))
+            mass = float(reduced(mass, self.counter_body.kilograms))
+        return Impact(
+            material=self.material.build(window),
+            profile=profile,
+            mass=mass,
+            velocity=self.impact.impact_velocity,
+            counter_material=counter,
+            external_force=force,
+        )
+
+
+@dataclass(frozen=True)
+class Case:
+    """An impact as a case file describes it.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    title : str or None
+        Title of the file.
+    impact : Impact
+        The problem, in SI.
+    options : dict
+        Keyword arguments of `solve`.
+    sections : CaseFile
+        Content of the file, checked.
+    """
+
+    path: Path
+    title: str | None
+    impact: Impact
+    options: dict[str, Any]
+    sections: CaseFile = field(repr=False)
+
+    @property
+    def arrangement(self) -> str:
+        """The bodies in words: what hits what."""
+        counter = self.impact.counter_material
+        of = counter.name if counter is not None and counter.name else "another material"
+        if self.sections.counter_body is not None:
+            shape = "ball" if self.sections.counter_body.radius else "flat body"
+            if counter is None:
+                return f"two bodies: the second is a rigid {shape}"
+            same = counter == self.impact.material
+            return f"two bodies: the second is a {shape} of {'the same material' if same else of}"
+        return "on a half-space" + (
+            ", one of the two rigid" if counter is None else f", the two of {_two(self.impact)}"
+        )
+
+    def solve(self) -> ImpactResult:
+        """Solve the impact as the file asks.
+
+        Raises
+        ------
+        CaseError
+            If the method refuses an option of the file.
+        SolverError
+            If the solver fails.
+        """
+        # The solver takes 0.3 s to import, which a faulty file need not wait for.
+        from restitution.impact.solve import solve
+
+        with in_file(self.path, **dict.fromkeys(self.options, "solver")):
+            return solve(self.impact, **self.options)
+
+    def bounces(self) -> Bounces:
+        """Bounces of the body until it rests, under the gravity of the file.
+
+        Its weight acts during contact too unless the file has `weight = false`. A velocity in the file is that of
+        the first touch.
+
+        Raises
+        ------
+        CaseError
+            If the file asks for a force other than the weight, a second body, or a method that does not bounce.
+        SolverError
+            If the solve of a bounce fails.
+        """
+        from restitution.impact.bounces import bounces
+
+        sections, motion = self.sections, self.sections.impact
+        with in_file(self.path):
+            if motion.external_force is not None:
+                refuse(
+                    "a body that bounces has its weight alone; give weight",
+                    "impact.external_force",
+                    motion.external_force,
+                )
+            if sections.counter_body is not None:
+                refuse("a body bounces on a half-space; leave the section out", "counter_body")
+            if sections.solver.method != "exact":
+                refuse('bounces are solved by method = "exact"', "solver.method", sections.solver.method)
+        impact = self.impact
+        if sections.needs_window:
+            # What a touch leaves has the time of a flight to recover.
+            impact = for_contact(sections.build, longest=2.0 * motion.impact_velocity / motion.gravity)
+        options = {} if sections.solver.rtol is None else {"rtol": sections.solver.rtol}
+        with in_file(self.path, rtol="solver", min_height="bounces", height="impact"):
+            return bounces(
+                impact,
+                height=motion.drop_height,
+                gravity=motion.gravity,
+                with_weight=motion.weight is not False,
+                max_bounces=sections.bounces.max_bounces,
+                min_height=sections.bounces.min_height,
+                **options,
+            )
+
+    def notes(self, result: ImpactResult | Bounces) -> list[str]:
+        """Remarks on the materials: what was assumed, and whether their data cover the contacts.
+
+        Parameters
+        ----------
+        result
+            Result of `solve` or `bounces`.
+        """
+        impact = result.impact
+        assert isinstance(impact, Impact)
+        return notes_on(
+            impact.material, impact.counter_material, np.atleast_1d(result.contact_time), "contact"
+        )
+
+
+def _two(impact: Impact) -> str:
+    counter = impact.counter_material
+    names = [one.name or "unnamed" for one in (impact.material, counter) if one is not None]
+    return " and ".join(names) if len(set(names)) > 1 else "two materials"
+
+
+def notes_on(material: Material, counter: Material | None, durations: Any, what: str) -> list[str]:
+    """Remarks on materials whose data should cover the durations [s] of contacts or histories."""
+    lines: list[str] = []
+    for one in (material, counter) if counter != material else (material,):
+        if one is None:
+            continue
+        name = one.name or "material"
+        if one.assumptions:
+            lines.append(f"{name}: {one.assumptions}")
+        if one.window is None:
+            continue
+        low, high = one.window
+        uncovered = [float(t) for t in durations if math.isfinite(t) and not low <= t <= high]
+        if uncovered:
+            # The first bounce is the shortest; one line is enough.
+            lines.append(
+                f"{name}: meant for {low:.3g} s to {high:.3g} s, and the {what} lasts {uncovered[0]:.3g} s"
+            )
+    return lines
+
+
+def read_case(path: str | Path) -> Case:
+    """Read a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file. A quantity is a plain number in SI or a text with a unit such as "10 mm".
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or describes no impact: a line for each mistake, with the file, the key, its
+        value and what is wanted instead.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = '''
+    ... [body]
+    ... mass = "5 g"
+    ... radius = "10 mm"
+    ... [material]
+    ... equilibrium_modulus = "1 MPa"
+    ... branch_modulus = "10 MPa"
+    ... viscosity = "10 kPa s"
+    ... poisson_ratio = 0.45
+    ... [impact]
+    ... velocity = "1 m/s"
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "ball.toml").write_text(text)
+    ...     case = read_case(Path(folder, "ball.toml"))
+    >>> case.impact.mass
+    0.005
+    """
+    path = Path(path)
+    sections = read_sections(CaseFile, path, read_toml(path))
+    with in_file(path):
+        impact = sections.build()
+    return Case(path, sections.title, impact, sections.solver.options, sections)
