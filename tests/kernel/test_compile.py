@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from restitution.errors import RestitutionWarning
+
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
 SOLVE = "import restitution as rs; print(repr(rs.standard_solid_restitution(0.3, 0.1, 1.0)))"
 
@@ -105,3 +107,71 @@ with event.install_listener("numba:compile", Listener()):
 def test_the_compiler_has_room_for_its_frames(tmp_path):
     # The piece of memory for a frame of so many words is twice as large; CPython's usual pieces have 2048 words.
     assert _run(ROOM, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)).split() == ["32768", "32768"]
+
+
+FOLDER = "from restitution.kernel.compile import cache_folder; print(cache_folder())"
+
+
+def test_a_folder_that_others_may_write_is_not_used(tmp_path: Path) -> None:
+    root = _copy(tmp_path / "package")
+    open_ = tmp_path / "open"
+    open_.mkdir()
+    open_.chmod(0o777)
+    quiet = f"import warnings; warnings.simplefilter('ignore'); {FOLDER}"
+    assert _run(quiet, root, NUMBA_CACHE_DIR=str(open_)) == "None\n"
+    (root / "restitution" / "kernel" / "__pycache__").mkdir(exist_ok=True)
+    (root / "restitution" / "kernel" / "__pycache__").chmod(0o775)
+    answer = _run(FOLDER, root, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    assert answer == f"{tmp_path / 'cache' / 'restitution'}\n"
+    assert (tmp_path / "cache" / "restitution").stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_of_another_user_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.kernel import compile as module
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert module.cache_folder.__wrapped__() == str(tmp_path)
+    monkeypatch.setattr(os, "geteuid", lambda: tmp_path.stat().st_uid + 1)
+    with pytest.warns(RestitutionWarning, match="others own it"):
+        assert module.cache_folder.__wrapped__() is None
+
+
+def test_a_relative_cache_home_is_ignored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.kernel import compile as module
+
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    assert module._user_cache() == tmp_path / ".cache" / "restitution"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "absolute"))
+    assert module._user_cache() == tmp_path / "absolute" / "restitution"
+
+
+def test_without_a_home_nothing_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from restitution.kernel import compile as module
+
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    monkeypatch.setattr(module, "_is_mine_alone", lambda _: False)
+    assert module.cache_folder.__wrapped__() is None
+
+
+@pytest.mark.slow
+def test_two_processes_that_compile_at_once(tmp_path: Path) -> None:
+    variables = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", SOLVE],
+            env=variables,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    ends = [process.communicate(timeout=300) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0], ends
+    assert ends[0][0] == ends[1][0] == _run(SOLVE, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path))

@@ -2,8 +2,10 @@
 
 import hashlib
 import os
+import stat
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -11,6 +13,8 @@ from typing import Any
 
 import numba
 from numba.core import caching, config
+
+from restitution.errors import RestitutionWarning
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # `contract` alone: full fastmath removes the NaN checks that the status codes rest on and gains nothing more.
@@ -28,27 +32,53 @@ def source_hash(folder: Path = Path(__file__).parent) -> str:
     return digest.hexdigest()
 
 
-def _user_cache() -> Path:
+def _user_cache() -> Path | None:
+    """Folder for caches in the home directory; None where there is no home."""
     if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+        stated, beside_home = os.environ.get("LOCALAPPDATA"), "AppData/Local"
     elif sys.platform == "darwin":
-        base = str(Path.home() / "Library" / "Caches")
+        stated, beside_home = None, "Library/Caches"
     else:
-        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "restitution"
+        stated, beside_home = os.environ.get("XDG_CACHE_HOME"), ".cache"
+    # The XDG standard says that a relative path must be ignored.
+    if stated and Path(stated).is_absolute():
+        return Path(stated) / "restitution"
+    try:
+        return Path.home() / beside_home / "restitution"
+    except RuntimeError:
+        return None
+
+
+def _is_mine_alone(folder: Path) -> bool:
+    """Whether a folder belongs to the user of this process and nobody else may write it."""
+    if not hasattr(os, "geteuid"):
+        # Windows has access control lists; the home directory is closed to others by default.
+        return True
+    status = folder.stat()
+    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 @cache
 def cache_folder() -> str | None:
-    """First writable folder for machine code; None where there is none, and the kernel is then compiled anew."""
+    """First folder for machine code that the user alone may write; None where the kernel must be compiled anew.
+
+    The cache holds pickles: whoever may write it can run code as the user that reads it.
+    """
     own = os.environ.get("NUMBA_CACHE_DIR")
     candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", _user_cache()]
     for folder in candidates:
+        if folder is None:
+            continue
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if not _is_mine_alone(folder):
+                if own:
+                    what = f"NUMBA_CACHE_DIR = {own}: is not used, for others own it or may write it"
+                    warnings.warn(RestitutionWarning("cache", what), stacklevel=2)
+                continue
             with tempfile.TemporaryFile(dir=folder):
                 return str(folder)
-        except (OSError, RuntimeError):
+        except OSError:
             continue
     return None
 
@@ -56,13 +86,14 @@ def cache_folder() -> str | None:
 class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
     def __init__(self, py_func: Callable[..., Any], folder: str) -> None:
         self._line = py_func.__code__.co_firstlineno
+        self._sources = Path(py_func.__code__.co_filename).parent
         self._folder = folder
 
     def get_cache_path(self) -> str:
         return self._folder
 
     def get_source_stamp(self) -> str:
-        return source_hash()
+        return source_hash(self._sources)
 
     def get_disambiguator(self) -> str:
         return str(self._line)
