@@ -138,6 +138,13 @@ def nonnegative(name: str, value: Any, unit: str = "") -> Numeric:
     return _checked(name, array, np.isfinite(array) & (array >= 0), unit, "must be finite and >= 0")
 
 
+def single(name: str, value: Numeric, unit: str = "") -> float:
+    """Return a checked value as a float, refusing an array."""
+    if isinstance(value, np.ndarray):
+        raise InputTypeError(name, value, "must be a single number", unit)
+    return value
+
+
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing all outside the closed interval [low, high]."""
     array = number(name, value, unit)

@@ -111,7 +111,10 @@ def test_every_material_of_the_library_is_shown(name: str) -> None:
         (["none.csv"], r"none\.csv: no such file"),
         (["bad.csv"], r"bad\.csv: line 3: 'half': must be a number"),
         (["."], r"\.: cannot be read: Is a directory"),
-        (["steel", "--at", "300"], r"temperature = 300 K: the material has no law of the shift"),
+        (
+            ["steel", "--at", "300"],
+            r"temperature = 300 K: must not be given without a time-temperature shift",
+        ),
         (["polyisobutylene", "--at", "90"], r"temperature = 90 K: must be in \[202, 400\] K.*"),
         (["polyisobutylene", "--at", "20 m"], r'--at "20 m": is a length, not a temperature; .*'),
         (["bad.csv", "--plot", "p.gif"], r"--plot p\.gif: must end in \.png or \.pdf or \.svg"),
@@ -154,9 +157,9 @@ def test_a_modulus_that_rises_is_refused() -> None:
 def test_a_poor_fit_is_told_of() -> None:
     rows = "\n".join(f"{10**i},5,4" for i in range(5))
     Path("flat.csv").write_text(f"omega,storage,loss\n{rows}\n")
-    with pytest.warns(UserWarning, match=r"flat\.csv: relative misfit (0\.\d+) of the fit") as told:
+    with pytest.warns(UserWarning, match=r"^flat\.csv: ") as told:
         misfit = json.loads(run("flat.csv", "--json").stdout)["relative_misfit"]
-    assert f"misfit {misfit:.3g} of" in str(told[0].message)
+    assert f"{misfit:.3g}" in str(told[0].message)
 
 
 def factors(text: str = "T,log aT\ndegC,-\n0,2.0\n20,0.0\n40,-1.5\n") -> None:

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from restitution.errors import InputError, RestitutionWarning
 from restitution.material.fit import fit_prony
 from restitution.material.fractional import fractional_zener
 from restitution.material.measurement import DynamicTable, RelaxationTable
@@ -89,41 +90,114 @@ def test_time_zero_counts_but_does_not_stretch_the_window():
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    ("data", "field"),
     [
-        (
-            RelaxationTable(np.array([1.0, 10.0, 100.0]), np.ones(3), source="a.csv"),
-            "^a.csv: number of times = 3, up to 100 s: must be >= 4, over half a decade or more$",
-        ),
-        (
-            RelaxationTable(np.array([1.0, 1.1, 1.2, 1.3]), np.ones(4)),
-            "^number of times = 4, up to 1.3 s: must .* half a decade",
-        ),
-        (
-            DynamicTable(np.array([2.0]), np.ones(1), np.ones(1)),
-            "^number of frequencies = 1, up to 2 rad/s: must",
-        ),
+        (RelaxationTable(np.array([1.0, 10.0, 100.0]), np.ones(3), source="a.csv"), "times"),
+        (RelaxationTable(np.array([1.0, 1.1, 1.2, 1.3]), np.ones(4)), "times"),
+        (RelaxationTable(np.array([1e-3, 1e-2, 1.0, 1e308]), np.array([10.0, 5.0, 2.0, 2.0])), "times"),
+        (DynamicTable(np.array([2.0]), np.ones(1), np.ones(1)), "frequencies"),
+        (None, "data"),
+        (([1, 2], [3, 4]), "data"),
     ],
 )
-def test_too_few_data(data, message):
-    with pytest.raises(ValueError, match=message):
+def test_data_that_cannot_be_fitted(data, field):
+    with pytest.raises(InputError) as caught:
         fit_prony(data)
+    assert caught.value.field == field
+    assert caught.value.where == getattr(data, "source", "")
+    assert "\n" not in str(caught.value)
 
 
-def test_data_that_do_not_relax_are_told_of():
+def measured_epdm(seed):
+    """Synthetic DMA data of ten branches from 1e-7 to 100 s, 0.01 to 100 Hz, noise of 1 % and 2 %."""
+    times = np.geomspace(1e-7, 100.0, 10)
+    truth = PronySeries(3e6, 2e9 * (times / 1e-7) ** -0.35, times)
+    omega = 2.0 * np.pi * np.geomspace(0.01, 100.0, 41)
+    noise = 1.0 + np.array([[0.01], [0.02]]) * np.random.default_rng(seed).standard_normal((2, 41))
+    storage, loss = truth.storage_modulus(omega) * noise[0], truth.loss_modulus(omega) * noise[1]
+    return truth, DynamicTable(omega, storage, loss, "shear", "epdm.csv")
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_fast_end_of_the_data_is_fitted_as_well_as_the_rest(seed):
+    """Branches faster than the data act at their fast end: without these the misfit is 0.033, the loss 17 % low."""
+    truth, data = measured_epdm(seed)
+    fit = fit_prony(data)
+    # The noise of the complex modulus is 0.01 to 0.013.
+    assert fit.misfit < 0.015
+    omega = np.geomspace(data.angular_frequency[0], data.angular_frequency[-1], 200)
+    assert fit.series.storage_modulus(omega) == pytest.approx(truth.storage_modulus(omega), rel=0.02)
+    assert fit.series.loss_modulus(omega) == pytest.approx(truth.loss_modulus(omega), rel=0.06)
+
+
+def test_the_material_of_a_fit_keeps_the_window_of_the_data():
+    _, data = measured_epdm(0)
+    fit = fit_prony(data)
+    assert fit.window == pytest.approx((1.0 / data.angular_frequency[-1], 1.0 / data.angular_frequency[0]))
+    material = fit.material(bulk_modulus=2e9, density=1100.0, name="EPDM")
+    assert material.window == fit.window
+    assert (material.shear, material.bulk) == (fit.series, PronySeries(2e9))
+    assert (material.source, material.density, material.name) == ("epdm.csv", 1100.0, "EPDM")
+    # K/G = 2(1 + nu)/(3(1 - 2 nu)) = 5/3 for nu = 1/4.
+    assert fit.material(poisson_ratio=0.25).bulk.branch_moduli == pytest.approx(
+        fit.series.branch_moduli * 5 / 3
+    )
+    for wrong, field in (
+        ({"bulk_modulus": 2e9, "deformation": "tension"}, "deformation"),
+        ({}, "bulk_modulus, poisson_ratio"),
+        ({"poisson_ratio": 0.6}, "poisson_ratio"),
+    ):
+        with pytest.raises(InputError) as caught:
+            fit.material(**wrong)
+        assert caught.value.field == field
+
+
+def test_data_in_tension_become_shear():
+    t = np.geomspace(1e-3, 1e3, 61)
+    fit = fit_prony(RelaxationTable(t, PronySeries(3e6, [9e6], [0.1]).relaxation_modulus(t)))
+    with pytest.raises(InputError, match="deformation"):
+        fit.material(bulk_modulus=2e9)
+    incompressible = fit.material(bulk_modulus=math.inf, deformation="tension")
+    assert incompressible.shear.relaxation_modulus(t) == pytest.approx(fit.series.relaxation_modulus(t) / 3)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_constant_data_give_no_branch_and_a_warning(noise):
+    t = np.geomspace(1e-3, 1e3, 25)
+    modulus = 1e6 * (1.0 + noise * np.random.default_rng(3).standard_normal(25))
+    with pytest.warns(RestitutionWarning) as told:
+        fit = fit_prony(RelaxationTable(t, modulus))
+    assert [one.message.kind for one in told] == ["fit"]
+    assert fit.n_terms == 0
+    assert fit.series.equilibrium_modulus == pytest.approx(1e6, rel=0.01)
+
+
+def test_a_small_loss_is_no_noise():
+    """A loss tangent of 0.002, which metals and glasses have, is all that makes them rebound below one."""
+    omega = np.geomspace(1.0, 1e4, 31)
+    storage = 1e9 * (1.0 + 1e-3 * np.log(omega))
+    fit = fit_prony(DynamicTable(omega, storage, np.full(31, np.pi / 2 * 1e6)))
+    assert fit.n_terms > 0
+    middle = np.geomspace(10.0, 1e3, 9)
+    # E'' = (pi/2) dE'/dln(omega) for a slow rise.
+    assert fit.series.loss_modulus(middle) == pytest.approx(np.pi / 2 * 1e6, rel=0.15)
+
+
+def test_data_that_rise_are_a_constant():
     t = np.geomspace(1.0, 100.0, 9)
-    with pytest.warns(UserWarning, match="^a.csv: no relaxation is seen in the data") as told:
+    with pytest.warns(RestitutionWarning, match="^a.csv: ") as told:
         fit = fit_prony(RelaxationTable(t, np.linspace(2.0, 2.1, 9), source="a.csv"))
     assert (fit.n_terms, len(told)) == (0, 1)
 
 
-def test_a_poor_fit_is_told_of():
-    """Loss and storage modulus that contradict each other: the loss of no material is flat at a fifth of E'."""
+def test_a_poor_fit_gives_a_warning():
+    """Loss and storage modulus that contradict each other: no material with a flat E' has a loss of 0.8 E'."""
     omega = np.geomspace(1.0, 1e4, 21)
-    with pytest.warns(UserWarning, match=r"^data: relative misfit 0\.\d+ of the fit: above 0\.1") as told:
+    with pytest.warns(RestitutionWarning) as told:
         fit = fit_prony(DynamicTable(omega, np.full(21, 5.0), np.full(21, 4.0)))
     assert fit.misfit > 0.1
-    assert f"misfit {fit.misfit:.3g} of" in str(told[0].message)
+    assert told[0].message.kind == "fit"
+    assert f"{fit.misfit:.3g}" in str(told[0].message)
 
 
 @pytest.mark.parametrize("table", [relaxation, dynamic])

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.conversion import tension_from_shear
 from restitution.material.fit import fit_prony
@@ -21,17 +22,23 @@ def test_at_least_eight_with_their_source():
         assert (material.window is None) == (material.shear.is_elastic and name != "ice")
         assert 0.0 < material.instantaneous_poisson_ratio < 0.5
         assert reduced_modulus(material).instantaneous_modulus > 0
+        # Between the lightest polymer and tungsten; None where the polymer itself is unknown.
+        assert (material.density is None) == (name in ("dma_polymer", "relaxation_polymer"))
+        assert material.density is None or 850.0 < material.density < 2e4
 
 
 def test_unknown_name():
-    with pytest.raises(ValueError, match=r"material 'unobtainium': must be one of aluminium, .*tungsten"):
+    with pytest.raises(InputError, match="is not known") as caught:
         library.get("unobtainium")
+    assert (caught.value.field, caught.value.value) == ("material", "unobtainium")
+    with pytest.raises(InputError, match="did you mean steel"):
+        library.get("steal")
 
 
 def test_materials_are_attributes():
     assert library.epoxy is library.get("epoxy")
     assert dir(library) == sorted(["get", "names", *library.names()])
-    with pytest.raises(AttributeError, match=r"material 'epoxi': must be one of aluminium, .*tungsten"):
+    with pytest.raises(AttributeError, match="did you mean epoxy"):
         _ = library.epoxi
     assert not hasattr(library, "__wrapped__")
 
@@ -115,6 +122,7 @@ def test_polyisobutylene_shifts_as_ferry_says():
 def test_fitted_polymers_are_the_fits_of_their_data(shared_reference, name, file, bulk):
     fit = fit_prony(read_material(shared_reference / "materials" / file))
     tension = tension_from_shear(library.get(name).shear, bulk_modulus=bulk)
+    assert library.get(name).window == pytest.approx(fit.window, rel=1e-5)
     t = np.geomspace(*fit.window, 80)
     assert tension.relaxation_modulus(t) == pytest.approx(fit.series.relaxation_modulus(t), rel=1e-4)
 

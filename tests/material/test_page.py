@@ -68,18 +68,10 @@ def test_table_of_the_dynamic_data(shared_reference):
     ratio = fits[0].series.loss_modulus(omega) / data.loss_modulus
     assert f"at {(ratio < 0.7).sum()} of the {omega.size} frequencies" in PAGE
     assert f"{(ratio[omega < 1.0] < 0.7).sum()} of them below 1 rad/s" in PAGE
-    assert round(1.0 - ratio.min(), 1) == 0.9
+    assert f"at worst {100.0 * (1.0 - ratio.min()):.0f} %" in PAGE
     for decade, lowness in ((0, 0.16), (3, 0.10), (6, 0.13)):
         inside = (omega >= 10.0**decade) & (omega < 10.0 ** (decade + 3))
         assert 1.0 - ratio[inside].mean() == pytest.approx(lowness, abs=6e-3)
     plateau = (omega >= 1e-9) & (omega < 1e-6)
     slope = np.polyfit(np.log(omega[plateau]), data.storage_modulus[plateau], 1)[0] * np.pi / 2.0
     assert [slope, data.loss_modulus[plateau].mean()] == pytest.approx([2e6, 11e6], abs=0.5e6)
-
-
-def test_more_weight_on_the_loss_modulus(shared_reference):
-    data = read_material(shared_reference / "materials" / "polymer_dma_master_curve.csv")
-    with pytest.warns(UserWarning, match=r"relative misfit 0\.144 of the fit"):
-        fit = fit_prony(data, loss_weight=4.0)
-    ratio = fit.series.loss_modulus(data.angular_frequency) / data.loss_modulus
-    assert (round(fit.misfit, 2), round(rms(ratio - 1.0), 2)) == (0.14, 0.35)

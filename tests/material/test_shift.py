@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from restitution.errors import InputError
 from restitution.material.prony import PronySeries
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
@@ -123,7 +124,7 @@ def test_material_at_a_temperature(law):
 
 
 def test_material_without_a_law_refuses():
-    with pytest.raises(ValueError, match="no law of the shift"):
+    with pytest.raises(InputError, match="temperature = 300 K"):
         Material(1.0, 2.0).at(300.0)
 
 

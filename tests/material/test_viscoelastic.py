@@ -1,9 +1,16 @@
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from restitution.material import library
+from restitution.material.conversion import tension_from_shear
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio, poisson_ratio
+from strategies import materials
 
 pytestmark = pytest.mark.plain
 
@@ -47,13 +54,53 @@ def test_poisson_ratio_with_dashpots():
     assert Material(shear, PronySeries(5.0, parallel_viscosity=5.0)).instantaneous_poisson_ratio == 0.25
 
 
-def test_wave_speeds():
-    material = Material(PronySeries(4.0, [12.0], [1.0]), 9.0 - 16.0 / 3.0, density=1.0)
-    assert material.shear_wave_speed == material.slowest_wave_speed == 2.0
-    assert material.pressure_wave_speed == pytest.approx(3.0)
-    assert Material(PronySeries(0.0, [16.0], [1.0]), math.inf, density=4.0).shear_wave_speed == 2.0
-    assert Material(1.0, math.inf, density=1.0).pressure_wave_speed == math.inf
-    assert Material(1.0, 1.0).slowest_wave_speed is None
+def test_poisson_ratio_over_time_for_a_constant_bulk():
+    """nu(t) = 1/2 - E(t)/(6K): the transforms obey nu = 1/2 - E/(6K)."""
+    shear = PronySeries(3.0, [7.0, 2.0], [1.0, 1e-3])
+    t = np.array([0.0, 1e-4, 0.1, 1.0, 1e3])
+    tension = tension_from_shear(shear, bulk_modulus=5.0)
+    found = Material(shear, 5.0).relaxation_poisson_ratio(t)
+    assert found == pytest.approx(0.5 - tension.relaxation_modulus(t) / 30.0, rel=1e-13)
+    assert Material(shear, math.inf).relaxation_poisson_ratio(t).tolist() == [0.5] * 5
+
+
+@given(materials(liquid=None, viscosity=None), st.floats(-3.0, 3.0))
+def test_poisson_ratio_over_time_by_its_laplace_transform(material, exponent):
+    """The transform of nu(t) at s is (3K - 2G)/(6K + 2G)/s; it lies between the ends where it is monotonic."""
+    if material.is_incompressible:
+        return
+    s = 10.0**exponent / float(material.shear.relaxation_times.max(initial=1.0))
+    g, k = (float(series.carson_transform(s)) for series in (material.shear, material.bulk))
+    x, w = np.polynomial.legendre.leggauss(40)
+    edges = np.linspace(-60.0, math.log(50.0), 41)
+    u = (edges[:-1, None] + edges[1:, None]) / 2 + (edges[1:, None] - edges[:-1, None]) / 2 * x
+    weights = (edges[1:, None] - edges[:-1, None]) / 2 * w
+    nu = material.relaxation_poisson_ratio(np.exp(u) / s)
+    found = float((weights * np.exp(u - np.exp(u)) * nu).sum())
+    assert found == pytest.approx((3 * k - 2 * g) / (6 * k + 2 * g), abs=1e-7)
+
+
+def test_poisson_ratio_over_time_ends_at_its_limits():
+    for shear, bulk in (
+        (PronySeries(3.0, [7.0], [1.0]), PronySeries(5.0, [4.0], [1.0])),
+        (PronySeries(0.0, [7.0], [1.0]), PronySeries(0.0, [5.0], [2.0])),
+        (PronySeries(3.0, [7.0], [1.0], parallel_viscosity=0.1), PronySeries(5.0, parallel_viscosity=0.3)),
+    ):
+        material = Material(shear, bulk)
+        ends = material.relaxation_poisson_ratio([0.0, 1e-13, 1e4])
+        assert ends[0] == material.instantaneous_poisson_ratio
+        assert ends[1:] == pytest.approx(
+            [material.instantaneous_poisson_ratio, material.poisson_ratio], abs=1e-10
+        )
+
+
+def test_wave_speed_is_that_of_the_modulus_that_acts():
+    material = Material(PronySeries(4.0, [12.0], [1.0]), 2.0, density=1.0)
+    assert material.wave_speed([0.0, 1e3]).tolist() == [4.0, 2.0]
+    # Polyisobutylene in a contact of 1.9 ms: 22 m/s and not the 1100 m/s of the glass.
+    liquid = library.get("polyisobutylene").at(293.0)
+    assert replace(liquid, density=920.0).wave_speed(1.9e-3) == pytest.approx(22.0, rel=0.02)
+    assert Material(1.0, 1.0).wave_speed(1.0) is None
 
 
 @pytest.mark.parametrize(

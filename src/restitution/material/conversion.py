@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 
+from restitution import quantities
 from restitution.checks import finite, positive
+from restitution.errors import InputError
 from restitution.material.connection import series_connection
+from restitution.material.models import exactly_one
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
+from restitution.material.viscoelastic import bulk_factor
 
 
 def shear_from_tension(
@@ -59,10 +63,8 @@ def shear_from_tension(
     own = tension.simplified()
     highest = own.instantaneous_modulus
     if not highest < 9.0 * bulk:
-        raise ValueError(
-            f"bulk_modulus = {bulk:g} Pa: must be > {highest / 9.0:g} Pa, a ninth of the instantaneous "
-            "modulus in tension"
-        )
+        wanted = f"must be > {highest / 9.0:g} Pa, a ninth of the instantaneous modulus in tension"
+        raise InputError("bulk_modulus", bulk, wanted, "Pa")
     equilibrium = own.equilibrium_modulus
     roots = secular_roots(equilibrium - 9.0 * bulk, 0.0, own.branch_moduli[::-1], own.relaxation_times[::-1])
     moduli = 27.0 * bulk * (bulk / roots.slopes)
@@ -105,19 +107,33 @@ def tension_from_shear(
     return series_connection(shear.scaled(3.0), PronySeries(9.0 * bulk))
 
 
+def shear_and_bulk(
+    series: PronySeries, deformation: str, bulk_modulus: float | None, poisson_ratio: float | None
+) -> tuple[PronySeries, PronySeries | float]:
+    """Return the relaxation in shear and in bulk of a series measured in "tension" or "shear".
+
+    The bulk modulus is constant, or follows the shear at a constant Poisson ratio.
+    """
+    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    shear = series
+    if deformation == "tension":
+        shear = shear_from_tension(series, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    if poisson_ratio is None:
+        return shear, _bulk_modulus(bulk_modulus)
+    factor = bulk_factor(float(quantities.check("poisson_ratio", poisson_ratio)))
+    return shear, math.inf if math.isinf(factor) else shear.scaled(factor)
+
+
 def _one_of(bulk_modulus: PronySeries | float | None, poisson_ratio: float | None) -> bool:
     """Whether it is the Poisson ratio that was given."""
-    if (bulk_modulus is None) == (poisson_ratio is None):
-        raise ValueError(
-            f"bulk_modulus = {bulk_modulus}, poisson_ratio = {poisson_ratio}: exactly one must be given"
-        )
+    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     return poisson_ratio is not None
 
 
 def _poisson_ratio(value: float | None) -> float:
     number = float(finite("poisson_ratio", value))
     if not -1.0 < number <= 0.5:
-        raise ValueError(f"poisson_ratio = {number:g}: must be in (-1, 0.5]")
+        raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
     return number
 
 

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import nonnegative, positive
-from restitution.material.measurement import DynamicTable, RelaxationTable
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.material.conversion import shear_and_bulk
+from restitution.material.measurement import Deformation, DynamicTable, RelaxationTable, agreed_deformation
 from restitution.material.prony import PronySeries
-from restitution.material.sheet import FileError
+from restitution.material.viscoelastic import Material
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,8 +26,14 @@ Array = NDArray[np.float64]
 _DENSITIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 6.0)
 # One per cent more misfit than that of the densest grid: far within the scatter of any data.
 _SLACK = 1.01
-# A fit that is further off than this is told of.
+# A fit with a larger misfit gives a warning.
 _POOR = 0.1
+# Relaxation times reach beyond the data by this factor, as branches act half a decade away from their own times.
+_BEYOND = math.sqrt(10.0)
+# Times and frequencies outside this range are slips, and their products would overflow.
+_EXTREME = 1e100
+# Relative misfit of numbers that differ by rounding alone.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +65,60 @@ class PronyFit:
         """Number of branches."""
         return self.series.n_branches
 
+    def material(
+        self,
+        *,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        deformation: Deformation | None = None,
+        density: float | None = None,
+        name: str | None = None,
+    ) -> Material:
+        """Return the material of the fit, with the window of the data.
+
+        Parameters
+        ----------
+        bulk_modulus : float
+            Constant bulk modulus K [Pa]; may be infinite. Exactly one of this and `poisson_ratio`.
+        poisson_ratio : float
+            Poisson ratio nu [-] that is constant over time, so that the bulk relaxes like the shear.
+        deformation : str
+            "tension" or "shear"; needed where the data do not say it.
+        density : float
+            Mass density [kg/m3].
+        name : str
+            Name of the material.
+
+        Raises
+        ------
+        InputError
+            If the deformation is missing or contradicts the data, or not exactly one of `bulk_modulus` and
+            `poisson_ratio` is given.
+
+        Examples
+        --------
+        >>> t = np.geomspace(1e-3, 1e3, 61)
+        >>> modulus = PronySeries(3e6, [9e6], [0.1]).relaxation_modulus(t)
+        >>> material = fit_prony(RelaxationTable(t, modulus, "tension")).material(bulk_modulus=2e9)
+        >>> material.window
+        (0.001, 1000.0)
+        """
+        kind = agreed_deformation(self.data.deformation, deformation)
+        shear, bulk = shear_and_bulk(self.series, kind, bulk_modulus, poisson_ratio)
+        assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
+        return Material(
+            shear,
+            bulk,
+            density=density,
+            name=name,
+            source=self.data.source or None,
+            window=self.window,
+            assumptions=assumptions,
+        )
+
     def plot(self) -> Figure:
-        """Figure of the moduli over time and over frequency, with the data, as the command `material` draws."""
-        # By name: pictures stand above this layer, which must not depend on them.
+        """Return a figure of the moduli over time and over frequency with the data."""
+        # Pictures are a higher layer, which is therefore imported by its name.
         pictures = import_module("restitution.plot.material")
         return pictures.overview({self.data.deformation or "fit": self.series}, self.window, self.data)
 
@@ -74,17 +133,18 @@ def fit_prony(
 ) -> PronyFit:
     """Prony series with few terms that fits relaxation or dynamic data.
 
-    Non-negative least squares of the relative residuals on relaxation times that are evenly spaced in log
-    time over the window of the data, with a penalty on jumps of the spectrum. The densest grid (6 a decade)
-    says what misfit can be had; the coarsest one that comes within a hundredth of that, or below `misfit`,
-    is taken, and then terms are dropped, least needed first, as long as the misfit allows.
+    Non-negative least squares of the relative residuals with a penalty on jumps of the spectrum. The relaxation
+    times are evenly spaced in log time; they reach half a decade beyond the data at both ends. The densest grid (6 a
+    decade) gives the smallest misfit. The coarsest grid within one per cent of it, or below `misfit`, is chosen, and
+    terms are dropped, the least important first, as long as the misfit allows.
 
     Parameters
     ----------
     data
         Measured moduli.
     misfit
-        Relative misfit that is good enough [-].
+        Relative misfit that is good enough [-]; for dynamic data of a small loss tangent, ten times that
+        tangent of it.
     liquid
         Whether to leave out the equilibrium modulus.
     loss_weight
@@ -96,17 +156,17 @@ def fit_prony(
     Returns
     -------
     PronyFit
-        The series is valid in the window of the data alone.
+        The series holds in the window of the data alone; `PronyFit.material` keeps that window.
 
     Raises
     ------
-    ValueError
+    InputError
         If there are fewer than four data or they cover less than half a decade.
 
     Warns
     -----
-    UserWarning
-        If the misfit is above a tenth, or the data do not relax at all: a series without terms.
+    RestitutionWarning
+        Of kind "fit", if the misfit is above a tenth, or if the data do not relax: a series without terms.
 
     Notes
     -----
@@ -121,13 +181,17 @@ def fit_prony(
     >>> fit.misfit < 2e-3, fit.n_terms <= 8
     (True, True)
     """
+    if not isinstance(data, RelaxationTable | DynamicTable):
+        raise InputTypeError(
+            "data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns"
+        )
     allowed = float(positive("misfit", misfit))
     problem = _Problem.of(data, liquid, float(positive("loss_weight", loss_weight)))
     weight = float(nonnegative("smoothing", smoothing))
     low, high = problem.window
-    grids = [_grid(low, high, density) for density in _DENSITIES]
+    grids = [_grid(low / _BEYOND, high * _BEYOND, density) for density in _DENSITIES]
     solutions: dict[int, Array] = {len(grids) - 1: problem.solve(grids[-1], weight)}
-    allowed = max(allowed, _SLACK * problem.misfit(grids[-1], solutions[len(grids) - 1]))
+    allowed = max(allowed * problem.loss_share, _SLACK * problem.misfit(grids[-1], solutions[len(grids) - 1]))
     chosen = len(grids) - 1
     for i in range(len(grids) - 1):
         moduli = problem.solve(grids[i], weight)
@@ -139,16 +203,16 @@ def fit_prony(
     residuals = problem.residuals(times, moduli)
     fit = PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data)
     for line in _doubts(fit):
-        warnings.warn(f"{data.source or 'data'}: {line}", stacklevel=2)
+        warnings.warn(RestitutionWarning("fit", f"{data.source or 'data'}: {line}"), stacklevel=2)
     return fit
 
 
 def _doubts(fit: PronyFit) -> list[str]:
     lines: list[str] = []
     if not fit.n_terms:
-        lines.append("no relaxation is seen in the data, which are fitted by a constant")
+        lines.append("no relaxation is seen in the data; the fit is a constant")
     if fit.misfit > _POOR:
-        lines.append(f"relative misfit {fit.misfit:.3g} of the fit: above {_POOR:g}, the data are met poorly")
+        lines.append(f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}")
     return lines
 
 
@@ -173,17 +237,25 @@ class _Problem:
         points = data.angular_frequency if dynamic else data.time
         values = data.storage_modulus + 1j * data.loss_modulus if dynamic else data.modulus
         inside = points[points > 0]
+        what, unit = ("frequencies", "rad/s") if dynamic else ("times", "s")
         if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
-            what, unit = ("frequencies", "rad/s") if dynamic else ("times", "s")
-            span = f", up to {points[-1]:.4g} {unit}" if points.size else ""
-            raise FileError(
-                data.source,
-                0,
-                f"number of {what} = {points.size}{span}: must be >= 4, over half a decade or more",
+            wanted = f"must be at least 4 {what} over half a decade or more"
+            raise InputError(what, points.size, wanted, where=data.source)
+        if inside[0] < 1.0 / _EXTREME or inside[-1] > _EXTREME:
+            wanted = f"must be in [{1.0 / _EXTREME:g}, {_EXTREME:g}] {unit}"
+            raise InputError(
+                what, float(inside[0 if inside[0] < 1.0 else -1]), wanted, unit, where=data.source
             )
         ends = float(inside[0]), float(inside[-1])
         window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
         return cls(points, values, dynamic, liquid, loss_weight, window)
+
+    @property
+    def loss_share(self) -> float:
+        """Ten times the loss tangent of dynamic data where that is below one: a small loss must be fitted too."""
+        if not self.dynamic:
+            return 1.0
+        return min(10.0 * float(np.median(np.imag(self.values) / np.abs(self.values))), 1.0)
 
     def columns(self, times: Array) -> NDArray[Any]:
         """Relative share of a unit equilibrium modulus and of unit branches, shape (n, 1 + n_branch)."""
@@ -235,7 +307,7 @@ class _Problem:
         keep = moduli[1:] > 0
         times, moduli = times[keep], np.concatenate((moduli[:1], moduli[1:][keep]))
         while times.size > 1:
-            # Largest change that a term makes anywhere: the least one is tried first.
+            # The term with the smallest influence anywhere is tried first.
             influence = np.abs(self.columns(times)[:, 1:] * moduli[1:]).max(axis=0)
             fewer = np.delete(times, int(np.argmin(influence)))
             solution = self.solve(fewer, smoothing)
@@ -243,4 +315,11 @@ class _Problem:
                 break
             keep = solution[1:] > 0
             times, moduli = fewer[keep], np.concatenate((solution[:1], solution[1:][keep]))
+        none = times[:0]
+        constant = self.solve(none, smoothing)
+        # Two more parameters lower the sum of squares of pure noise by the share 2/n on average. Dynamic data show
+        # even a small relaxation in their loss modulus.
+        slack = 1.0 if self.dynamic else math.sqrt(1.0 + 20.0 / self.points.size)
+        if self.misfit(none, constant) <= slack * self.misfit(times, moduli) + _ROUNDING:
+            return none, constant
         return times, moduli

@@ -1,7 +1,7 @@
-"""Named materials, each with its source, the window of time it is meant for, and what was assumed.
+"""Named materials, each with its source, its window of time and the assumptions made beyond the source.
 
-Numbers without a source are left out: where none is known for the density, it is None. Each material is also an
-attribute of this module: `library.epoxy` is `library.get("epoxy")`.
+A density without a source is None, or an assumption. Each material is also an attribute of this module:
+`library.epoxy` is `library.get("epoxy")`.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 
+from restitution import quantities
 from restitution.material.classical import elastic
 from restitution.material.conversion import shear_from_tension
 from restitution.material.measurement import PronyTerms
@@ -21,6 +22,8 @@ from restitution.material.viscoelastic import Material
 __all__ = ["get", "names"]
 
 _KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed. (1995), section 2.2.2"
+
+_CRC = "density: CRC Handbook of Chemistry and Physics"
 
 
 def names() -> list[str]:
@@ -45,7 +48,7 @@ def get(name: str) -> Material:
     Raises
     ------
     ValueError
-        If there is no such material; the message lists all.
+        If there is no such material; the message names the nearest one, or all.
 
     Examples
     --------
@@ -55,8 +58,7 @@ def get(name: str) -> Material:
     >>> print(round(material.at(273.15).shear.relaxation_times[0] / material.shear.relaxation_times[0], 3))
     16.55
     """
-    if name not in _LIBRARY:
-        raise ValueError(f"material {name!r}: must be one of {', '.join(names())}")
+    quantities.known("material", name, names())
     return _build(name)
 
 
@@ -93,16 +95,24 @@ def _span(series: PronySeries) -> tuple[float, float]:
 
 
 def _from_tension(
-    name: str, bulk_modulus: float, source: str, assumptions: str, shift: Shift | None = None
+    name: str,
+    bulk_modulus: float,
+    source: str,
+    assumptions: str,
+    *,
+    shift: Shift | None = None,
+    window: tuple[float, float] | None = None,
+    density: float | None = None,
 ) -> Material:
     tension = _terms(name)
     return Material(
         shear_from_tension(tension, bulk_modulus=bulk_modulus),
         bulk_modulus,
+        density=density,
         name=name,
         shift=shift,
         source=source,
-        window=_span(tension),
+        window=window or _span(tension),
         assumptions=assumptions,
     )
 
@@ -117,8 +127,10 @@ def _polyisobutylene(name: str) -> Material:
         "Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980), table 11-II",
         "the terms are moduli in tension (by their magnitude, the source does not say) at 298 K; "
         "constant bulk modulus of 3 GPa; no equilibrium modulus, so it flows; shift valid from the glass "
-        "transition at 202 K to about 400 K",
-        WLF(298.0, 8.61, 200.4, temperature_range=(202.0, 400.0)),
+        "transition at 202 K to about 400 K; the window consists of reduced times of a master curve; density: "
+        "typical of the polymer",
+        shift=WLF(298.0, 8.61, 200.4, temperature_range=(202.0, 400.0)),
+        density=920.0,
     )
 
 
@@ -129,10 +141,12 @@ def _epoxy(name: str) -> Material:
         3e9,
         name=name,
         source="cured commercial epoxy, shear; Simon, McKenna and Sindt, J. Appl. Polym. Sci. 76 (2000) 495",
+        density=1200.0,
         window=_span(series),
         assumptions="the relative moduli are shares of the difference of the glassy (891 MPa) and the "
-        "rubbery modulus (4.9 MPa); constant bulk modulus of 3 GPa; at the temperature of the master curve "
-        "only",
+        "rubbery modulus (4.9 MPa); constant bulk modulus of 3 GPa; near its glass transition, as half of the modulus "
+        "relaxes within 10 ms; the reference temperature is unknown; the window consists of reduced times of a "
+        "master curve; density: typical of cured epoxy, 1150 to 1250 kg/m3",
     )
 
 
@@ -144,9 +158,12 @@ def _dma_polymer(name: str) -> Material:
         10e9,
         "unnamed polymer, dynamic moduli in tension and shift factors from the verification data of "
         "pyvisco, National Renewable Energy Laboratory (BSD-3-Clause), fitted by fit_prony",
-        "constant bulk modulus of 10 GPa, a Poisson ratio of 0.33 in the glass; relative misfit of "
-        "the complex modulus 0.071, where storage and loss modulus contradict each other",
-        shift,
+        "constant bulk modulus of 10 GPa, chosen for a Poisson ratio of 0.33 in the glass and not measured: with an "
+        "instantaneous modulus of 10 GPa in tension the polymer is filled or stiffer than most, whose bulk moduli are 2 "
+        "to 5 GPa; relative misfit of the complex modulus 0.07, as storage and loss modulus contradict each other; the "
+        "window consists of reduced times of a master curve",
+        shift=shift,
+        window=(1.591549e-15, 1.591549e11),
     )
 
 
@@ -156,8 +173,10 @@ def _relaxation_polymer(name: str) -> Material:
         2e9,
         "unnamed polymer, relaxation modulus in tension from the verification data of pyvisco, "
         "National Renewable Energy Laboratory (BSD-3-Clause), fitted by fit_prony",
-        "constant bulk modulus of 2 GPa, a Poisson ratio of 0.36 in the glass; relative misfit "
-        "0.0017; at the temperature of the master curve only",
+        "constant bulk modulus of 2 GPa, a Poisson ratio of 0.36 in the glass; relative misfit 0.0017; the reference "
+        "temperature is unknown; the window consists of reduced times of a master curve and begins after the duration of "
+        "most impacts",
+        window=(2.81764e-3, 1.39e28),
     )
 
 
@@ -170,15 +189,14 @@ def _ice(name: str) -> Material:
         name=name,
         temperature=257.15,
         source="polycrystalline ice Ih at -16 C, Voigt-Reuss-Hill average of the single crystal of Gammon, "
-        "Kiefte, Clouter and Denner, J. Glaciol. 29 (1983) 433; density: CRC Handbook of Chemistry "
-        "and Physics",
+        f"Kiefte, Clouter and Denner, J. Glaciol. 29 (1983) 433; {_CRC}",
         window=(1e-10, 1.0),
         assumptions="elastic part alone: creep, which matters in loads of seconds, is left out",
     )
 
 
 def _elastic(
-    youngs_modulus: float, poisson_ratio: float, density: float | None, source: str
+    youngs_modulus: float, poisson_ratio: float, density: float, source: str
 ) -> Callable[[str], Material]:
     def build(name: str) -> Material:
         solid = elastic(youngs_modulus=youngs_modulus, poisson_ratio=poisson_ratio)
@@ -196,11 +214,16 @@ def _elastic(
 
 _LIBRARY: dict[str, Callable[[str], Material]] = {
     "aluminium": _elastic(70e9, 0.3, 2700.0, "EN 1999-1-1 (Eurocode 9), clause 3.2.5"),
-    "brass": _elastic(100.6e9, 0.350, None, f"70 Cu 30 Zn; {_KAYE_LABY}"),
-    "copper": _elastic(129.8e9, 0.343, None, _KAYE_LABY),
+    "brass": _elastic(
+        100.6e9,
+        0.350,
+        8530.0,
+        f"70 Cu 30 Zn; {_KAYE_LABY}; density: Copper Development Association, alloy C26000",
+    ),
+    "copper": _elastic(129.8e9, 0.343, 8960.0, f"{_KAYE_LABY}; {_CRC}"),
     "dma_polymer": _dma_polymer,
     "epoxy": _epoxy,
-    "fused_silica": _elastic(73.1e9, 0.170, None, f"fused quartz; {_KAYE_LABY}"),
+    "fused_silica": _elastic(73.1e9, 0.170, 2200.0, f"fused quartz; {_KAYE_LABY}; {_CRC}"),
     "ice": _ice,
     "polyisobutylene": _polyisobutylene,
     "relaxation_polymer": _relaxation_polymer,
@@ -208,5 +231,5 @@ _LIBRARY: dict[str, Callable[[str], Material]] = {
     "steel": _elastic(
         210e9, 0.3, 7850.0, "EN 1993-1-1 (Eurocode 3), clause 3.2.6; density: EN 1993-1-2, 3.2.2"
     ),
-    "tungsten": _elastic(411.0e9, 0.280, None, _KAYE_LABY),
+    "tungsten": _elastic(411.0e9, 0.280, 19300.0, f"{_KAYE_LABY}; {_CRC}"),
 }

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import nonnegative, positive
+from restitution.errors import InputError
 from restitution.material.prony import PronySeries
 
 Array = NDArray[np.float64]
@@ -170,6 +171,16 @@ class PronyTerms:
         if total >= 1.0 - 1e-12:
             raise ValueError(f"the relative moduli add up to {total:.6g}: must be below 1")
         return low, self.moduli * (low / (1.0 - total))
+
+
+def agreed_deformation(stated: Deformation | None, given: Deformation | None) -> Deformation:
+    """Return the deformation that a file states or that is given, refusing none and two different ones."""
+    kind = given or stated
+    if kind not in ("tension", "shear"):
+        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not say it')
+    if stated not in (None, kind):
+        raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
+    return kind
 
 
 def beyond_one(shares: Array) -> int | None:

@@ -12,9 +12,9 @@ from functools import wraps
 from importlib import import_module
 from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution import checks
 from restitution.checks import Numeric
 from restitution.errors import InputError
 from restitution.quantities import CONSTANTS, INPUTS, Quantity
@@ -143,9 +143,7 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
     return found
 
 
-def checked(
-    function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = (), section: str = ""
-) -> Callable[_P, _T]:
+def checked(function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = ()) -> Callable[_P, _T]:
     """Return a function that converts its arguments to SI and checks their ranges before the call."""
     signature, constants = inspect.signature(function), constants_of(function)
 
@@ -165,9 +163,7 @@ def checked(
 
 def _checked(constant: Constant, value: Any) -> Any:
     number = constant.quantity.check(value, constant.name)
-    if isinstance(number, np.ndarray) and not constant.is_list:
-        raise InputError(constant.name, value, "must be a single number", constant.quantity.unit)
-    return number
+    return number if constant.is_list else checks.single(constant.name, number, constant.quantity.unit)
 
 
 def exactly_one(**values: Any) -> None:

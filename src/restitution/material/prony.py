@@ -136,6 +136,11 @@ class PronySeries:
         return self.parallel_viscosity + float(self.branch_moduli @ self.relaxation_times)
 
     @property
+    def is_zero(self) -> bool:
+        """Whether the function is zero at all times."""
+        return self.equilibrium_modulus == 0 and self.is_elastic
+
+    @property
     def is_elastic(self) -> bool:
         """Whether nothing relaxes: a spring alone."""
         return self.parallel_viscosity == 0 and not self.branch_moduli.any()

@@ -7,9 +7,14 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from restitution.checks import finite, nonnegative, positive
+from restitution import checks, quantities
+from restitution.checks import nonnegative, positive
+from restitution.errors import InputError, InputTypeError
+from restitution.material.connection import on_common_times
 from restitution.material.prony import PronySeries
+from restitution.material.secular import secular_roots
 from restitution.material.shift import Shift
 
 
@@ -25,19 +30,19 @@ class Material:
         Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson
         ratio of -1.
     density
-        Mass density rho [kg/m3], used only to judge whether the impact is quasi-static.
+        Mass density rho [kg/m3], for the check whether an impact is quasi-static.
     name
-        What to call the material.
+        Name of the material.
     shift
-        Law of the time-temperature shift, for `at`.
+        Time-temperature shift, used by `at`.
     temperature
         Temperature of the moduli [K]; the reference of `shift` unless given.
     source
-        Where the numbers come from.
+        Source of the numbers.
     window
-        Shortest and longest time [s] for which the moduli are meant.
+        Shortest and longest time [s] for which the moduli hold, at `temperature`.
     assumptions
-        What was assumed beside the source.
+        Assumptions made beyond the source.
 
     Raises
     ------
@@ -77,20 +82,17 @@ class Material:
         assumptions: str | None = None,
     ) -> None:
         shear = _series("shear", shear)
-        if shear.equilibrium_modulus == 0 and shear.parallel_viscosity == 0 and not shear.branch_moduli.any():
-            raise ValueError("shear = 0 Pa: must not be zero throughout")
+        if shear.is_zero:
+            raise InputError("shear", 0.0, "must not be zero throughout", "Pa")
         bulk = math.inf if _is_infinite(bulk) else _series("bulk", bulk)
         if density is not None:
-            density = float(positive("density", density, "kg/m3"))
+            density = checks.single("density", positive("density", density, "kg/m3"), "kg/m3")
         if temperature is not None:
-            temperature = float(positive("temperature", temperature, "K"))
+            temperature = checks.single("temperature", positive("temperature", temperature, "K"), "K")
         elif shift is not None:
             temperature = shift.reference_temperature
         if window is not None:
-            low, high = (float(positive("window", time, "s")) for time in window)
-            if low >= high:
-                raise ValueError(f"window = ({low:g}, {high:g}) s: must ascend")
-            window = (low, high)
+            window = time_window(window)
         self.__dict__.update(
             shear=shear,
             bulk=bulk,
@@ -121,7 +123,12 @@ class Material:
         0.01
         """
         if self.shift is None or self.temperature is None:
-            raise ValueError(f"temperature = {temperature:g} K: the material has no law of the shift")
+            raise InputError(
+                "temperature",
+                temperature,
+                "must not be given without a time-temperature shift",
+                "K",
+            )
         factor = self.shift.factor(temperature) / self.shift.factor(self.temperature)
         bulk, window = self.bulk, self.window
         return replace(
@@ -162,32 +169,67 @@ class Material:
             shear, bulk = self.shear.parallel_viscosity, self.bulk.parallel_viscosity
         return poisson_ratio(shear, bulk)
 
+    def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
+        """Poisson ratio nu(t) [-], the lateral contraction at the time t after a unit step of axial strain.
+
+        Its Carson transform is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It runs from
+        `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`.
+
+        Parameters
+        ----------
+        time : array_like
+            Times t >= 0 [s], any shape.
+
+        Returns
+        -------
+        float or array
+            nu(t), in the shape of `time`.
+
+        Notes
+        -----
+        With 1/2 - nu = 3G/(6K + 2G), a sum of exponentials whose rates are the roots of 6K + 2G. For a constant
+        K this is nu(t) = 1/2 - E(t)/(6K). Tschoegl, Knauss and Emri, Mech. Time-Depend. Mater. 6 (2002) 3.
+
+        Examples
+        --------
+        A polymer that is compressible as a glass and nearly incompressible as a rubber:
+
+        >>> polymer = Material(PronySeries(1e6, [1e9], [1e-3]), bulk=3e9)
+        >>> polymer.relaxation_poisson_ratio([0.0, 1e-3, 1.0]).round(3)
+        array([0.35 , 0.439, 0.5  ])
+        """
+        t = np.asarray(nonnegative("time", time, "s"))
+        if not isinstance(self.bulk, PronySeries):
+            return np.full(t.shape, 0.5)[()]
+        times, shear, bulk = on_common_times(self.shear.simplified(), self.bulk.simplified())
+        total = shear.plus(shear, 1.0).plus(bulk, 6.0)
+        roots = secular_roots(total.constant, total.viscosity, total.weights, times)
+        at_roots, _ = shear.at(roots.times, roots.terms, np.abs(roots.terms))
+        transient = np.exp(-t[..., None] / roots.times) @ (3.0 * at_roots / roots.slopes)
+        return np.where(t == 0, self.instantaneous_poisson_ratio, self.poisson_ratio + transient)[()]
+
     @property
-    def shear_wave_speed(self) -> float | None:
-        """Speed sqrt(G/rho) [m/s] of the slowest shear wave: G at equilibrium, instantaneous if that is 0."""
+    def slowest_wave_speed(self) -> float | None:
+        """Shear wave speed [m/s] at equilibrium, instantaneous for a liquid; see `wave_speed`."""
         if self.density is None:
             return None
         return math.sqrt((self.shear.equilibrium_modulus or self.shear.instantaneous_modulus) / self.density)
 
-    @property
-    def pressure_wave_speed(self) -> float | None:
-        """Speed sqrt((K + 4G/3)/rho) [m/s] of the slowest pressure wave, of moduli chosen as for shear."""
-        if self.density is None:
-            return None
-        if not isinstance(self.bulk, PronySeries):
-            return math.inf
-        shear = self.shear.equilibrium_modulus or self.shear.instantaneous_modulus
-        bulk = self.bulk.equilibrium_modulus or self.bulk.instantaneous_modulus
-        return math.sqrt((bulk + 4.0 / 3.0 * shear) / self.density)
+    def wave_speed(self, time: ArrayLike) -> Any:
+        """Speed sqrt(G(t)/rho) [m/s] of shear waves, the slowest ones, at the modulus that acts at a time t [s].
 
-    @property
-    def slowest_wave_speed(self) -> float | None:
-        """Speed of the slowest bulk wave [m/s], which is always the shear wave; None without a density."""
-        return self.shear_wave_speed
+        For an impact the time is that of the contact. None without a density.
+
+        Examples
+        --------
+        >>> print(Material(PronySeries(0.0, [4e6], [1.0]), 2e9, density=1000.0).wave_speed(2.0 * np.log(2.0)))
+        31.622776601683793
+        """
+        return None if self.density is None else np.sqrt(self.shear.relaxation_modulus(time) / self.density)
 
 
 def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
-    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], of which one may be infinite.
+    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite.
 
     Examples
     --------
@@ -225,14 +267,25 @@ def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
     5.0
     """
-    number = float(finite("poisson_ratio", ratio))
-    if not -1.0 <= number <= 0.5:
-        raise ValueError(f"poisson_ratio = {number:g}: must be in [-1, 0.5]")
-    if number == 0.5:
-        return math.inf
-    if shear_modulus == 0:
-        raise ValueError("poisson_ratio: is 0.5 for a liquid (equilibrium_modulus = 0 Pa); give bulk_modulus")
-    return 2.0 * shear_modulus * (1.0 + number) / (3.0 * (1.0 - 2.0 * number))
+    number = quantities.check("poisson_ratio", ratio)
+    if shear_modulus == 0 and number < 0.5:
+        raise InputError(
+            "poisson_ratio", number, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
+        )
+    return shear_modulus * bulk_factor(float(number)) if number < 0.5 else math.inf
+
+
+def bulk_factor(ratio: float) -> float:
+    """Return K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of a Poisson ratio nu in [-1, 0.5]; infinite for 1/2."""
+    return 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio)) if ratio != 0.5 else math.inf
+
+
+def time_window(window: tuple[float, float]) -> tuple[float, float]:
+    """Return the shortest and longest time [s] of a window, refusing what does not ascend."""
+    low, high = (checks.single("window", positive("window", time, "s"), "s") for time in window)
+    if low >= high:
+        raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
+    return low, high
 
 
 def _is_infinite(value: Any) -> bool:
@@ -244,5 +297,5 @@ def _series(name: str, value: Any) -> PronySeries:
         return value
     modulus = nonnegative(name, value, "Pa")
     if isinstance(modulus, np.ndarray):
-        raise TypeError(f"{name} = {value!r}: must be a number or a PronySeries")
-    return PronySeries(float(modulus))
+        raise InputTypeError(name, value, "must be a number or a PronySeries")
+    return PronySeries(modulus)
