@@ -301,7 +301,7 @@ FILES = {
         ),
         (
             'model = "springpot"\ncoefficient = 1\nexponent = 0.5\npoisson_ratio = 0.3',
-            ": poisson_ratio: is 0.5 for a liquid (equilibrium_modulus = 0 Pa); give bulk_modulus",
+            ".poisson_ratio = 0.3: must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)",
         ),
         ('file = "none.csv"\nbulk_modulus = 1', '.file = "none.csv": no such file'),
         ("file = 3", '.file = 3: must be the name of a file, e.g. "dma.csv"'),
