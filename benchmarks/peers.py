@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from timing import best, clock, one_by_one
 
 import restitution as rs
-from restitution.impact.scaling import power_block
+from restitution.impact.batch import Batch
 from restitution.material.standard_solid import reduced_standard_solid
 
 SEED = 11
@@ -57,9 +57,10 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     points, exact = sample(count)
     one = np.ones(count)
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
-    block = power_block(
-        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one
+    batch = Batch(
+        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0
     )
+    block = batch.scaled()
     found: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:
         for rtol in SCIPY:

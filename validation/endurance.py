@@ -17,9 +17,8 @@ from rich.progress import track
 
 import restitution as rs
 from restitution.contact.profile import Profile
+from restitution.impact.batch import Batch
 from restitution.impact.exact import solve_scaled
-from restitution.impact.rows import Rows, solve_rows
-from restitution.impact.scaling import power_block
 from restitution.impact.status import SolverError, Status
 from restitution.material.standard_solid import reduced_standard_solid
 
@@ -41,10 +40,13 @@ def paper_batch(seed: int) -> dict[str, np.ndarray]:
     nu, p2, p3 = draw_inputs(seed, BATCH)
     one = np.ones(BATCH)
     reduced = reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3)
-    rows = Rows(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one)
-    found = solve_rows(rows, RTOL, workers=1, energy=True)
-    work = solve_scaled(power_block(*rows), RTOL, workers=1)[:, 8]
-    return {name: found[name] for name in ("status", "restitution_coefficient", "residual")} | {"work": work}
+    batch = Batch(
+        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0
+    )
+    found = batch.solve(RTOL, workers=1, energy=True)
+    work = solve_scaled(batch.scaled(), RTOL, workers=1)[:, 8]
+    names = ("status", "restitution_coefficient", "energy_residual")
+    return {name: found[name] for name in names} | {"work": work}
 
 
 def draw_series(random: np.random.Generator, terms: int, liquid: bool, dashpot: bool) -> rs.PronySeries:

@@ -14,11 +14,11 @@ from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.impact import closed_forms as cf
 from restitution.impact import elements
+from restitution.impact.batch import Batch
 from restitution.impact.element_laws import MaxwellElement, StandardSolidElement, element_law
 from restitution.impact.elements import MAX_STEPS, ElementsSolution, solve_elements
 from restitution.impact.problem import Impact
 from restitution.impact.reference import ReferenceSolution, solve_reference
-from restitution.impact.scaling import scale
 from restitution.impact.status import Status
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
@@ -44,7 +44,7 @@ def incompressible(equilibrium: float, moduli=(), times=(), *, viscosity=0.0) ->
 
 def reference(impact: Impact) -> ReferenceSolution:
     """The reduced equations, in SI."""
-    row = scale(impact).row(0)
+    row = Batch.from_impact(impact).scaled().row(0)
     found = solve_reference(
         row, rtol=1e-7, contact_radius=lambda s: impact.profile.contact_radius(s**2 * row.length) / row.radius
     )

@@ -27,8 +27,7 @@ BALL = Parabola(radius=0.01)
         ({"external_force": -1e-9}, "external_force = -1e-09 N: must be finite and >= 0"),
         (
             {"mass": [1.0, 2.0], "velocity": [1.0, 2.0, 3.0]},
-            r"mass, velocity, external_force and profile: shapes \{'mass': \(2,\), 'velocity': \(3,\), "
-            r"'external_force': \(\)\} and \(\) must broadcast against each other",
+            r"mass, velocity, external_force, profile: .* broadcast .* mass \(2,\), velocity \(3,\), .*",
         ),
     ],
 )
@@ -40,7 +39,7 @@ def test_numbers_out_of_range_are_named(given, message):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"material": 1e6}, r"^material = 1000000\.0: must be a Material$"),
+        ({"material": 1e6}, r"^material = 1e\+06: must be a Material$"),
         ({"profile": 0.01}, r"^profile = 0\.01: must be a Profile$"),
         ({"counter_material": "steel"}, r"^counter_material = 'steel': must be a Material$"),
         ({"mass": "1 kg"}, r"^mass = '1 kg': must be a real number"),

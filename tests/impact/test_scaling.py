@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
+from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import dimensionless_groups, scale, scale_alike
+from restitution.impact.scaling import dimensionless_groups
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -18,6 +19,10 @@ from strategies import logarithmic
 
 SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)
 PRONY = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2], parallel_viscosity=20.0), math.inf)
+
+
+def scale(impact, **options):
+    return Batch.from_impact(impact).scaled(**options)
 
 
 def test_groups_by_hand():
@@ -67,7 +72,7 @@ def test_groups_of_arrays_and_of_huge_moduli():
     ],
 )  # fmt: skip
 def test_groups_are_refused_where_they_do_not_hold(impact, reason):
-    with pytest.raises(ValueError, match=f"p1, p2, p3 belong to .*: here {reason}$"):
+    with pytest.raises(ValueError, match=f": here {reason}$"):
         dimensionless_groups(impact)
 
 
@@ -131,7 +136,7 @@ def test_rows_parts_and_lists_are_the_single_impacts():
     impacts = [Impact(PRONY, Parabola(radius), 0.1, 2.0, external_force=1.0) for radius in (0.01, 0.02, 0.03)]
     assert several.size == 3
     assert several.most_modes == 2
-    blocks = [(several, 0), (scale_alike(impacts), 0), (several.part(1, 3), 1)]
+    blocks = [(several, 0), (Batch.from_impacts(impacts)[0][1].scaled(), 0), (several.part(1, 3), 1)]
     for block, first in blocks:
         for n in range(block.size):
             row, alone = block.row(n), scale(impacts[first + n]).row(0)

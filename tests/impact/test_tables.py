@@ -8,9 +8,9 @@ import pytest
 from restitution.contact.profile import Parabola, Profile
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
+from restitution.impact.batch import Batch
 from restitution.impact.exact import element_tolerance, kernel_path, path_tolerance
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import scale
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.classical import standard_solid
@@ -81,7 +81,8 @@ def test_the_tolerance_holds_on_a_rough_surface(profile: Tabulated, rtol: float)
 def test_what_passes_for_a_kink(profile: Profile, kinks: bool) -> None:
     depth = np.array([0.3, 3.0])
     mass = profile.contact_radius(depth) * depth**2
-    block = scale(Impact(Material(PronySeries(1.0, [3.0], [0.5]), math.inf), profile, mass, 1.0), rtol=1e-8)
+    impact = Impact(Material(PronySeries(1.0, [3.0], [0.5]), math.inf), profile, mass, 1.0)
+    block = Batch.from_impact(impact).scaled(rtol=1e-8)
     assert (path_tolerance(1e-8, kernel_path(block)) < element_tolerance(1e-8)) is kinks
 
 

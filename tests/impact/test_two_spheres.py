@@ -33,7 +33,8 @@ def test_mirror_images(name):
     assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
     assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-9)
     # The same force on both, and the foundation of a pair is pressed in by both.
-    times = np.linspace(0.0, 1.0, 41) * min(pair.contact_time, wall.contact_time)
+    # Up to just before the end, where a radius falls like a root of the time.
+    times = np.linspace(0.0, 1.0 - 1e-6, 41) * min(pair.contact_time, wall.contact_time)
     two, one = pair.sample(times), wall.sample(times)
     for quantity, factor in (
         ("indentation_depth", 2.0), ("indentation_velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),

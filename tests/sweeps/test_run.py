@@ -13,10 +13,12 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from restitution import parallel
 from restitution.contact.power_law import Cone
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import RestitutionWarning
+from restitution.impact.batch import Batch
 from restitution.material.classical import generalised_maxwell
 from restitution.material.shift import WLF
 from restitution.sweeps import dataset
@@ -447,37 +449,35 @@ def test_an_error_in_a_worker_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) ->
     def fail(*_: Any, **__: Any) -> Any:
         raise MemoryError("no more")
 
-    monkeypatch.setattr(plans, "solve_rows", fail)
+    monkeypatch.setattr(Batch, "solve", fail)
     with pytest.raises(MemoryError):
         rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 5000)}, chunk=100, workers=2)
 
 
 def test_memory_of_a_chunk_is_that_of_its_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     largest = 0
-    solve = plans.solve_rows
+    solve = Batch.solve
 
-    def watched(rows: Any, *options: Any, **named: Any) -> Any:
+    def watched(batch: Batch, *options: Any, **named: Any) -> Any:
         nonlocal largest
-        largest = max(largest, rows.masses.size)
-        return solve(rows, *options, **named)
+        largest = max(largest, batch.size)
+        return solve(batch, *options, **named)
 
-    monkeypatch.setattr(plans, "solve_rows", watched)
+    monkeypatch.setattr(Batch, "solve", watched)
     monkeypatch.setattr(plans, "_BLOCK", 256)
     rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 2000)}, chunk=2000)
     assert largest == 256
 
 
 def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.sweeps import threads
-
     asked: list[int] = []
-    pool = threads.ThreadPoolExecutor
+    pool = parallel.ThreadPoolExecutor
 
     def watched(workers: int) -> Any:
         asked.append(workers)
         return pool(workers)
 
-    monkeypatch.setattr(threads, "ThreadPoolExecutor", watched)
+    monkeypatch.setattr(parallel, "ThreadPoolExecutor", watched)
     monkeypatch.setattr(os, "cpu_count", lambda: 3)
     rs.sweep(BALL, {"velocity": [1.0]})
     assert asked == [3]

@@ -78,7 +78,7 @@ class Bounces:
     contact_time : array
         Contact time [s]; infinite where the body stays.
     residual_indentation_depth : array
-        Depth [m] at separation; NaN where the body stays.
+        Depth [m] at separation; of a body that stays, the depth at which its weight rests, infinite in a liquid.
     height : array
         Greatest height [m] of the lowest point over the undeformed surface after the bounce; 0 where the body
         stays, negative where it does not come out of its imprint.

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import positive
+from restitution.impact.batch import Batch
 from restitution.impact.element_laws import element_law, padded
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import scale
 from restitution.impact.status import Status
 
 Array = NDArray[np.float64]
@@ -180,7 +180,7 @@ class _Foundation:
 
     def measure(self, n_elements: int) -> _Sizes:
         """Find depth, radius and duration by a coarse run, itself laid out from an elastic estimate."""
-        block = scale(self.impact)
+        block = Batch.from_impact(self.impact).scaled()
         depth = float(block.firsts[0] ** 2 * block.length[0])
         sizes = self.sizes(depth, 3.0 * depth / self.velocity)
         step = min(sizes.fitting_step(_SIZING), sizes.limit)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from threading import Event, Lock
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.impact.status import Status
+from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
@@ -121,44 +120,28 @@ def solve_scaled(
         outcomes[start:stop][lost, 7] = Status.NOT_FINITE
         return stop - start
 
-    workers = workers or os.cpu_count() or 1
-    if block.size <= _CHUNK or workers == 1:
-        done = 0
-        for start, stop in _chunks(block.size):
-            done += run(start, stop)
-            if progress is not None:
-                progress(done, block.size)
-        return np.hstack([outcomes, energies])
-    # The first chunk alone compiles; threads that start together would each do so.
-    done = run(0, _CHUNK)
-    if progress is not None:
-        progress(done, block.size)
-    todo, lock, stop = _chunks(block.size, _CHUNK), Lock(), Event()
+    done, lock = 0, Lock()
 
-    def work() -> None:
+    def count(chunk: tuple[int, int]) -> None:
         nonlocal done
-        while not stop.is_set():
-            with lock:
-                part = next(todo, None)
-            if part is None:
-                return
-            count = run(*part)
-            with lock:
-                done += count
+        size = run(*chunk)
+        with lock:
+            done += size
 
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            # A future for each thread, not for each chunk: an interrupt while `wait` holds the locks of thousands would
-            # leave some of them locked for ever.
-            pending = {pool.submit(work) for _ in range(workers)}
-            while pending:
-                finished, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    future.result()
-                if progress is not None:
-                    progress(done, block.size)
-        finally:
-            stop.set()
+    def report() -> None:
+        if progress is not None:
+            progress(done, block.size)
+
+    chunks = _chunks(block.size)
+    if block.size <= _CHUNK or workers == 1:
+        for chunk in chunks:
+            count(chunk)
+            report()
+    else:
+        # The first chunk alone compiles; threads that start together would each do so.
+        count(next(chunks))
+        report()
+        on_threads(count, chunks, workers, report)
     return np.hstack([outcomes, energies])
 
 
@@ -207,8 +190,8 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]
     return outcomes[0], _problem(block, 0, path), work
 
 
-def _chunks(size: int, start: int = 0) -> Iterator[tuple[int, int]]:
-    for low in range(start, size, _CHUNK):
+def _chunks(size: int) -> Iterator[tuple[int, int]]:
+    for low in range(0, size, _CHUNK):
         yield low, min(low + _CHUNK, size)
 
 

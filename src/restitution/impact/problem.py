@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from restitution.checks import Numeric, nonnegative, positive
+from restitution import quantities
+from restitution.checks import Numeric
+from restitution.contact.contact import Contact
 from restitution.contact.profile import Profile
-from restitution.material.fractional import FractionalMaterial
+from restitution.errors import InputError
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
 from restitution.material.viscoelastic import Material
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
+
+NUMBERS = ("mass", "velocity", "external_force")
+"""Numbers of an impact beside those of its profile and materials."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +46,8 @@ class Impact:
 
     Raises
     ------
-    ValueError
-        If a number is out of its range; the message names it.
-    TypeError
-        If a material or a profile is something else.
+    InputError
+        If a number is out of its range, or a material or the profile of another type.
 
     Notes
     -----
@@ -69,36 +70,34 @@ class Impact:
     external_force: Numeric = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
-        _of_type("material", self.material, Material)
-        _of_type("profile", self.profile, Profile)
-        if self.counter_material is not None:
-            _of_type("counter_material", self.counter_material, Material)
-        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
-        object.__setattr__(self, "velocity", positive("velocity", self.velocity, "m/s"))
-        object.__setattr__(self, "external_force", nonnegative("external_force", self.external_force, "N"))
+        _ = self.contact
+        for name in NUMBERS:
+            object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         try:
             _ = self.shape
         except ValueError:
-            shapes = {name: np.shape(getattr(self, name)) for name in ("mass", "velocity", "external_force")}
-            raise ValueError(
-                f"mass, velocity, external_force and profile: shapes {shapes} and {_profile_shape(self.profile)} "
-                "must broadcast against each other"
+            shapes = {name: np.shape(getattr(self, name)) for name in NUMBERS}
+            shapes["profile"] = _profile_shape(self.profile)
+            listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise InputError(
+                ", ".join(shapes), wanted=f"have shapes that do not broadcast against each other: {listed}"
             ) from None
+
+    @cached_property
+    def contact(self) -> Contact:
+        """The profile and the materials of both bodies."""
+        return Contact(self.material, self.profile, self.counter_material)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
-        return np.broadcast_shapes(
-            np.shape(self.mass),
-            np.shape(self.velocity),
-            np.shape(self.external_force),
-            _profile_shape(self.profile),
-        )
+        numbers = (np.shape(getattr(self, name)) for name in NUMBERS)
+        return np.broadcast_shapes(*numbers, _profile_shape(self.profile))
 
-    @cached_property
+    @property
     def reduced_modulus(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of the contact."""
-        return reduced_modulus(self.material, self.counter_material)
+        return self.contact.reduced_modulus
 
 
 def _profile_shape(profile: Profile) -> tuple[int, ...]:
@@ -106,12 +105,3 @@ def _profile_shape(profile: Profile) -> tuple[int, ...]:
     if exponent is None or coefficient is None:
         return ()
     return np.broadcast_shapes(np.shape(exponent), np.shape(coefficient))
-
-
-def _of_type(name: str, value: Any, kind: type) -> None:
-    if isinstance(value, FractionalMaterial):
-        raise TypeError(
-            f"{name}: a fractional one holds within a window of time, {name}.within(window); for_contact chooses it"
-        )
-    if not isinstance(value, kind):
-        raise TypeError(f"{name} = {value!r}: must be a {kind.__name__}")

@@ -34,6 +34,10 @@ VARIABLES = {
 }
 
 
+BUDGET = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
+"""Members of an `EnergyBudget` as outputs."""
+
+
 class EnergyBudget(NamedTuple):
     """Where the kinetic energy went.
 
@@ -74,14 +78,16 @@ class ImpactResult:
     contact_time : float or array
         Duration of contact [s]; infinite where the body does not separate.
     max_indentation_depth : float or array
-        Largest depth d [m].
+        Largest depth d [m]; of a body that a force captures, the largest of the first approach, while creep
+        may take it on to the residual depth.
     max_force : float or array
         Largest normal force F [N].
     max_contact_radius : float or array
         Largest contact radius a [m].
     residual_indentation_depth : float or array
         Depth d [m] at separation: the imprint that is left, and recovers. Of a body that does not separate, the depth
-        at which it comes to rest.
+        at which it comes to rest: that at which the relaxed half-space carries the external force; infinite where
+        that is a liquid.
     status : Status, or array of int
         How the solve ended.
     impact : Impact or list of Impact

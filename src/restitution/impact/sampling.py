@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from restitution.impact.batch import Batch
 from restitution.impact.history import Trajectory
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget
-from restitution.impact.scaling import scale
 
 
 class Sampled(NamedTuple):
@@ -56,7 +56,7 @@ def by_reference(impact: Impact, rtol: float) -> Sampled:
     """Solve one impact by the reduced equations through SciPy."""
     from restitution.impact.reference import solve_reference
 
-    row = scale(impact).row(0)
+    row = Batch.from_impact(impact).scaled().row(0)
     profile = impact.profile
 
     def radius(s: Any) -> Any:

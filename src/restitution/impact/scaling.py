@@ -1,9 +1,8 @@
-"""From SI to dimensionless numbers and back: the only place that knows how."""
+"""Dimensionless numbers of an impact: the groups p1, p2, p3 of a standard solid, and the blocks that the kernel solves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Numeric
+from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
 
@@ -82,18 +82,19 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     ]
     for wrong, reason in reasons:
         if wrong:
-            raise ValueError(f"p1, p2, p3 belong to a rigid parabola on a standard solid: here {reason}")
+            wanted = f"must be of a rigid parabola on a standard solid, which has p1, p2, p3: here {reason}"
+            raise InputError("impact", wanted=wanted)
     modulus, branch = shear.equilibrium_modulus, float(shear.branch_moduli[0])
     viscosity = branch * float(shear.relaxation_times[0])
-    root_radius = np.asarray(impact.profile.path_coefficient)
-    # Roots first: the moduli cubed overflow where p3 itself is harmless.
-    p3 = (
-        (viscosity / modulus**0.6)
-        * np.asarray(impact.velocity) ** 0.2
-        * root_radius**0.4
-        / np.asarray(impact.mass) ** 0.4
-    )
+    radius = np.asarray(impact.profile.path_coefficient) ** 2
+    p3 = viscosity / viscosity_unit(modulus, np.asarray(impact.mass), np.asarray(impact.velocity), radius)
     return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
+
+
+def viscosity_unit(equilibrium_modulus: Any, mass: Any, velocity: Any, radius: Any) -> Any:
+    """Viscosity `(m^2 Ginf^3/(v0 R))^(1/5)` [Pa s], for which p3 = 1; all in SI."""
+    # Roots first: the moduli cubed overflow where p3 itself is harmless.
+    return equilibrium_modulus**0.6 * mass**0.4 / (velocity**0.2 * radius**0.2)
 
 
 class ScaledImpact(NamedTuple):
@@ -183,7 +184,7 @@ def power_block(
     equilibria, viscosities : array, shape (n,)
         Of the reduced modulus [Pa], [Pa s].
     moduli, times : array, shape (n, n_branch)
-        Branch moduli [Pa] and relaxation times [s] of the reduced modulus.
+        Branch moduli [Pa] and relaxation times [s] of the reduced modulus; where a modulus is 0, there is no branch.
     coefficients : array, shape (n,)
         c [m^(1 - p/2)].
     exponent : float
@@ -219,10 +220,10 @@ def power_block(
         scaled = moduli * factor[:, None]
         loads = forces * length / (masses * velocities**2)
         scaled_times = times / time[:, None]
-    count = np.full(length.size, moduli.shape[1], dtype=np.int64)
+    branches = moduli != 0.0
     return ScaledBlock(
         np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, loads,
-        np.concatenate([[0], np.cumsum(count)]), scaled.ravel(), scaled_times.ravel(), p, None,
+        np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), scaled[branches], scaled_times[branches], p, None,
         length, time, coefficients * length ** (0.5 * p),
     )  # fmt: skip
 
@@ -232,95 +233,49 @@ def power_block(
 _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 
 
-def scale(impact: Impact, depth_factor: float = 4.0, rtol: float = 0.0) -> ScaledBlock:
-    """Scale one impact, or the array of impacts that it broadcasts to.
+def table_block(
+    profile: Profile, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
+    masses: Array, velocities: Array, forces: Array, depth_factor: float = 4.0, rtol: float = 0.0,
+) -> ScaledBlock:  # fmt: skip
+    """Scale impacts of one profile without a power law, which the kernel sees as a table.
 
     Parameters
     ----------
-    impact : Impact
-        The impacts; their order is that of the raveled common shape.
+    profile : Profile
+        The profile.
+    equilibria, viscosities, moduli, times, masses, velocities, forces
+        See `power_block`.
     depth_factor : float
-        For profiles without a power law: the table reaches to this multiple of the estimated depth.
+        The table reaches to this multiple of the estimated largest depth.
     rtol : float
-        The relative tolerance of e to which such a table has to be good; as good as tables are where left out.
+        The relative tolerance of e to which the table has to be good; as good as tables are if left out.
 
     Returns
     -------
     ScaledBlock
-        As many rows as `impact.shape` has elements.
+        One length L for all rows, the end of the table.
     """
-    series = impact.reduced_modulus
-    size = math.prod(impact.shape)
-    mass, velocity, force = (
-        _flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)
-    )
-    moduli = np.broadcast_to(series.branch_moduli, (size, series.branch_moduli.size))
-    times = np.broadcast_to(series.relaxation_times, (size, series.relaxation_times.size))
-    equilibria = np.full(size, series.equilibrium_modulus)
-    viscosities = np.full(size, series.parallel_viscosity)
-    exponents = impact.profile.path_exponent
-    if exponents is not None and np.ndim(exponents) == 0:
-        coefficients = _flat(impact.profile.path_coefficient, impact.shape)
-        return power_block(
-            equilibria, viscosities, moduli, times, coefficients, float(exponents), mass, velocity, force
-        )
-    if exponents is not None:
-        raise ValueError("exponent: must be one number; solve a list of impacts for several exponents")
-    return _table_block(impact, depth_factor, rtol, mass, velocity, force)
-
-
-def scale_alike(impacts: Sequence[Impact]) -> ScaledBlock:
-    """Scale single impacts whose profiles share an exponent and whose reduced moduli a number of branches, at once."""
-    series = [impact.reduced_modulus for impact in impacts]
-    numbers = [
-        (
-            one.equilibrium_modulus,
-            one.parallel_viscosity,
-            x.profile.path_coefficient,
-            x.mass,
-            x.velocity,
-            x.external_force,
-        )
-        for one, x in zip(series, impacts, strict=True)
-    ]
-    equilibria, viscosities, coefficients, masses, velocities, forces = np.array(numbers, np.float64).T.copy()
-    moduli = np.array([one.branch_moduli for one in series])
-    times = np.array([one.relaxation_times for one in series])
-    exponent = float(np.asarray(impacts[0].profile.path_exponent))
-    return power_block(
-        equilibria, viscosities, moduli, times, coefficients, exponent, masses, velocities, forces
-    )
-
-
-def _table_block(
-    impact: Impact, depth_factor: float, rtol: float, mass: Array, velocity: Array, force: Array
-) -> ScaledBlock:
-    """Scale impacts of a profile that the kernel sees as a table: one length for all rows, the end of the table."""
-    series, profile = impact.reduced_modulus, impact.profile
-    if np.ndim(profile.contact_radius(0.0)):
-        raise ValueError(
-            "profile: this kind takes single numbers; solve a list of impacts for several profiles"
-        )
     most = float(profile.max_depth)
     samples = _of_profile(_force_integrals, profile)
     # What overflows here comes back as a row that failed.
     with np.errstate(over="ignore"):
-        depths = _elastic_depth(series, samples, mass, velocity, force, most)
-        energy = mass * velocity**2
+        depths = _elastic_depth(
+            samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most
+        )
+        energy = masses * velocities**2
     # Rounded, so that calls with other impacts of about the same depths find the table made.
     length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
     least = min(_rounded_down(float(depths.min()), 4.0), length)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
     table = _of_profile(_path_table, profile, length, least, error)
     radius = float(profile.contact_radius(length))
-    time = length / velocity
+    time = length / velocities
     factor = 2.0 * length**2 * radius / energy
-    n_modes = series.branch_moduli.size
+    size, n_modes = moduli.shape
     return ScaledBlock(
-        np.sqrt(depths / length), series.equilibrium_modulus * factor, series.parallel_viscosity * factor / time,
-        force * length / energy, np.arange(mass.size + 1, dtype=np.int64) * n_modes,
-        (series.branch_moduli * factor[:, None]).ravel(), (series.relaxation_times / time[:, None]).ravel(),
-        -1.0, table, np.full(mass.size, length), time, np.full(mass.size, radius),
+        np.sqrt(depths / length), equilibria * factor, viscosities * factor / time, forces * length / energy,
+        np.arange(size + 1, dtype=np.int64) * n_modes, (moduli * factor[:, None]).ravel(),
+        (times / time[:, None]).ravel(), -1.0, table, np.full(size, length), time, np.full(size, radius),
     )  # fmt: skip
 
 
@@ -356,38 +311,26 @@ def _force_integrals(profile: Profile) -> tuple[Array, Array]:
 
 
 def _elastic_depth(
-    series: PronySeries,
-    samples: tuple[Array, Array],
-    mass: Array,
-    velocity: Array,
-    force: Array,
-    most: float,
-) -> Array:
+    samples: tuple[Array, Array], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
+    masses: Array, velocities: Array, forces: Array, most: float,
+) -> Array:  # fmt: skip
     """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about.
 
     A measured tip is dear to evaluate, and this is where the steps begin, no more: its force integral is interpolated.
     """
-    moduli, times = series.branch_moduli, series.relaxation_times
     knots, integrals = samples
-    low, high = np.full(mass.size, knots[0]), np.full(mass.size, knots[-1])
+    low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
     # Nothing ever stops a weight on a liquid.
-    weight = force if series.equilibrium_modulus > 0.0 else 0.0 * force
+    weight = np.where(equilibria > 0.0, forces, 0.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
         depth = np.exp(middle)
-        duration = 1.5 * depth / velocity
-        modulus = (
-            series.equilibrium_modulus
-            + (moduli * times / (times + duration[:, None])).sum(axis=1)
-            + series.parallel_viscosity / duration
-        )
+        duration = 1.5 * depth / velocities
+        relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
+        modulus = equilibria + relaxed + viscosities / duration
         integral = np.exp(np.interp(middle, knots, integrals))
         # The exponent 2/5 of the parabola serves for all.
-        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * mass * velocity**2 + weight * depth
+        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities**2 + weight * depth
         high = np.where(deep, middle, high)
         low = np.where(deep, low, middle)
     return np.minimum(np.exp(high), most)
-
-
-def _flat(value: Any, shape: tuple[int, ...]) -> Array:
-    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1).astype(np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
@@ -9,14 +10,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Numeric, positive, within
+from restitution.checks import positive, within
+from restitution.errors import InputError
 from restitution.impact.assumptions import doubts
-from restitution.impact.exact import Progress, outcome_columns, solve_scaled, solve_stored
+from restitution.impact.batch import Batch
+from restitution.impact.exact import Progress, solve_scaled, solve_stored
 from restitution.impact.history import DenseOutput
 from restitution.impact.problem import Impact
-from restitution.impact.result import EnergyBudget, ImpactResult
-from restitution.impact.rows import energy_columns, si_columns
-from restitution.impact.scaling import ScaledBlock, power_block, scale, scale_alike
+from restitution.impact.result import BUDGET, EnergyBudget, ImpactResult
 from restitution.impact.status import SolverError, Status
 from restitution.material.standard_solid import reduced_standard_solid
 
@@ -96,7 +97,7 @@ def solve(
         raise ValueError("impact: must hold at least one impact")
     if method != "exact":
         raise ValueError(f"method = {method!r}: takes one impact at a time")
-    return _solve_list(impacts, rtol, errors, workers, progress)
+    return _solve_exact(impacts, rtol, errors, workers, progress)
 
 
 def standard_solid_restitution(
@@ -161,13 +162,12 @@ def standard_solid_restitution(
     one = np.ones(columns[0].size)
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
-    block = power_block(
-        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, 1.0, one, one, 0.0 * one
+    batch = Batch(
+        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0
     )
-    outcomes = outcome_columns(solve_scaled(block, rtol, workers=workers, progress=progress))
-    _judge(outcomes["status"], errors or ("warn" if shape else "raise"))
-    e = outcomes["restitution_coefficient"]
-    return float(e[0]) if not shape else e.reshape(shape)
+    found = batch.solve(rtol, workers=workers, progress=progress)
+    _judge(found["status"], errors or ("warn" if shape else "raise"))
+    return shaped(found["restitution_coefficient"], shape)
 
 
 def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol: float) -> float:
@@ -208,163 +208,70 @@ def _judge(statuses: Array, errors: Errors) -> None:
 
 
 def _solve_exact(
-    impact: Impact, rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
+    impact: Impact | list[Impact],
+    rtol: float,
+    errors: Errors | None,
+    workers: int | None,
+    progress: Progress | None,
 ) -> ImpactResult:
-    block, outcomes = _outcomes(impact, rtol, workers, progress, alone=not impact.shape)
-    _judge(outcomes[:, 7], errors or ("warn" if impact.shape else "raise"))
-    fields = si_columns(outcomes, block, *(_flat(x, impact.shape) for x in (impact.mass, impact.velocity)))
+    shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
+    columns = _columns(impact, rtol, workers, progress)
+    status = columns["status"]
+    if not shape and status[0] == Status.TOO_DEEP and isinstance(impact, Impact):
+        most = float(impact.profile.max_depth)
+        if math.isfinite(most):
+            raise InputError(
+                "profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper"
+            )
+    _judge(status, errors or ("warn" if shape else "raise"))
 
     def budget() -> EnergyBudget:
-        return _energy_budget(impact, block, rtol, fields["restitution_coefficient"], workers)
+        found = _columns(impact, rtol, workers, None, energy=True)
+        return EnergyBudget(*(shaped(found[name], shape) for name in BUDGET))
 
     def dense() -> DenseOutput:
-        if impact.shape:
-            raise ValueError(
-                f"history: of one impact only, and this result is an array of shape {impact.shape}"
-            )
-        return _dense_output(impact, block, rtol)
+        if not isinstance(impact, Impact):
+            raise ValueError("history: of one impact only, and this result is of a list")
+        if shape:
+            raise ValueError(f"history: of one impact only, and this result is an array of shape {shape}")
+        return _dense_output(impact, rtol)
 
-    return _result(impact, "exact", rtol, fields, impact.shape, budget, dense)
+    fields = {name: values for name, values in columns.items() if name != "rebound_velocity"}
+    return _result(impact, "exact", rtol, fields, shape, budget, dense)
 
 
-def impact_columns(
-    impact: Impact,
+def _columns(
+    impact: Impact | list[Impact],
     rtol: float,
+    workers: int | None,
+    progress: Progress | None,
     *,
-    workers: int | None = None,
-    progress: Progress | None = None,
     energy: bool = False,
 ) -> dict[str, Array]:
-    """Solve an array of impacts by the exact method, column by column.
-
-    Parameters
-    ----------
-    impact : Impact
-        An array of n impacts.
-    rtol, workers, progress
-        See `solve`.
-    energy : bool
-        Whether to add the columns of the energy budget.
-
-    Returns
-    -------
-    dict of str to array, shape (n,)
-        The columns of `restitution.impact.rows.si_columns`; a row that failed is NaN, and its status says why.
-    """
-    block, outcomes = _outcomes(impact, rtol, workers, progress, alone=False)
-    mass, velocity, force = (
-        _flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.external_force)
-    )
-    columns = si_columns(outcomes, block, mass, velocity)
-    if energy:
-        restitution = columns["restitution_coefficient"]
-        columns |= energy_columns(block, rtol, mass, velocity, force, restitution, workers)
-    return columns
-
-
-# Error of a profile's table that is taken for rounding.
-_TABLE_ROUNDING = 1e-11
-
-
-def _outcomes(
-    impact: Impact, rtol: float, workers: int | None, progress: Progress | None, *, alone: bool
-) -> tuple[ScaledBlock, Array]:
-    """Scale and solve; where the table of a profile turns out too short, with a longer one.
-
-    An impact that goes deeper than its profile raises if it is alone; among others it fails by itself.
-    """
-    depth_factor = 4.0
-    while True:
-        block = scale(impact, depth_factor, rtol)
-        outcomes = solve_scaled(block, rtol, workers=workers, progress=progress)
-        if block.table is None:
-            return block, outcomes
-        deep = (outcomes[:, 7] == Status.TOO_DEEP) | (outcomes[:, 2] > 1.0)
-        if not np.any(deep):
-            depth = np.where(np.isfinite(outcomes[:, 2]), outcomes[:, 2], 1.0) * block.length
-            # The joints of a profile from few points may be too sharp for any table of it.
-            rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
-            outcomes[rough, :7] = np.nan
-            outcomes[rough, 7] = Status.NOT_ACCURATE
-            return block, outcomes
-        outcomes[deep, :7] = np.nan
-        outcomes[deep, 7] = Status.TOO_DEEP
-        most = float(impact.profile.max_depth)
-        if block.length[0] >= most:
-            if alone:
-                raise ValueError(f"profile: the body goes in deeper than the {most:.3g} m that it describes")
-            return block, outcomes
-        if depth_factor > 1e4:
-            return block, outcomes
-        depth_factor *= 8.0
-
-
-def _solve_list(
-    impacts: list[Impact], rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
-) -> ImpactResult:
-    """Solve single impacts together, those of one exponent and one number of branches in one block."""
-    groups: dict[tuple[float, int], list[int]] = {}
-    single: list[int] = []
-    for n, impact in enumerate(impacts):
-        exponent = impact.profile.path_exponent
-        if exponent is None:
-            single.append(n)
-        else:
-            key = (float(exponent), impact.reduced_modulus.branch_moduli.size)
-            groups.setdefault(key, []).append(n)
-    masses = np.array([impact.mass for impact in impacts], dtype=np.float64)
-    velocities = np.array([impact.velocity for impact in impacts], dtype=np.float64)
-    parts: list[tuple[list[int], ScaledBlock, Array]] = []
+    """Outcomes of impacts by name, raveled."""
+    if isinstance(impact, Impact):
+        batch = Batch.from_impact(impact)
+        return batch.solve(rtol, workers=workers, progress=progress, energy=energy)
+    columns: dict[str, Array] = {}
     done = 0
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:
-            progress(done + finished, len(impacts))
+            progress(done + finished, len(impact))
 
-    for members in groups.values():
-        block = scale_alike([impacts[n] for n in members])
-        parts.append((members, block, solve_scaled(block, rtol, workers=workers, progress=advance)))
-        done += len(members)
-    for n in single:
-        parts.append(([n], *_outcomes(impacts[n], rtol, workers, advance, alone=False)))
-        done += 1
-    statuses = np.empty(len(impacts))
-    for members, _, outcomes in parts:
-        statuses[members] = outcomes[:, 7]
-    _judge(statuses, errors or "warn")
-    fields: dict[str, Array] = {}
-    for members, block, outcomes in parts:
-        for name, values in si_columns(outcomes, block, masses[members], velocities[members]).items():
-            fields.setdefault(name, np.empty(len(impacts)))[members] = values
-
-    def budget() -> EnergyBudget:
-        rows = [
-            _energy_budget(impact, scale(impact), rtol, fields["restitution_coefficient"][n : n + 1], 1)
-            for n, impact in enumerate(impacts)
-        ]
-        return EnergyBudget(*(np.array(column) for column in zip(*rows, strict=True)))
-
-    def dense() -> DenseOutput:
-        raise ValueError("history: of one impact only, and this result is of a list")
-
-    return _result(impacts, "exact", rtol, fields, (len(impacts),), budget, dense)
+    for places, batch in Batch.from_impacts(impact):
+        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy)
+        for name, values in solved.items():
+            columns.setdefault(name, np.empty(len(impact)))[places] = values
+        done += batch.size
+    return columns
 
 
-def _energy_budget(
-    impact: Impact, block: ScaledBlock, rtol: float, restitution: Array, workers: int | None
-) -> EnergyBudget:
-    """Energy budget of solved impacts, from a finer solve; `restitution` is what was reported."""
-    mass, velocity, force = (
-        _flat(x, impact.shape) for x in (impact.mass, impact.velocity, impact.external_force)
-    )
-    columns = energy_columns(block, rtol, mass, velocity, force, restitution, workers)
-    return EnergyBudget(*(_shaped(column, impact.shape) for column in columns.values()))
-
-
-def _dense_output(impact: Impact, block: ScaledBlock, rtol: float) -> DenseOutput:
+def _dense_output(impact: Impact, rtol: float) -> DenseOutput:
     from restitution.impact.exact import STAGES
     from restitution.kernel.radau import radau
 
+    block = Batch.from_impact(impact).solved(lambda block: solve_scaled(block, rtol), rtol)[0]
     outcome, _, work = solve_stored(block, rtol)
     status = Status(int(outcome[7]))
     if status != Status.SEPARATED:
@@ -381,11 +288,11 @@ def _result(
     budget: Any,
     dense: Any,
 ) -> ImpactResult:
-    shaped: dict[str, Any] = {name: _shaped(values, shape) for name, values in fields.items()}
-    status = shaped.pop("status")
+    numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
+    status = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     return ImpactResult(
-        **shaped, status=status, impact=impact, method=method, rtol=rtol, warnings=_validity(impact, fields),
+        **numbers, status=status, impact=impact, method=method, rtol=rtol, warnings=_validity(impact, fields),
         _budget=budget, _dense=dense,
     )  # fmt: skip
 
@@ -414,10 +321,7 @@ def _solve_by_sampling(
     return result
 
 
-def _flat(value: Numeric, shape: tuple[int, ...]) -> Array:
-    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)
-
-
-def _shaped(values: Any, shape: tuple[int, ...]) -> Any:
+def shaped(values: Any, shape: tuple[int, ...]) -> Any:
+    """A column in the shape of the impacts; a float for a single one."""
     flat = np.asarray(values, dtype=np.float64)
     return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.impact.batch import Batch
 from restitution.impact.exact import STAGES, solve_stored
 from restitution.impact.history import contact_radius
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import ScaledBlock, scale
+from restitution.impact.scaling import ScaledBlock
 from restitution.impact.status import SolverError, Status
 
 if TYPE_CHECKING:
@@ -192,7 +193,7 @@ class StoredImpact:
 
 def _block(impact: Impact, max_depth: float) -> ScaledBlock:
     """Scale an impact, with a table of its profile that reaches to the known depth."""
-    block = scale(impact)
+    block = Batch.from_impact(impact).scaled()
     if block.table is None or block.length[0] > max_depth:
         return block
-    return scale(impact, 1.1 * 4.0 * max_depth / float(block.length[0]))
+    return Batch.from_impact(impact).scaled(1.1 * 4.0 * max_depth / float(block.length[0]))

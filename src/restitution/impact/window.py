@@ -102,6 +102,6 @@ def _built(build: Callable[[Window], Impact], window: Window) -> Impact:
 
 def _contact_times(impact: Impact) -> NDArray[np.float64]:
     # The solver takes 0.3 s to import.
-    from restitution.impact.solve import impact_columns
+    from restitution.impact.batch import Batch
 
-    return impact_columns(impact, 1e-6)["contact_time"]
+    return Batch.from_impact(impact).solve(1e-6)["contact_time"]

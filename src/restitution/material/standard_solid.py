@@ -18,7 +18,7 @@ class ReducedStandardSolid(NamedTuple):
     equilibrium : array, shape (n,)
         E*inf [Pa].
     moduli, times : array, shape (n, n_branch)
-        Branch moduli [Pa] and relaxation times [s]; one branch where all are incompressible.
+        Branch moduli [Pa] and relaxation times [s], two of each; the second modulus is 0 where there is one branch.
     """
 
     equilibrium: Array
@@ -49,7 +49,7 @@ def reduced_standard_solid(
             E1 = G1,                                                tau1 = tau
             E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
 
-        For nu = 1/2 the second branch is 3 G1 at tau, for nu = -1 it vanishes.
+        For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
 
     Notes
     -----
@@ -60,7 +60,7 @@ def reduced_standard_solid(
     >>> one = np.ones(1)
     >>> solid = reduced_standard_solid(0.5 * one, one, 10.0 * one, one)
     >>> solid.equilibrium.tolist(), solid.moduli.tolist(), solid.times.tolist()
-    ([4.0], [[40.0]], [[1.0]])
+    ([4.0], [[40.0, 0.0]], [[1.0, 1.0]])
     """
     # Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where that is the small one.
     soft = poisson_ratio < 0.2
@@ -71,8 +71,8 @@ def reduced_standard_solid(
         glassy = np.where(soft, 3.0 * K + 4.0 * (1.0 + ratio), 3.0 + 4.0 * (1.0 + ratio) / K)
         second = np.where(soft, 27.0 * K**2, 27.0) * branch_modulus / (equilibrated * glassy)
     equilibrium = 2.0 * equilibrium_modulus / (1.0 - poisson_ratio)
-    if np.all(poisson_ratio == 0.5):
-        return ReducedStandardSolid(equilibrium, 4.0 * branch_modulus[:, None], relaxation_time[:, None])
-    moduli = np.column_stack([branch_modulus, second])
+    incompressible = poisson_ratio == 0.5
+    first = np.where(incompressible, 4.0, 1.0) * branch_modulus
+    moduli = np.column_stack([first, np.where(incompressible, 0.0, second)])
     times = np.column_stack([relaxation_time, relaxation_time * glassy / equilibrated])
     return ReducedStandardSolid(equilibrium, moduli, times)

@@ -116,15 +116,16 @@ def surrogate(
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
     """Solve an impact at an array of speeds."""
-    from restitution.impact.solve import impact_columns
+    from restitution.impact.batch import Batch
 
     if impacts.profile.path_exponent is not None:
-        return impact_columns(impacts, accuracy, workers=workers)
+        return Batch.from_impact(impacts).solve(accuracy, workers=workers)
     # The error of a profile's table is relative to its deepest impact: 1e-7 of a shallow one beside one far deeper.
     place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
     columns: dict[str, Array] = {}
     for part in (np.flatnonzero(place == k) for k in np.unique(place)):
-        solved = impact_columns(replace(impacts, velocity=speeds[part]), accuracy, workers=workers)
+        part_of = Batch.from_impact(replace(impacts, velocity=speeds[part]))
+        solved = part_of.solve(accuracy, workers=workers)
         for name, values in solved.items():
             columns.setdefault(name, np.empty(speeds.size))[part] = values
     return columns

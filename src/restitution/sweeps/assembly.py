@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.impact.problem import Impact
-from restitution.impact.rows import Rows, join_rows
+from restitution.impact.batch import Batch
 from restitution.sweeps.combination import Columns, combinations
 from restitution.sweeps.material import Bodies, changed_impact, material_rows
 from restitution.sweeps.template import NUMBERS, Prepared, Template, profile_names
 
 Array = NDArray[Any]
 Places = NDArray[np.intp]
-Part = tuple[Places, Rows | Impact]
+Part = tuple[Places, Batch]
 Tick = Callable[[int], None]
 
 _MOST_REMEMBERED = 4096
@@ -60,10 +59,10 @@ class Assembly:
 
         Yields
         ------
-        tuple of array and Rows or Impact
+        tuple of array and Batch
             Places among the n points, and the impacts there.
         """
-        kinds: dict[tuple[int, float], list[tuple[Places, Rows]]] = {}
+        found: list[Part] = []
         for places, values in combinations({name: columns[name] for name in self._built}, n):
             tick(0)
             try:
@@ -76,12 +75,8 @@ class Assembly:
                     raise
                 continue
             for inner, part in _parts(prepared, own, places.size, tick, strict=strict):
-                if isinstance(part, Impact):
-                    yield places[inner], part
-                else:
-                    kinds.setdefault((part.moduli.shape[1], part.exponent), []).append((places[inner], part))
-        for members in kinds.values():
-            yield np.concatenate([places for places, _ in members]), join_rows([rows for _, rows in members])
+                found.append((places[inner], part))
+        yield from Batch.joined(found)
 
     def _prepare(self, values: dict[str, Any]) -> Prepared:
         # Objects come from lists that live as long as the sweep: their identity is theirs alone.
@@ -116,24 +111,12 @@ def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: 
                 if strict:
                     raise
                 continue
-            yield (
-                places,
-                replace(
-                    changed,
-                    profile=profile,
-                    mass=mass[places],
-                    velocity=velocity[places],
-                    external_force=force[places],
-                ),
-            )
+            numbers = {"mass": mass[places], "velocity": velocity[places], "external_force": force[places]}
+            yield places, Batch.from_impact(replace(changed, profile=profile, **numbers))
         return
     profile = replace(plain, **shape) if shape else plain
     coefficient = np.broadcast_to(np.asarray(profile.path_coefficient, dtype=np.float64), (n,))
     bodies = Bodies(mass, velocity, coefficient**2 if exponent == 1.0 else None)
     for places, series in material_rows(impact, material, prepared.held, bodies, tick, strict=strict):
-        yield (
-            places,
-            Rows(
-                *series, coefficient[places], float(exponent), mass[places], velocity[places], force[places]
-            ),
-        )
+        bodies_there = mass[places], velocity[places], force[places]
+        yield places, Batch(*series, *bodies_there, coefficient[places], float(exponent))  # pyright: ignore[reportArgumentType]

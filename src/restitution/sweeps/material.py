@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.impact.problem import Impact
+from restitution.impact.scaling import viscosity_unit
 from restitution.material.prony import PronySeries
 from restitution.material.standard_solid import reduced_standard_solid
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
@@ -287,9 +288,7 @@ def _solid_rows(impact: Impact, columns: Columns, held: HeldElastic, bodies: Bod
         branch = equilibrium / columns["p2"]
     if "p3" in columns:
         assert bodies.radii is not None
-        # Of p3 = eta (v0 R/(m^2 Ginf^3))^(1/5), as Impact's own groups have it.
-        speed = bodies.velocities**0.2 * bodies.radii**0.2 / bodies.masses**0.4
-        eta = columns["p3"] * equilibrium**0.6 / speed
+        eta = columns["p3"] * viscosity_unit(equilibrium, bodies.masses, bodies.velocities, bodies.radii)
     time = columns.get("relaxation_time", columns.get("viscosity", eta) / branch)
     if "poisson_ratio" in columns:
         ratio = columns["poisson_ratio"]

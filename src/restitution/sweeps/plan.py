@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.impact.problem import Impact
-from restitution.impact.rows import Rows, solve_rows
-from restitution.impact.solve import impact_columns
+from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.sweeps.assembly import Assembly
 from restitution.sweeps.description import describe, hash_of, text_of
@@ -145,7 +143,7 @@ class Plan:
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}
         return shaped | {STATUS: status.reshape(points.shape)}
 
-    def _solve(self, part: Rows | Impact, tick: Tick) -> dict[str, Array]:
+    def _solve(self, batch: Batch, tick: Tick) -> dict[str, Array]:
         done = 0
 
         def progress(finished: int, _: int) -> None:
@@ -154,11 +152,7 @@ class Plan:
             done = finished
 
         energy = any(name in ENERGY for name in self.outputs)
-        solver = solve_rows if isinstance(part, Rows) else impact_columns
-        columns = solver(part, self.rtol, workers=1, progress=progress, energy=energy)  # pyright: ignore[reportArgumentType]
-        velocity = part.velocities if isinstance(part, Rows) else part.velocity
-        columns["rebound_velocity"] = columns["restitution_coefficient"] * velocity
-        return columns | {name: columns[key] for name, key in ENERGY.items() if energy}
+        return batch.solve(self.rtol, workers=1, progress=progress, energy=energy)
 
 
 def _go_on(_: int) -> None:

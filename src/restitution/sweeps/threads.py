@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from threading import Event, Lock
 from typing import Any
 
+from restitution.parallel import on_threads
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Interrupted, Plan
 
@@ -32,7 +31,7 @@ def run_on_threads(
     report : callable
         Called on this thread with the number of points done so far.
     """
-    todo, lock, stop = iter(chunks), Lock(), Event()
+    lock, stop = Lock(), Event()
     counted = 0
 
     def tick(points: int) -> None:
@@ -42,22 +41,7 @@ def run_on_threads(
         with lock:
             counted += points
 
-    def work() -> None:
-        while not stop.is_set():
-            with lock:
-                index = next(todo, None)
-            if index is None:
-                return
-            keep(index, plan.compute(index, tick))
+    def run(index: Index) -> None:
+        keep(index, plan.compute(index, tick))
 
-    workers = workers or os.cpu_count() or 1
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            pending = {pool.submit(work) for _ in range(workers)}
-            while pending:
-                finished, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    future.result()
-                report(counted)
-        finally:
-            stop.set()
+    on_threads(run, chunks, workers, lambda: report(counted), stop)

@@ -1,0 +1,241 @@
+"""Many impacts as columns of numbers in SI: the one way into the exact method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.contact.profile import Profile
+from restitution.errors import InputError
+from restitution.impact.exact import Progress, outcome_columns, solve_scaled
+from restitution.impact.problem import Impact
+from restitution.impact.scaling import ScaledBlock, power_block, table_block
+from restitution.impact.status import Status
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+# Error of a profile's table that is taken for rounding.
+_TABLE_ROUNDING = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Impacts that share a kind of profile, a row each; SI.
+
+    Attributes
+    ----------
+    equilibria, viscosities : array, shape (n,)
+        Equilibrium modulus [Pa] and parallel viscosity [Pa s] of the reduced modulus E*(t).
+    moduli, times : array, shape (n, n_branch)
+        Its branch moduli [Pa] and relaxation times [s]; where a modulus is 0, there is no branch.
+    masses, velocities, forces : array, shape (n,)
+        Mass [kg], impact velocity [m/s], external force [N].
+    coefficients : array, shape (n,), or None
+        c [m^(1 - p/2)] of the contact radius a = c s^p, s = sqrt(d).
+    exponent : float or None
+        p.
+    profile : Profile or None
+        In place of both, the one profile of all rows, which is no power law.
+
+    Examples
+    --------
+    >>> one = np.ones(3)
+    >>> batch = Batch(4.0 * one, 0.0 * one, np.empty((3, 0)), np.empty((3, 0)), one, one, 0.0 * one, one, 1.0)
+    >>> batch.solve(1e-9)["restitution_coefficient"].round(9).tolist()
+    [1.0, 1.0, 1.0]
+    """
+
+    equilibria: Array
+    viscosities: Array
+    moduli: Array
+    times: Array
+    masses: Array
+    velocities: Array
+    forces: Array
+    coefficients: Array | None = None
+    exponent: float | None = None
+    profile: Profile | None = None
+
+    @classmethod
+    def from_impact(cls, impact: Impact) -> Batch:
+        """Rows of an impact, in the order of its raveled shape.
+
+        Raises
+        ------
+        InputError
+            If the profile has an array of exponents, or is an array of profiles without a power law.
+        """
+        series, profile, size = impact.reduced_modulus, impact.profile, math.prod(impact.shape)
+        exponent = profile.path_exponent
+        if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
+            raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
+        if exponent is None and np.ndim(profile.contact_radius(0.0)):
+            wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
+            raise InputError("profile", wanted=wanted)
+        return cls(
+            np.full(size, series.equilibrium_modulus), np.full(size, series.parallel_viscosity),
+            np.broadcast_to(series.branch_moduli, (size, series.n_branches)),
+            np.broadcast_to(series.relaxation_times, (size, series.n_branches)),
+            *(flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)),
+            *((None, None, profile) if exponent is None else (
+                flat(profile.path_coefficient, impact.shape), float(exponent), None)),
+        )  # fmt: skip
+
+    @classmethod
+    def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
+        """Rows of single impacts, with their places; those of like profiles and moduli in one batch."""
+        batches = [(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)]
+        return cls.joined(batches)
+
+    @classmethod
+    def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
+        """Join batches of one exponent and one number of branches; a profile without a power law stays alone."""
+        alone = [(places, batch) for places, batch in batches if batch.profile is not None]
+        kinds: dict[Any, list[tuple[Places, Batch]]] = {}
+        for places, batch in batches:
+            if batch.profile is None:
+                kinds.setdefault((batch.exponent, batch.moduli.shape[1]), []).append((places, batch))
+        return [*(_join(members) for members in kinds.values()), *alone]
+
+    @property
+    def size(self) -> int:
+        """Number of impacts."""
+        return self.masses.size
+
+    def scaled(self, depth_factor: float = 4.0, rtol: float = 0.0) -> ScaledBlock:
+        """Dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block` for the options."""
+        series = self.equilibria, self.viscosities, self.moduli, self.times
+        bodies = self.masses, self.velocities, self.forces
+        if self.profile is not None:
+            return table_block(self.profile, *series, *bodies, depth_factor, rtol)
+        return power_block(*series, self.coefficients, self.exponent or 0.0, *bodies)
+
+    def solve(
+        self,
+        rtol: float,
+        *,
+        workers: int | None = None,
+        progress: Progress | None = None,
+        energy: bool = False,
+    ) -> dict[str, Array]:
+        """Solve the impacts by the exact method.
+
+        Parameters
+        ----------
+        rtol : float
+            The error of e stays below `rtol max(e, 1e-3)`.
+        workers : int, optional
+            Threads; all cores where left out. The results do not depend on it.
+        progress : callable, optional
+            Called with (impacts done, all impacts).
+        energy : bool
+            Whether to add the energies.
+
+        Returns
+        -------
+        dict of str to array, shape (n,)
+            `restitution.quantities.OUTPUTS` by name, and `status`; NaN where there is no result.
+        """
+
+        def run(block: ScaledBlock) -> Array:
+            return solve_scaled(block, rtol, workers=workers, progress=progress, budget=energy)
+
+        return self.columns(*self.solved(run, rtol))
+
+    def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
+        """Scale and solve; where the table of a profile turns out too short, again with a longer one."""
+        depth_factor = 4.0
+        while True:
+            block = self.scaled(depth_factor, rtol)
+            outcomes = run(block)
+            if block.table is None:
+                return block, outcomes
+            deep = (outcomes[:, 7] == Status.TOO_DEEP) | (outcomes[:, 2] > 1.0)
+            if not np.any(deep):
+                depth = np.where(np.isfinite(outcomes[:, 2]), outcomes[:, 2], 1.0) * block.length
+                # The joints of a profile from few points may be too sharp for any table of it.
+                rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
+                outcomes[rough, :7] = np.nan
+                outcomes[rough, 7] = Status.NOT_ACCURATE
+                return block, outcomes
+            outcomes[deep, :7] = np.nan
+            outcomes[deep, 7] = Status.TOO_DEEP
+            if block.length[0] >= float(self.profile.max_depth) or depth_factor > 1e4:  # type: ignore[union-attr]
+                return block, outcomes
+            depth_factor *= 8.0
+
+    def columns(self, block: ScaledBlock, outcomes: Array) -> dict[str, Array]:
+        """Outcomes in SI by name, with the energies if the outcomes have them."""
+        columns = outcome_columns(outcomes)
+        status, e = columns["status"], columns["restitution_coefficient"]
+        stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
+        residual = columns["residual_indentation_depth"] * block.length
+        unknown = (status == Status.CAPTURED) & np.isnan(residual)
+        if np.any(unknown):
+            residual = np.where(unknown, self._rest_depth(), residual)
+        result = {
+            "restitution_coefficient": e,
+            "contact_time": np.where(stays, np.inf, columns["contact_time"] * block.time),
+            "max_indentation_depth": columns["max_indentation_depth"] * block.length,
+            "max_force": columns["max_force"] * self.masses * self.velocities / block.time,
+            "max_contact_radius": columns["max_contact_radius"] * block.radius,
+            "residual_indentation_depth": residual,
+            "rebound_velocity": e * self.velocities,
+            "status": status,
+        }
+        if outcomes.shape[1] > len(columns):
+            result |= self._energies(e, residual, outcomes[:, -2], outcomes[:, -1])
+        return result
+
+    def _energies(
+        self, restitution: Array, residual_depth: Array, dissipated: Array, stored: Array
+    ) -> dict[str, Array]:
+        # A row that failed is NaN, or too large to be squared.
+        with np.errstate(invalid="ignore", over="ignore"):
+            kinetic = 0.5 * self.masses * self.velocities**2
+            dissipated, stored = 2.0 * kinetic * dissipated, 2.0 * kinetic * stored
+            out = kinetic * restitution**2
+            work = self.forces * residual_depth
+            residual = (out + dissipated + stored - kinetic - work) / kinetic
+        return {
+            "kinetic_energy_in": kinetic,
+            "kinetic_energy_out": out,
+            "dissipated_energy": dissipated,
+            "stored_energy": stored,
+            "energy_residual": residual,
+        }
+
+    def _rest_depth(self) -> Array:
+        """Depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            integral = self.forces / (2.0 * self.equilibria)
+            if self.profile is None:
+                p = self.exponent or 0.0
+                return (integral * (0.5 * p + 1.0) / self.coefficients) ** (1.0 / (0.5 * p + 1.0))
+        low, high = np.zeros(self.size), np.full(self.size, min(float(self.profile.max_depth), 1e30))
+        shallow = self.profile.force_integral_at_depth(high) < integral
+        for _ in range(200):
+            middle = 0.5 * (low + high)
+            carries = self.profile.force_integral_at_depth(middle) >= integral
+            low, high = np.where(carries, low, middle), np.where(carries, middle, high)
+        return np.where(shallow, np.inf, high)
+
+
+def flat(value: Any, shape: tuple[int, ...]) -> Array:
+    """Numbers raveled in a common shape."""
+    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)
+
+
+def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
+    if len(members) == 1:
+        return members[0]
+    batches = [batch for _, batch in members]
+    names = [field.name for field in fields(Batch) if field.name not in ("exponent", "profile")]
+    columns = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
+    return np.concatenate([places for places, _ in members]), Batch(**columns, exponent=batches[0].exponent)

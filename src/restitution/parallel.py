@@ -1,0 +1,63 @@
+"""Tasks on a pool of threads, which an interrupt ends at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from threading import Event, Lock
+from typing import Any
+
+
+def on_threads(
+    run: Callable[[Any], None],
+    tasks: Iterable[Any],
+    workers: int | None,
+    report: Callable[[], None],
+    stop: Event | None = None,
+) -> None:
+    """Run tasks on threads until all are done, one raises, or the caller is interrupted.
+
+    Parameters
+    ----------
+    run : callable
+        Does one task, on any of the threads.
+    tasks : iterable
+        The tasks, which the threads take one after the other.
+    workers : int or None
+        Threads; all cores where None.
+    report : callable
+        Called on this thread every tenth of a second and whenever a thread ends.
+    stop : Event, optional
+        Set when the work has to end, so that long tasks can end early, too.
+
+    Examples
+    --------
+    >>> squares: list[int] = []
+    >>> on_threads(lambda n: squares.append(n * n), range(4), 2, lambda: None)
+    >>> sorted(squares)
+    [0, 1, 4, 9]
+    """
+    todo, lock, stop = iter(tasks), Lock(), stop or Event()
+
+    def work() -> None:
+        while not stop.is_set():
+            with lock:
+                task = next(todo, None)
+            if task is None:
+                return
+            run(task)
+
+    workers = workers or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            # A future for each thread, not for each task: an interrupt while `wait` holds the locks of
+            # thousands would leave some of them locked for ever.
+            pending = {pool.submit(work) for _ in range(workers)}
+            while pending:
+                finished, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    future.result()
+                report()
+        finally:
+            stop.set()
