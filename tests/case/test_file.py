@@ -1,4 +1,5 @@
 import math
+import pickle
 import re
 from pathlib import Path
 from typing import Any
@@ -6,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import restitution as rs
 from refusals import agrees
 from restitution.case.impact import Case, read_case
 from restitution.case.section import CaseError
@@ -440,3 +442,90 @@ def test_what_cannot_be_read(folder: Path) -> None:
     with pytest.raises(CaseError, match=r"^ball\.toml: cannot be read: not a text file in UTF-8\Z"):
         read_case("ball.toml")
     refuses("a = " + "[" * 100_000, "ball.toml: not valid TOML: nested too deeply")
+
+
+BEAD = """
+[body]
+radius = "0.5 mm"
+density = "1200 kg/m^3"
+[impact]
+velocity = "0.5 m/s"
+"""
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "second"),
+    [
+        ('radius = "0.5 mm"\ndensity = 1200\n', rs.Body(RUBBER, 5e-4)),
+        ('radius = "2 mm"\nmass = "3 g"\n', rs.Body(RUBBER, 2e-3, 3e-3)),
+        ('mass = "3 g"\n', rs.Body(RUBBER, mass=3e-3)),
+        ('radius = "2 mm"\nmass = "3 g"\nmaterial = "rigid"\n', rs.Body(None, 2e-3, 3e-3)),
+        (
+            'radius = "2 mm"\nmass = "3 g"\n[counter_body.material]\nlibrary = "steel"\n',
+            rs.Body(rs.library.get("steel"), 2e-3, 3e-3),
+        ),
+        (
+            'radius = "2 mm"\nmass = "3 g"\n[counter_material]\nlibrary = "steel"\n',
+            rs.Body(rs.library.get("steel"), 2e-3, 3e-3),
+        ),
+    ],
+)
+def test_two_bodies_are_those_of_a_collision(folder: Path, text: str, second: rs.Body) -> None:
+    found = read(BEAD + SOLID + f"[counter_body]\n{text}")
+    wanted = rs.collision(rs.Body(RUBBER, 5e-4), second, 0.5)
+    assert found.impact.mass == pytest.approx(wanted.mass, rel=1e-14)
+    assert found.impact.profile.radius == pytest.approx(wanted.profile.radius, rel=1e-14)
+    assert (found.impact.counter_material is None) == (wanted.counter_material is None)
+    result, known = found.solve(), rs.solve(wanted)
+    assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-8)
+    assert found.arrangement.startswith("two free bodies")
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ('[profile]\ntype = "cone"\nhalf_angle = 1.2\n', "profile.type"),
+        (
+            '[counter_material]\nlibrary = "steel"\n[counter_body.material]\nlibrary = "steel"\n',
+            "counter_body.material",
+        ),
+    ],
+)
+def test_what_two_bodies_cannot_have(folder: Path, text: str, field: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        read(BEAD + SOLID + "[counter_body]\nmass = 1\nradius = 1\n" + text)
+    assert caught.value.field == field
+
+
+def test_all_mistakes_of_a_file_are_listed_up_to_ten(folder: Path) -> None:
+    keys = "".join(f"wrong{n} = 1\n" for n in range(14))
+    with pytest.raises(CaseError) as caught:
+        read("[body]\n" + keys + SOLID + "[impact]\nvelocity = -1\n")
+    assert [one.field for one in caught.value.mistakes[:14]] == [f"body.wrong{n}" for n in range(14)]
+    assert caught.value.mistakes[-1].field == "impact.velocity"
+    lines = str(caught.value).split("\n")
+    assert len(lines) == 11
+    assert all(line.startswith("ball.toml: ") for line in lines)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a." * 20_000 + "a = 1",
+        '"a".' * 20_000 + "a = 1",
+        "[" + "a." * 20_000 + "a]",
+        "x" * 100_000,
+        "a = " + "9" * 100_000,
+        "a = " + "{a=" * 25_000,
+        "'" * 100_000,
+        "a = " + '"' + "1" * 100_000 + ',"',
+        'body = {radius = "' + "1" * 90_000 + ' "}',
+        'body = {radius = "1' + " " * 90_000 + "x y" + '"}',
+    ],
+)  # fmt: skip
+def test_what_is_long_or_deep_is_refused(folder: Path, text: str) -> None:
+    with pytest.raises(CaseError):
+        read(text)

@@ -193,7 +193,9 @@ def test_data_are_shifted_with_what_was_fitted_to_them(kind: str, monkeypatch: p
     factors()
     drawn: list[Any] = []
     keep = pictures.overview
-    monkeypatch.setattr(pictures, "overview", lambda *given: (drawn.append(given[2]), keep(*given))[1])
+    monkeypatch.setattr(
+        pictures, "overview", lambda *given, **options: (drawn.append(given[2]), keep(*given, **options))[1]
+    )
     answer = run("data.csv", "--at", "313.15", "--shift", "shift.csv", "--json", "--plot", "p.png")
     # log10 aT = -1.5 at 40 degrees.
     factor = 10.0**-1.5

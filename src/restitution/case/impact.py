@@ -226,18 +226,17 @@ class Case:
 
     @property
     def arrangement(self) -> str:
-        """The bodies in words: what hits what."""
-        counter = self.impact.counter_material
-        of = counter.name if counter is not None and counter.name else "another material"
-        if self.sections.counter_body is not None:
-            shape = "ball" if self.sections.counter_body.radius else "flat body"
-            if counter is None:
-                return f"two bodies: the second is a rigid {shape}"
-            same = counter == self.impact.material
-            return f"two bodies: the second is a {shape} of {'the same material' if same else of}"
-        return "on a half-space" + (
-            ", one of the two rigid" if counter is None else f", the two of {_two(self.impact)}"
-        )
+        """The bodies in words."""
+        counter, second = self.impact.counter_material, self.sections.counter_body
+        if counter is None:
+            partner = "rigid"
+        elif counter == self.impact.material:
+            partner = "of the same material"
+        else:
+            partner = f"of {counter.name or 'another material'}"
+        if second is None:
+            return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
+        return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
 
     def solve(self) -> ImpactResult:
         """Solve the impact as the file asks.
@@ -311,12 +310,6 @@ class Case:
         return notes_on(
             impact.material, impact.counter_material, np.atleast_1d(result.contact_time), "contact"
         )
-
-
-def _two(impact: Impact) -> str:
-    counter = impact.counter_material
-    names = [one.name or "unnamed" for one in (impact.material, counter) if one is not None]
-    return " and ".join(names) if len(set(names)) > 1 else "two materials"
 
 
 def notes_on(material: Material, counter: Material | None, durations: Any, what: str) -> list[str]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json as json_text
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli import presentation
-from restitution.cli.outcome import tell, user_input, warn
-from restitution.cli.patience import compilation
+from restitution.cli import tables
+from restitution.cli.exit_codes import tell, user_input, warn
+from restitution.cli.progress import compilation
 
 if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
@@ -23,7 +21,7 @@ _SHOWN, _LAST = 24, 4
 
 def bounce(
     case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
-    json: presentation.Json = False,
+    json: tables.Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -40,8 +38,8 @@ def bounce(
     The drop height is that of the file, or the one that gives its velocity. The weight acts during contact too
     unless the file says weight = false.
     """
-    presentation.check_target("--plot", plot, presentation.PICTURES)
-    presentation.check_target("--out", out, presentation.TABLES)
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--out", out, tables.TABLES)
     with user_input():
         from restitution.case.impact import read_case
 
@@ -49,7 +47,7 @@ def bounce(
         with compilation():
             found = problem.bounces()
     if json:
-        sys.stdout.write(_as_json(found) + "\n")
+        tables.write_json(_content(found), found)
     else:
         _print(found, problem.title or str(case))
         for warning in found.warnings:
@@ -57,7 +55,7 @@ def bounce(
         for line in problem.notes(found):
             tell("note", line, "cyan")
     if out is not None:
-        presentation.write_dataset(found.to_dataset(), out)
+        tables.write_dataset(found.to_dataset(), out)
     if plot is not None:
         from restitution.plot.bounces import overview
         from restitution.plot.style import save_figure
@@ -65,22 +63,16 @@ def bounce(
         save_figure(overview(found), plot)
 
 
-def _as_json(found: Bounces) -> str:
-    table = found.to_dataset()
-    columns = {
-        str(name): [value if math.isfinite(value) else None for value in column.values.tolist()]
-        for name, column in table.data_vars.items()
-    }
-    content: dict[str, Any] = {
+def _content(found: Bounces) -> dict[str, Any]:
+    columns = {str(name): column.values.tolist() for name, column in found.to_dataset().data_vars.items()}
+    return {
         "n_bounces": found.n_bounces,
         "ended": str(found.ended),
         "drop_height": found.drop_height,
         "gravity": found.gravity,
         **columns,
         "warnings": found.warnings,
-        "version": presentation.version(),
     }
-    return json_text.dumps(content, indent=2, allow_nan=False)
 
 
 def _print(found: Bounces, title: str) -> None:
@@ -114,9 +106,7 @@ def _print(found: Bounces, title: str) -> None:
         else ("…",) * len(titles)
         for n in shown
     ]
-    presentation.print_rows(
-        f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows
-    )
+    tables.print_rows(f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows)
     print(
         f"{count} bounce{'s' * (count != 1)} in {found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
     )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json as json_text
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from restitution.cli import presentation
-from restitution.cli.outcome import user_input
+from restitution.cli import tables
+from restitution.cli.exit_codes import user_input
 
 
 def cite(
@@ -20,7 +19,7 @@ def cite(
             metavar="CASE.toml...", help="Files of impacts, indentations, sweeps.", show_default=False
         ),
     ] = None,
-    json: presentation.Json = False,
+    json: tables.Json = False,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write a BibTeX file: .bib.", show_default=False),
@@ -30,7 +29,7 @@ def cite(
 
     Without a case, the program and the paper that it reproduces.
     """
-    presentation.check_target("--out", out, (".bib",))
+    tables.check_target("--out", out, (".bib",))
     with user_input():
         from restitution.citation.bibliography import entries
         from restitution.citation.cite import citations, cite
@@ -41,7 +40,7 @@ def cite(
                 {"key": key, "used_for": uses, "bibtex": entries()[key]}
                 for key, uses in citations(*subjects).items()
             ]
-            sys.stdout.write(json_text.dumps(content, indent=2, ensure_ascii=False) + "\n")
+            tables.write_json(content)
         text = cite(*subjects) + "\n"
     if out is not None:
         from restitution.files import whole_file

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json as json_text
 import math
-import sys
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from restitution.cli import presentation
-from restitution.cli.outcome import tell, user_input, warn
-from restitution.cli.patience import compilation
+from restitution.cli import tables
+from restitution.cli.exit_codes import tell, user_input, warn
+from restitution.cli.progress import compilation
 
 if TYPE_CHECKING:
     from restitution.indentation.result import IndentationResult
@@ -31,7 +28,7 @@ _ROWS = (
 
 def indent(
     case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
-    json: presentation.Json = False,
+    json: tables.Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the indentation: .png, .pdf or .svg.", show_default=False),
@@ -47,8 +44,8 @@ def indent(
 
     The case file has the sections profile, material and indentation. Loading again before the bodies have parted is refused.
     """
-    presentation.check_target("--plot", plot, presentation.PICTURES)
-    presentation.check_target("--history", history, presentation.TABLES)
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--history", history, tables.TABLES)
     with user_input():
         from restitution.case.indentation import read_indentation
 
@@ -56,7 +53,7 @@ def indent(
         with compilation():
             result = problem.solve()
     if json:
-        sys.stdout.write(_as_json(result) + "\n")
+        tables.write_json(result.to_dict(), result)
     else:
         _print(result, problem.title or str(case))
         for warning in result.warnings:
@@ -64,23 +61,12 @@ def indent(
         for line in problem.notes():
             tell("note", line, "cyan")
     if history is not None:
-        presentation.write_dataset(result.sample(n_points=problem.n_points), history)
+        tables.write_dataset(result.sample(n_points=problem.n_points), history)
     if plot is not None:
         from restitution.plot.indentation import overview
         from restitution.plot.style import save_figure
 
         save_figure(overview(result), plot)
-
-
-def _as_json(result: IndentationResult) -> str:
-    content = {name: _plain(value) for name, value in result.to_dict().items()}
-    return json_text.dumps(content | {"version": presentation.version()}, indent=2, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Enum):
-        return value.name
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print(result: IndentationResult, title: str) -> None:
@@ -94,5 +80,5 @@ def _print(result: IndentationResult, title: str) -> None:
             rows.append((words, symbol, f"{value * scale.factor:.6g}", scale.unit))
         else:
             rows.append((words, symbol, "-", ""))
-    presentation.print_rows(title, ("quantity", "symbol", "value", "unit"), rows)
+    tables.print_rows(title, ("quantity", "symbol", "value", "unit"), rows)
     print(f"prescribed {result.prescribed}, {result.status.message}, rtol {result.rtol:g}")

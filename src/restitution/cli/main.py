@@ -13,16 +13,17 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import bounce, cite, indent, material, presentation, surrogate, sweep
-from restitution.cli.outcome import INTERRUPTED, BadInput, Commands, tell, user_input, warn
-from restitution.cli.patience import compilation, progress_bar
+from restitution.cli import bounce, cite, indent, material, surrogate, sweep, tables
+from restitution.cli.exit_codes import INTERRUPTED, BadInput, Commands, tell, user_input, warn
+from restitution.cli.progress import compilation, progress_bar
 from restitution.impact.status import Status
 
 app = typer.Typer(
     cls=Commands,
     name="restitution",
     help="Impact of bodies on viscoelastic ones: coefficient of restitution, contact time, force and energy.",
-    epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed. Ctrl-C ends the run by its signal (shells show 130).",
+    epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed, 70 a mistake in the program. "
+    "Ctrl-C ends the run by its signal (shells show 130).",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -38,7 +39,7 @@ class Method(StrEnum):
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        print(f"restitution {presentation.version()}")
+        print(f"restitution {tables.version()}")
         raise typer.Exit
 
 
@@ -48,8 +49,12 @@ def _options(
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of a mistake in the program.")
+    ] = False,
 ) -> None:
-    pass
+    if debug:
+        os.environ["RESTITUTION_TRACEBACK"] = "1"
 
 
 @app.command("standard-solid")
@@ -63,7 +68,7 @@ def standard_solid(
     ],
     method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
     rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
-    json: presentation.Json = False,
+    json: tables.Json = False,
 ) -> None:
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
 
@@ -86,13 +91,13 @@ def standard_solid(
     # How large the contact is against the radius, the three numbers do not say.
     result.warnings[:] = [line for line in result.warnings if not line.startswith("small strain")]
     title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
-    presentation.show(result, title, in_json=json, dimensionless=True)
+    tables.show(result, title, in_json=json, dimensionless=True)
 
 
 @app.command("solve")
 def solve(
     case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)],
-    json: presentation.Json = False,
+    json: tables.Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the impact: .png, .pdf or .svg.", show_default=False),
@@ -113,13 +118,13 @@ def solve(
     ] = None,
 ) -> None:
     """Solve the impact that a case file describes."""
-    presentation.check_target("--plot", plot, presentation.PICTURES)
-    presentation.check_target("--history", history, presentation.TABLES)
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--history", history, tables.TABLES)
     with user_input():
         from restitution.case.impact import read_case
         from restitution.quantities import TIME
 
-        times = [presentation.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
+        times = [tables.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
         if times and plot is None:
             raise BadInput("--pressure-at: give --plot FILE as well")
         problem = read_case(case)
@@ -130,14 +135,14 @@ def solve(
                 raise BadInput(
                     f'--pressure-at "{text}": must be within the contact, which lasts {result.contact_time:.6g} s'
                 )
-    presentation.show(result, problem.title or str(case), in_json=json)
+    tables.show(result, problem.title or str(case), in_json=json, bodies=problem.arrangement)
     if not json:
         for line in problem.notes(result):
             tell("note", line, "cyan")
     if history is not None:
-        presentation.write_history(result, history)
+        tables.write_history(result, history, problem.title or str(case))
     if plot is not None:
-        presentation.write_plot(result, plot, times or None)
+        tables.write_plot(result, plot, times or None)
 
 
 app.command("bounce")(bounce.bounce)

@@ -7,13 +7,18 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import presentation
+from restitution.cli import completion, tables
 
 
 def material(
     source: Annotated[
         str | None,
-        typer.Argument(metavar="FILE|NAME", help="File, or material of the library.", show_default=False),
+        typer.Argument(
+            metavar="FILE|NAME",
+            help="File, or material of the library.",
+            show_default=False,
+            autocompletion=completion.library_names,
+        ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
     at: Annotated[
@@ -34,7 +39,7 @@ def material(
         str | None,
         typer.Option(metavar="NAME", help="Which material of a deck that has several.", show_default=False),
     ] = None,
-    json: presentation.Json = False,
+    json: tables.Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw the moduli: .png, .pdf or .svg.", show_default=False),

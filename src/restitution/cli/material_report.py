@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from restitution.cli import presentation
-from restitution.cli.outcome import BadInput, user_input
+from restitution.cli import tables
+from restitution.cli.exit_codes import BadInput, user_input
+from restitution.errors import InputError
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
 from restitution.material.prony import PronySeries
@@ -34,6 +33,11 @@ class Report:
     window: tuple[float, float] | None = None
     data: RelaxationTable | DynamicTable | ShiftTable | None = None
 
+    @property
+    def relative(self) -> bool:
+        """Whether the moduli are shares of a modulus that the file does not give."""
+        return any("relative" in name for name in self.series)
+
 
 def show(
     source: str | None,
@@ -45,17 +49,24 @@ def show(
     plot: Path | None,
 ) -> None:
     """Show the material of a file or a name, or the list of the library."""
-    presentation.check_target("--plot", plot, presentation.PICTURES)
+    tables.check_target("--plot", plot, tables.PICTURES)
     with user_input():
         if in_list:
             _list(in_json)
             return
         if source is None:
             raise BadInput("material: give a file or a name, or --list")
-        reports = _reports(source, at, shift, material_name)
+        try:
+            reports = _reports(source, at, shift, material_name)
+        except InputError as error:
+            if error.field == "temperature" and at is not None and _is_plain(at):
+                raise BadInput(
+                    f'{error}; a plain number is in K: write --at "{at} degC" for Celsius'
+                ) from None
+            raise
     if in_json:
         contents = [_content(report) for report in reports]
-        _write(contents[0] if len(contents) == 1 else contents)
+        tables.write_json(contents[0] if len(contents) == 1 else contents)
     else:
         for report in reports:
             _print(report)
@@ -68,9 +79,9 @@ def _list(in_json: bool) -> None:
 
     materials = {name: library.get(name) for name in library.names()}
     if in_json:
-        _write({name: one.source for name, one in materials.items()})
+        tables.write_json({name: one.source for name, one in materials.items()})
     else:
-        presentation.print_rows(
+        tables.print_rows(
             "Materials of the library",
             ("name", "source"),
             [(name, one.source or "") for name, one in materials.items()],
@@ -83,7 +94,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
     from restitution.material.readers import read_material
     from restitution.quantities import TEMPERATURE
 
-    kelvin = None if at is None else presentation.read_quantity("--at", at, TEMPERATURE)
+    kelvin = None if at is None else tables.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else _law(shift)
     if law is not None and kelvin is None:
         raise BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
@@ -98,7 +109,10 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
         raise BadInput(
             f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
         )
-    content = read_material(source, name=name)
+    try:
+        content = read_material(source, name=name)
+    except ValueError as error:
+        raise BadInput(f"{error}{_other_use(source)}") from None
     if isinstance(content, ShiftTable):
         return [_of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
@@ -113,6 +127,31 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
         case ViscoelasticDeck():
             report = _of_deck(content, source)
     return [report if law is None or kelvin is None else _shifted(report, law, kelvin)]
+
+
+def _is_plain(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _other_use(source: str) -> str:
+    """Advice on a table whose columns are those of an indentation or of bounces."""
+    from restitution.case.profile import named_columns
+
+    try:
+        columns = {name.casefold() for name in named_columns(".", source)}
+    except ValueError:
+        return ""
+    if columns & {"depth", "indentation", "force", "displacement", "deflection"}:
+        return ". A curve of depth or force is no material: `restitution indent` takes it as indentation.file"
+    if columns & {"bounce", "height", "rebound", "drop", "velocity", "e"}:
+        return (
+            ". Heights or velocities of bounces are no material: `restitution bounce` computes them from one"
+        )
+    return ""
 
 
 def _law(path: Path) -> ShiftTable:
@@ -264,12 +303,13 @@ def _window(series: Mapping[str, PronySeries]) -> tuple[float, float] | None:
 
 def _content(report: Report) -> dict[str, Any]:
     content = {key: value for key, value in report.facts.items() if value is not None}
+    pascals = "" if report.relative else "_Pa"
     for name, one in report.series.items():
         content[f"prony_{name}"] = {
-            "equilibrium_modulus_Pa": one.equilibrium_modulus,
-            "branch_moduli_Pa": one.branch_moduli.tolist(),
+            f"equilibrium_modulus{pascals}": one.equilibrium_modulus,
+            f"branch_moduli{pascals}": one.branch_moduli.tolist(),
             "relaxation_times_s": one.relaxation_times.tolist(),
-            "parallel_viscosity_Pa_s": one.parallel_viscosity,
+            f"parallel_viscosity{pascals}_s": one.parallel_viscosity,
         }
     if isinstance(report.data, ShiftTable):
         content["temperatures_K"] = report.data.temperatures.tolist()
@@ -277,16 +317,12 @@ def _content(report: Report) -> dict[str, Any]:
     return content
 
 
-def _write(content: Any) -> None:
-    sys.stdout.write(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
-
-
 def _print(report: Report) -> None:
     rows = [(_words(key), _text(value)) for key, value in report.facts.items() if value is not None]
-    presentation.print_rows(report.title, ("what", "value"), rows)
+    tables.print_rows(report.title, ("what", "value"), rows)
     if isinstance(report.data, ShiftTable):
         table = report.data
-        presentation.print_rows(
+        tables.print_rows(
             "Shift factors",
             ("temperature [°C]", "log10 aT"),
             [
@@ -295,14 +331,12 @@ def _print(report: Report) -> None:
             ],
         )
     for name, one in report.series.items():
-        unit = "-" if "relative" in name else "Pa"
+        unit = "-" if report.relative else "Pa"
         if report.window is None or not one.n_branches:
-            presentation.print_rows(
-                f"Modulus, {name}", ("modulus [Pa]",), [(f"{one.equilibrium_modulus:.6g}",)]
-            )
+            tables.print_rows(f"Modulus, {name}", ("modulus [Pa]",), [(f"{one.equilibrium_modulus:.6g}",)])
             continue
         times = np.geomspace(*report.window, _ROWS)
-        presentation.print_rows(
+        tables.print_rows(
             f"Moduli, {name}",
             ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss"))),
             [
@@ -352,4 +386,5 @@ def _draw(reports: list[Report], path: Path) -> None:
     }
     windows = [report.window for report in reports if report.window is not None] or [(1e-6, 1.0)]
     window = min(low for low, _ in windows), max(high for _, high in windows)
-    save_figure(pictures.overview(series, window, first.data), path)
+    unit = "" if all(report.relative for report in reports) else "Pa"
+    save_figure(pictures.overview(series, window, first.data, unit=unit), path)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json as json_text
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli import presentation
-from restitution.cli.outcome import BadInput, tell, user_input, warn
-from restitution.cli.patience import progress_bar
+from restitution.cli import tables
+from restitution.cli.exit_codes import BadInput, tell, user_input, warn
+from restitution.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from restitution.case.impact import Case
@@ -57,31 +55,29 @@ def surrogate(
         Path | None,
         typer.Option(metavar="FILE", help="Draw it: .png, .pdf or .svg.", show_default=False),
     ] = None,
-    json: presentation.Json = False,
+    json: tables.Json = False,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
 ) -> None:
     """Replace an impact by an interpolant over its velocity, with a stated error: restitution, contact time, peak force.
 
     The velocity of the case file does not matter.
     """
-    presentation.check_target("--plot", plot, presentation.PICTURES)
-    presentation.check_target("--out", out, (_SAVED,))
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--out", out, (_SAVED,))
     with user_input():
         from restitution.quantities import VELOCITY
 
-        speeds = [presentation.read_quantity("--at", text, VELOCITY) for text in at or ()]
+        speeds = [tables.read_quantity("--at", text, VELOCITY) for text in at or ()]
         if source.suffix.lower() == _SAVED:
             made, notes = _saved(source, {"--velocity": velocity, "--rtol": rtol, "--out": out}), []
         else:
-            low, high = (
-                presentation.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE
-            )
+            low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
             made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
         made.save(out)
     if json:
-        sys.stdout.write(_as_json(made, rows) + "\n")
+        tables.write_json(_content(made, rows), made)
     else:
         _print(made, out or source, rows)
         for warning in made.warnings:
@@ -129,18 +125,16 @@ def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
     return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))
 
 
-def _as_json(made: Surrogate, rows: list[tuple[float, ...]]) -> str:
+def _content(made: Surrogate, rows: list[tuple[float, ...]]) -> dict[str, Any]:
     names = ("velocity", *made.error)
-    content = {
+    return {
         "velocity": list(made.velocity),
         "rtol": made.rtol,
         "error": made.error,
         "pieces": made.pieces.edges.size - 1,
         "values": [dict(zip(names, row, strict=True)) for row in rows],
         "warnings": made.warnings,
-        "version": presentation.version(),
     }
-    return json_text.dumps(content, indent=2, allow_nan=False)
 
 
 def _print(made: Surrogate, path: Path, rows: list[tuple[float, ...]]) -> None:
@@ -152,4 +146,4 @@ def _print(made: Surrogate, path: Path, rows: list[tuple[float, ...]]) -> None:
     errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
     print(f"largest error: {errors}")
     if rows:
-        presentation.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])
+        tables.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])

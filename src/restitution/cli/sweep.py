@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli.outcome import BadInput, tell, user_input
-from restitution.cli.patience import progress_bar
-from restitution.cli.presentation import PICTURES, check_target
+from restitution.cli import completion
+from restitution.cli.exit_codes import BadInput, tell, user_input
+from restitution.cli.progress import progress_bar
+from restitution.cli.tables import PICTURES, check_target
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,10 +22,19 @@ Picture = Annotated[
 ]
 Outputs = Annotated[
     list[str] | None,
-    typer.Option("--output", metavar="NAME", help="What to show; may be repeated.", show_default=False),
+    typer.Option(
+        "--output",
+        metavar="NAME",
+        help="What to show; may be repeated.",
+        show_default=False,
+        autocompletion=completion.outputs,
+    ),
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]
 
+# Places of the quantities of the paper's problem, and their options.
+_GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
+_STORES = (".zarr", "")
 _POINTS = 80
 # A map is made in memory, and no picture shows more.
 _MOST_POINTS = 2000
@@ -53,6 +63,11 @@ def sweep(
 
     Ctrl-C, and worse, lose at most the chunks in work: the same command goes on where it was.
     """
+    if out.suffix.lower() not in _STORES:
+        raise BadInput(
+            f"--out {out}: must end in .zarr; it becomes a folder, from which `restitution plot` and "
+            "`restitution.open_sweep` read"
+        )
     with user_input():
         from restitution.case.sweep import read_sweep
         from restitution.sweeps.run import run
@@ -110,7 +125,9 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
-    target = result.with_suffix(".png") if out is None else out
+    # The current folder has no name of its own.
+    named = result if result.name not in ("", "..") else result.resolve()
+    target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     check_target("--out", target, PICTURES)
     with user_input():
         from restitution.sweeps.store import open_sweep
@@ -124,10 +141,18 @@ def map_(
     x: Annotated[
         str,
         typer.Option(
-            metavar="NAME=LOW:HIGH", help="Abscissa, e.g. velocity=1cm/s:10m/s.", show_default=False
+            metavar="NAME=LOW:HIGH",
+            help="Abscissa, e.g. velocity=1cm/s:10m/s.",
+            show_default=False,
+            autocompletion=completion.axes,
         ),
     ],
-    y: Annotated[str, typer.Option(metavar="NAME=LOW:HIGH", help="Ordinate.", show_default=False)],
+    y: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME=LOW:HIGH", help="Ordinate.", show_default=False, autocompletion=completion.axes
+        ),
+    ],
     case: Annotated[
         Path | None,
         typer.Argument(
@@ -142,6 +167,7 @@ def map_(
             metavar="NAME=VALUE",
             help="Set another quantity, e.g. nu=0.45; may be repeated.",
             show_default=False,
+            autocompletion=completion.axes,
         ),
     ] = None,
     points: Annotated[int, typer.Option(min=2, max=_MOST_POINTS, help="Points along each axis.")] = _POINTS,
@@ -176,6 +202,11 @@ def map_(
                 if axis.low == axis.high:
                     raise BadInput(f"{option} {text}: low and high must differ")
                 read[place] = _spaced(axis)
+        if case is None and (missing := [name for name in _GROUPS if name not in read]):
+            names = ", ".join(_GROUPS[name] for name in missing)
+            raise BadInput(
+                f"map: {names}: must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
+            )
         outputs = output or ["restitution_coefficient"]
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
         with progress_bar("computing", rate="impacts/s") as progress:

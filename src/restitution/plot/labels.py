@@ -39,7 +39,7 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     values : array-like
         Values in SI; those that are not finite are left out.
     unit : str
-        The unit without prefix, e.g. `N`.
+        The unit without prefix, e.g. `N`; empty for plain numbers, which get no prefix.
 
     Returns
     -------
@@ -53,6 +53,8 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     >>> scaled_unit(2.5e4, "N").unit
     'kN'
     """
+    if not unit:
+        return ScaledUnit(1.0, "-")
     array = np.abs(np.asarray(values, dtype=np.float64))
     array = array[np.isfinite(array)]
     largest = float(array.max()) if array.size else 0.0

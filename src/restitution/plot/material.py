@@ -28,6 +28,7 @@ def relaxation(
     series: Mapping[str, PronySeries],
     window: tuple[float, float],
     data: RelaxationTable | None = None,
+    unit: str = "Pa",
 ) -> Axes:
     """Draw relaxation moduli over a window of time [s], and the data that one was fitted to.
 
@@ -40,16 +41,20 @@ def relaxation(
     """
     t = np.geomspace(*window, 400)
     curves = {name: np.asarray(one.relaxation_modulus(t)) for name, one in series.items()}
-    unit = scaled_unit(np.concatenate(list(curves.values())), "Pa")
+    scale = scaled_unit(np.concatenate(list(curves.values())), unit)
     if data is not None:
-        ax.plot(data.time, data.modulus * unit.factor, ".", color=GREY, markersize=4, label="data")
+        ax.plot(data.time, data.modulus * scale.factor, ".", color=GREY, markersize=4, label="data")
     for color, (name, curve) in zip(_COLORS, curves.items(), strict=False):
-        ax.plot(t, curve * unit.factor, color=color, label=name)
-    return _finished(ax, "time $t$ [s]", f"relaxation modulus [{unit.unit}]")
+        ax.plot(t, curve * scale.factor, color=color, label=name)
+    return _finished(ax, "time $t$ [s]", f"relaxation modulus [{scale.unit}]")
 
 
 def dynamic(
-    ax: Axes, series: Mapping[str, PronySeries], window: tuple[float, float], data: DynamicTable | None = None
+    ax: Axes,
+    series: Mapping[str, PronySeries],
+    window: tuple[float, float],
+    data: DynamicTable | None = None,
+    unit: str = "Pa",
 ) -> Axes:
     """Draw storage (solid) and loss moduli (dashed) over the angular frequencies of a window of time [s].
 
@@ -62,21 +67,23 @@ def dynamic(
     """
     omega = np.geomspace(1.0 / window[1], 1.0 / window[0], 400)
     storage = {name: np.asarray(one.storage_modulus(omega)) for name, one in series.items()}
-    unit = scaled_unit(np.concatenate(list(storage.values())), "Pa")
+    scale = scaled_unit(np.concatenate(list(storage.values())), unit)
     if data is not None:
         for values, mark in ((data.storage_modulus, "."), (data.loss_modulus, "x")):
-            ax.plot(data.angular_frequency, values * unit.factor, mark, color=GREY, markersize=4)
+            ax.plot(data.angular_frequency, values * scale.factor, mark, color=GREY, markersize=4)
     for color, (name, one) in zip(_COLORS, series.items(), strict=False):
-        ax.plot(omega, storage[name] * unit.factor, color=color, label=f"{name}, storage")
-        loss = np.asarray(one.loss_modulus(omega)) * unit.factor
+        ax.plot(omega, storage[name] * scale.factor, color=color, label=f"{name}, storage")
+        loss = np.asarray(one.loss_modulus(omega)) * scale.factor
         ax.plot(omega, np.where(loss > 0, loss, np.nan), "--", color=color, label=f"{name}, loss")
-    return _finished(ax, r"angular frequency $\omega$ [rad/s]", f"modulus [{unit.unit}]")
+    return _finished(ax, r"angular frequency $\omega$ [rad/s]", f"modulus [{scale.unit}]")
 
 
 def overview(
     series: Mapping[str, PronySeries],
     window: tuple[float, float],
     data: RelaxationTable | DynamicTable | None = None,
+    *,
+    unit: str = "Pa",
 ) -> Figure:
     """Return a figure of the relaxation moduli over time and the complex ones over frequency.
 
@@ -97,8 +104,8 @@ def overview(
     with context():
         figure = new_figure(height=3.2)
         left, right = figure.subplots(1, 2)
-        relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None)
-        dynamic(right, series, window, data if isinstance(data, DynamicTable) else None)
+        relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit)
+        dynamic(right, series, window, data if isinstance(data, DynamicTable) else None, unit)
     return figure
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from threading import Timer
 
-from restitution.cli.outcome import tell
+from restitution.cli.exit_codes import tell
 
 # Loading the compiled kernel from its cache takes about 0.3 s, compiling it 10 s and more.
 _SUSPICIOUS = 1.5

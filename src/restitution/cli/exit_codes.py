@@ -1,7 +1,8 @@
 """How a command ends: its exit code, and the one line that says why.
 
-0: done. 2: bad input, the command line's included. 3: a solver that failed. Ctrl-C ends the run by its signal,
-which shells show as 130.
+0: done. 2: bad input, the command line's included. 3: a solver that failed. 70: a mistake in the program, which
+should be reported; `--debug` or RESTITUTION_TRACEBACK=1 shows the traceback. Ctrl-C ends the run by its signal, which
+shells show as 130.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import traceback
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any, cast
@@ -16,28 +18,46 @@ from typing import Any, cast
 import typer
 from typer.core import TyperGroup
 
+from restitution.errors import InputTypeError
 from restitution.impact.status import SolverError
 
 DONE = 0
 BAD_INPUT = 2
 SOLVER_FAILED = 3
+BUG = 70
 INTERRUPTED = 130
+
+# Errors that input can cause. A TypeError without a field, an AttributeError and the like are mistakes of the program.
+_OF_INPUT = (ValueError, InputTypeError, ArithmeticError, MemoryError, RuntimeError)
 
 # What unknown options, missing arguments and the like have in common; typer does not export it.
 _UsageProblem = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 
 class BadInput(Exception):
-    """Input that cannot be used; the message is one line."""
+    """Input that cannot be used; each line of the message is one mistake."""
 
 
 @contextmanager
 def user_input() -> Generator[None]:
-    """Take a ValueError or TypeError of the block for what the user gave."""
+    """Take an error that numbers or texts of the user cause for bad input; a SolverError passes."""
     try:
         yield
-    except (ValueError, TypeError) as error:
-        raise BadInput(str(error)) from error
+    except SolverError:
+        raise
+    except _OF_INPUT as error:
+        raise BadInput(_reason(error)) from error
+
+
+def _reason(error: BaseException) -> str:
+    text = str(error)
+    if isinstance(error, MemoryError):
+        return "the input needs more memory than there is"
+    if isinstance(error, RecursionError):
+        return "the input is nested too deeply"
+    if isinstance(error, OverflowError):
+        return f"numbers leave the range of a double ({text})"
+    return text or type(error).__name__
 
 
 def tell(kind: str, message: str, colour: str) -> None:
@@ -69,19 +89,41 @@ def exit_code(command: Callable[[], Any]) -> int:
             tell("error", f"{message} (see: {where} --help)", "red")
         return BAD_INPUT
     except BadInput as error:
-        tell("error", str(error), "red")
+        for line in str(error).split("\n"):
+            tell("error", line, "red")
         return BAD_INPUT
     except SolverError as error:
         tell("error", str(error), "red")
         return SOLVER_FAILED
     except OSError as error:
-        if error.errno == errno.EINTR or error.strerror is None:
+        if error.errno == errno.EINTR:
             raise
-        tell("error", f"{error.filename}: {error.strerror}" if error.filename else error.strerror, "red")
+        reason = error.strerror or str(error) or type(error).__name__
+        tell("error", f"{error.filename}: {reason}" if error.filename else reason, "red")
         return BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
         tell("error", "interrupted; every file written is whole", "red")
         return INTERRUPTED
+    except (typer.Exit, SystemExit):
+        raise
+    except _OF_INPUT as error:
+        return _show(error, _reason(error), BAD_INPUT)
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+        hint = "this is a mistake in the program; please report it, with what --debug prints"
+        return _show(error, f"{what}; {hint}", BUG)
+
+
+def debugging() -> bool:
+    """Whether tracebacks are wanted."""
+    return os.environ.get("RESTITUTION_TRACEBACK", "") not in ("", "0")
+
+
+def _show(error: Exception, message: str, code: int) -> int:
+    if debugging():
+        traceback.print_exception(error)
+    tell("error", " ".join(message.split()), "red")
+    return code
 
 
 @contextmanager
@@ -100,7 +142,7 @@ def _patient_with_readers() -> Generator[None]:
 
 
 class Commands(TyperGroup):
-    """The commands, which end with one of the four exit codes and never with a traceback for bad input."""
+    """The commands, which end with one of the exit codes and never with a traceback for bad input."""
 
     def make_context(self, *args: Any, **extra: Any) -> Any:
         """Parse the command line, which may print help."""

@@ -1,4 +1,4 @@
-"""What a result looks like: a table for people, JSON for programs, files for both."""
+"""Results as tables for people, as JSON for programs, and as files for both."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from restitution.cli.outcome import BadInput, warn
+from restitution.cli.exit_codes import BadInput, warn
 from restitution.errors import InputError
 from restitution.impact.status import Status
 
@@ -53,27 +53,42 @@ def version() -> str:
     return version("restitution")
 
 
-def as_json(result: ImpactResult) -> str:
-    """Write a result as JSON in SI; an infinite number or one that is not a number becomes null."""
-    content = result.to_dict() | {"energy_residual": result.energy.residual, "version": version()}
-    return json.dumps(_plain(content), indent=2, allow_nan=False)
+def write_json(content: Any, result: Any = None) -> None:
+    """Print JSON in SI on standard output, with the validity report of a result and the version.
+
+    An infinite number, or one that is not a number, becomes null.
+    """
+    if isinstance(content, dict):
+        report = getattr(result, "validity", None)
+        content = {
+            **content,
+            **({} if report is None else {"validity": report.to_dict()}),
+            "version": version(),
+        }
+    # Not through rich, which would break lines at the width of the terminal.
+    sys.stdout.write(json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
     if isinstance(value, Enum):
         return value.name
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def show(result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False) -> None:
-    """Print a result: as JSON, or as a table with what should be known about it on standard error."""
+def show(
+    result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False, bodies: str = ""
+) -> None:
+    """Print a result, with its `bodies` in words: as JSON, or as a table and its warnings on standard error."""
     if in_json:
-        # Not through rich, which would break lines at the width of the terminal.
-        sys.stdout.write(as_json(result) + "\n")
+        write_json(result.to_dict() | {"energy_residual": result.energy.residual}, result)
         return
     print_table(result, title, dimensionless=dimensionless)
+    if bodies:
+        print(bodies)
     for warning in result.warnings:
         warn(warning)
     if result.status != Status.SEPARATED:
@@ -93,9 +108,17 @@ def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False
     table.add_column("value", no_wrap=True, justify="right")
     if not dimensionless:
         table.add_column("unit", no_wrap=True)
+    # A number below the tolerance times the largest of its kind is rounding.
+    tolerance = 1e-9 if result.rtol is None else float(result.rtol)
+    noise = {
+        "m": tolerance * float(result.max_indentation_depth),
+        "J": tolerance * float(result.energy.kinetic_in),
+    }
     for source, rows in ((result, _ROWS), (result.energy, _ENERGY_ROWS)):
         for words, attribute, symbol, unit in rows:
-            value, prefixed = _for_people(float(getattr(source, attribute)), "" if dimensionless else unit)
+            value = float(getattr(source, attribute))
+            value = 0.0 if abs(value) < noise.get(unit, 0.0) else value
+            value, prefixed = _for_people(value, "" if dimensionless else unit)
             table.add_row(words, symbol, value, prefixed)
     console = Console(highlight=False)
     # A line that is too long for the terminal is better broken by it than cut off by the table.
@@ -168,10 +191,24 @@ def _require_end(result: ImpactResult, option: str, path: Path) -> None:
         raise BadInput(f"{option} {path}: there is no whole contact to show: {status.message}")
 
 
-def write_history(result: ImpactResult, path: Path) -> None:
+def write_history(result: ImpactResult, path: Path, title: str = "") -> None:
     """Write the history of an impact, whole or not at all: NetCDF, or CSV with the units in the header."""
+    from restitution.impact.problem import Impact
+
     _require_end(result, "--history", path)
-    write_dataset(result.history, path)
+    impact = result.impact
+    assert isinstance(impact, Impact)
+    attributes = {
+        "title": title,
+        "version": version(),
+        "mass": float(impact.mass),
+        "mass_units": "kg",
+        "velocity": float(impact.velocity),
+        "velocity_units": "m/s",
+        "material": impact.material.name or repr(impact.material),
+        "profile": repr(impact.profile),
+    }
+    write_dataset(result.history.assign_attrs(attributes), path)
 
 
 def write_dataset(table: xr.Dataset, path: Path) -> None:
