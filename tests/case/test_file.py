@@ -398,8 +398,9 @@ def test_what_is_wrong_in_a_prony_series(folder: Path, old: str, new: str, messa
 def test_what_only_the_material_itself_can_tell(folder: Path) -> None:
     # K = 2 Ginf (1 + nu)/(3 (1 - 2 nu)) says nothing of a liquid.
     text = BODY + IMPACT + SOLID.replace('equilibrium_modulus = "1 MPa"', "equilibrium_modulus = 0")
-    with pytest.raises(CaseError, match=r"^ball\.toml: material: poisson_ratio.* liquid .*\Z"):
+    with pytest.raises(CaseError, match="liquid") as caught:
         read(text)
+    assert caught.value.field == "material.poisson_ratio"
 
 
 def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
@@ -460,7 +461,7 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
         ('radius = "0.5 mm"\ndensity = 1200\n', rs.Body(RUBBER, 5e-4)),
         ('radius = "2 mm"\nmass = "3 g"\n', rs.Body(RUBBER, 2e-3, 3e-3)),
         ('mass = "3 g"\n', rs.Body(RUBBER, mass=3e-3)),
-        ('radius = "2 mm"\nmass = "3 g"\nmaterial = "rigid"\n', rs.Body(None, 2e-3, 3e-3)),
+        ('radius = "2 mm"\nmass = "3 g"\nrigid = true\n', rs.Body(None, 2e-3, 3e-3)),
         (
             'radius = "2 mm"\nmass = "3 g"\n[counter_body.material]\nlibrary = "steel"\n',
             rs.Body(rs.library.get("steel"), 2e-3, 3e-3),
@@ -488,7 +489,7 @@ def test_two_bodies_are_those_of_a_collision(folder: Path, text: str, second: rs
         ('[profile]\ntype = "cone"\nhalf_angle = 1.2\n', "profile.type"),
         (
             '[counter_material]\nlibrary = "steel"\n[counter_body.material]\nlibrary = "steel"\n',
-            "counter_body.material",
+            "counter_body",
         ),
     ],
 )

@@ -56,7 +56,8 @@ class CounterBodySection(BodySection):
     It has the material of the other section, or that of `counter_material`, or else that of the body.
     """
 
-    material: AnyMaterial | Literal["rigid"] | None = None
+    material: AnyMaterial | None = None
+    rigid: Annotated[StrictBool, Field(description="whether it does not deform")] = False
 
 
 def sphere_mass(density: Any, radius: Any) -> Any:
@@ -153,10 +154,9 @@ class CaseFile(Section):
                 )
             if self.impact.weight:
                 refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
-            if self.counter_material is not None and self.counter_body.material is not None:
-                refuse(
-                    "is given as counter_material as well; leave one of the two out", "counter_body.material"
-                )
+            given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
+            if sum(one is not None for one in given) > 1:
+                refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
         return self
 
     @property
@@ -164,8 +164,7 @@ class CaseFile(Section):
         """Section of the partner's material; None where it is rigid."""
         if self.counter_body is None or self.counter_material is not None:
             return self.counter_material
-        own = self.counter_body.material
-        return None if own == "rigid" else own or self.material
+        return None if self.counter_body.rigid else self.counter_body.material or self.material
 
     @property
     def needs_window(self) -> bool:

@@ -59,7 +59,7 @@ def show(
         try:
             reports = _reports(source, at, shift, material_name)
         except InputError as error:
-            if error.field == "temperature" and at is not None and _is_plain(at):
+            if error.field == "temperature" and at is not None and _is_plain_below(at, 200.0):
                 raise BadInput(
                     f'{error}; a plain number is in K: write --at "{at} degC" for Celsius'
                 ) from None
@@ -129,12 +129,11 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
     return [report if law is None or kelvin is None else _shifted(report, law, kelvin)]
 
 
-def _is_plain(text: str) -> bool:
+def _is_plain_below(text: str, limit: float) -> bool:
     try:
-        float(text)
+        return float(text) < limit
     except ValueError:
         return False
-    return True
 
 
 def _other_use(source: str) -> str:
