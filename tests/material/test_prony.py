@@ -109,7 +109,7 @@ def test_evaluates_by_its_own_repr():
     [
         ((-1.0,), "equilibrium_modulus = -1 Pa"),
         ((math.nan,), "equilibrium_modulus = nan Pa"),
-        (([1.0, 2.0],), "equilibrium_modulus has shape"),
+        (([1.0, 2.0],), "equilibrium_modulus = .*: must be a single number"),
         ((1.0, [1.0, -2.0], [1.0, 2.0]), r"branch_moduli\[1\] = -2 Pa"),
         ((1.0, [1.0], [0.0]), r"relaxation_times\[0\] = 0 s"),
         ((1.0, [1.0, 2.0], [1.0]), "equal length"),
@@ -122,7 +122,7 @@ def test_bad_input_is_named(arguments, message):
 
 
 def test_zero_series_has_no_compliance():
-    with pytest.raises(ValueError, match="no compliance"):
+    with pytest.raises(ValueError, match="equilibrium_modulus = 0 Pa"):
         _ = PronySeries(0.0).retardation
 
 

@@ -247,7 +247,10 @@ def _column(sheet: Sheet, index: int, name: str, dimension: Dimension) -> NDArra
         factor = 1.0 if unit in ("", "-", dimension.unit) else to_si(f"1 {unit}", dimension)
     except InputError as error:
         raise FileError("", sheet.unit_line, f"unit {unit!r} of {name}: {error}") from None
-    for row in sheet.rows:
-        if not np.isfinite(row.values[index] * factor):
-            raise FileError("", row.line, f"{name} = {row.cells[index]}: must be finite")
-    return np.array([row.values[index] * factor for row in sheet.rows])
+    with np.errstate(over="ignore"):
+        values = sheet.numbers(index) * factor
+    finite = np.isfinite(values)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise FileError("", sheet.lines[row], f"{name} = {sheet.cells[index][row]}: must be finite")
+    return values

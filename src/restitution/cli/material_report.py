@@ -235,6 +235,7 @@ def _of_data(data: RelaxationTable | DynamicTable, source: str) -> Report:
         "fitted_terms": fit.n_terms,
         "relative_misfit": fit.misfit,
         "largest_relative_residual": float(np.abs(fit.residuals).max()),
+        "notes": "; ".join(data.notes) or None,
     }
     return Report(source, facts, {data.deformation or "fit": fit.series}, fit.window, data)
 
@@ -248,6 +249,7 @@ def _of_terms(terms: PronyTerms, source: str) -> Report:
         "sum": terms.total,
         "instantaneous_modulus_Pa": terms.instantaneous_modulus,
         "equilibrium_modulus_Pa": terms.equilibrium_modulus,
+        "notes": "; ".join(terms.notes) or None,
     }
     ends = terms.instantaneous_modulus, terms.equilibrium_modulus
     if terms.relative and ends == (None, None):

@@ -33,12 +33,15 @@ class RelaxationTable:
         "tension", "shear", "bulk", or None where the file does not say.
     source
         Name of the file.
+    notes
+        Remarks of the reader: units that were assumed, columns that are not used.
     """
 
     time: Array
     modulus: Array
     deformation: Deformation | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,8 @@ class DynamicTable:
         "tension", "shear", "bulk", or None where the file does not say.
     source
         Name of the file.
+    notes
+        Remarks of the reader: units that were assumed, columns that are not used.
     """
 
     angular_frequency: Array
@@ -62,6 +67,7 @@ class DynamicTable:
     loss_modulus: Array
     deformation: Deformation | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +88,8 @@ class PronyTerms:
         R_0 and R_inf [Pa], None where the file does not say.
     source
         Name of the file.
+    notes
+        Remarks of the reader: units that were assumed, columns that are not used.
     """
 
     relaxation_times: Array
@@ -91,6 +99,7 @@ class PronyTerms:
     instantaneous_modulus: float | None = None
     equilibrium_modulus: float | None = None
     source: str = field(default="", compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def total(self) -> float:

@@ -9,10 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution import checks
 from restitution.checks import nonnegative, positive
+from restitution.errors import InputError
 from restitution.material.secular import secular_roots
 
 Array = NDArray[np.float64]
+
+MAX_BRANCHES = 1000
+"""Largest number of branches: conversions and contacts take memory and time with its square."""
 
 
 class Retardation(NamedTuple):
@@ -89,14 +94,16 @@ class PronySeries:
         moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
         times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
         if moduli.ndim != 1 or times.shape != moduli.shape:
-            raise ValueError(
-                f"branch_moduli has shape {moduli.shape} and relaxation_times {times.shape}: "
-                "must be one-dimensional and of equal length"
+            shapes = f"{moduli.shape} and {times.shape}"
+            raise InputError(
+                "branch_moduli, relaxation_times", shapes, "must be one-dimensional and of equal length"
             )
+        if moduli.size > MAX_BRANCHES:
+            raise InputError("branch_moduli", moduli.size, f"must be at most {MAX_BRANCHES} branches")
         with np.errstate(over="ignore"):
             glass = equilibrium + moduli.sum()
         if glass == np.inf:
-            raise ValueError("equilibrium_modulus + sum of branch_moduli = inf Pa: must be finite")
+            raise InputError("branch_moduli", glass, "must have a finite sum with equilibrium_modulus", "Pa")
         self._fill(equilibrium, moduli, times, dashpot)
 
     def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
@@ -185,7 +192,7 @@ class PronySeries:
         """
         own = self.simplified()
         if own.equilibrium_modulus == 0 and own.parallel_viscosity == 0 and own.n_branches == 0:
-            raise ValueError("equilibrium_modulus = 0 Pa: a series of zero modulus has no compliance")
+            raise InputError("equilibrium_modulus", 0.0, "must be > 0, as nothing else carries a load", "Pa")
         roots = secular_roots(
             own.equilibrium_modulus,
             own.parallel_viscosity,
@@ -275,13 +282,15 @@ class PronySeries:
         >>> PronySeries(1.0, [2.0], [3.0]).scaled(2.0, time_factor=0.1)
         PronySeries(2.0, [4.0], [0.30000000000000004])
         """
-        factor, stretch = _scalar("factor", factor, ""), float(positive("time_factor", time_factor))
-        return PronySeries(
-            self.equilibrium_modulus * factor,
-            self.branch_moduli * factor,
-            self.relaxation_times * stretch,
-            parallel_viscosity=self.parallel_viscosity * factor * stretch,
+        factor, stretch = (
+            _scalar("factor", factor, ""),
+            _scalar("time_factor", positive("time_factor", time_factor), ""),
         )
+        # What overflows is refused by the new series.
+        with np.errstate(over="ignore"):
+            moduli, times = self.branch_moduli * factor, self.relaxation_times * stretch
+        viscosity = self.parallel_viscosity * factor * stretch
+        return PronySeries(self.equilibrium_modulus * factor, moduli, times, parallel_viscosity=viscosity)
 
     def _key(self) -> tuple[float, float, bytes, bytes]:
         # Adding 0.0 makes one of the two zeros.
@@ -306,7 +315,4 @@ class PronySeries:
 
 
 def _scalar(name: str, value: Any, unit: str) -> float:
-    number = nonnegative(name, value, unit)
-    if isinstance(number, np.ndarray):
-        raise ValueError(f"{name} has shape {number.shape}: must be a single number")
-    return float(number)
+    return checks.single(name, nonnegative(name, value, unit), unit)

@@ -6,7 +6,9 @@ import re
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from restitution.errors import InputTypeError
 from restitution.material import table as tables
 from restitution.material.deck import ViscoelasticDeck, read_abaqus, read_ansys
 from restitution.material.measurement import (
@@ -16,15 +18,16 @@ from restitution.material.measurement import (
     RelaxationTable,
     beyond_one,
 )
-from restitution.material.sheet import FileError
+from restitution.material.sheet import FileError, read_text
 from restitution.material.shift import ShiftTable
-from restitution.material.table import Column, Role, Table, read_table
-from restitution.material.units import unit
+from restitution.material.table import Column, Role, Table, read_table, unit
 
+Array = NDArray[np.float64]
 MaterialFile = RelaxationTable | DynamicTable | PronyTerms | ShiftTable | ViscoelasticDeck
 
 # No data scatter by a half and can still be fitted.
 _NOISE = 1.5
+_LONGEST_COMMENT = 500
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
 
 
@@ -39,7 +42,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     Parameters
     ----------
     path
-        The file: text in UTF-8.
+        The file: text in UTF-8, UTF-16 or Latin-1.
     name
         Which material of a deck that has several: its NAME in Abaqus, its number in ANSYS.
 
@@ -64,16 +67,9 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     >>> data.time, data.modulus, data.deformation
     (array([0.001, 0.01 ]), array([30000000., 20000000.]), 'tension')
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise FileError(str(path), 0, "no such file") from None
-    except OSError as error:
-        raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise FileError(str(path), 0, "cannot be read: must be text in UTF-8") from None
-    return parse(text, str(path), name=name)
+    if not isinstance(path, str | Path):
+        raise InputTypeError("path", path, "must be the name of a file")
+    return parse(read_text(Path(path)), str(path), name=name)
 
 
 def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:
@@ -85,10 +81,11 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
     True
     """
     if "\0" in text:
-        raise FileError(source, 0, "cannot be read: must be text in UTF-8")
-    if re.search(r"^\s*TB\s*,\s*PRON", text, re.IGNORECASE | re.MULTILINE):
+        raise FileError(source, 0, "cannot be read: must be text")
+    # Blanks but no ends of lines: these would cost quadratic time.
+    if re.search(r"^[ \t]*TB[ \t]*,[ \t]*PRON", text, re.IGNORECASE | re.MULTILINE):
         return read_ansys(source, text, name)
-    if re.search(r"^\s*\*\s*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
+    if re.search(r"^[ \t]*\*[ \t]*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
         return read_abaqus(source, text, name)
     if name is not None:
         raise FileError(
@@ -98,71 +95,89 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
 
 
 def _from_table(source: str, table: Table) -> MaterialFile:
-    found: dict[Role, Column] = {}
-    for column in table.columns:
-        if column.role in found:
-            raise FileError(source, 0, f"two columns hold a {column.role.name}: must be one")
-        found[column.role] = column
-    roles = set(found)
-    frequency = found.get(tables.FREQUENCY, found.get(tables.ANGULAR_FREQUENCY))
-    if roles == {tables.TIME, tables.MODULUS}:
-        time, modulus = found[tables.TIME], found[tables.MODULUS]
-        _ascending(source, table, time)
-        _monotonic(source, table, modulus, falling=True)
-        return RelaxationTable(time.values, modulus.values, _deformation(source, modulus), source)
-    if frequency is not None and tables.STORAGE in roles and len(roles) == 3:
-        storage = found[tables.STORAGE]
-        other = found.get(tables.LOSS, found.get(tables.TANGENT))
-        if other is not None:
-            _ascending(source, table, frequency)
-            _monotonic(source, table, storage, falling=False)
-            loss = other.values * (storage.values if other.role is tables.TANGENT else 1.0)
-            kind = _deformation(source, storage, other)
-            return DynamicTable(frequency.values, storage.values, loss, kind, source)
-    if tables.RELAXATION_TIME in roles and len(roles) == 2:
-        terms = found.get(tables.BRANCH, found.get(tables.SHARE))
-        if terms is not None:
-            return _prony_terms(source, table, found[tables.RELAXATION_TIME], terms)
-    if tables.TEMPERATURE in roles and len(roles) == 2:
-        shift = found.get(tables.LOG_SHIFT, found.get(tables.SHIFT))
-        if shift is not None:
-            return _shift_table(source, table, found[tables.TEMPERATURE], shift)
-    names = ", ".join(column.label for column in table.columns)
+    for kind in (_dynamic, _prony_terms, _relaxation, _shift_table):
+        found = kind(source, table)
+        if found is not None:
+            return found
+    names = ", ".join(filter(None, table.sheet.labels))
     raise FileError(
         source,
-        0,
-        f"columns {names}: must be time and relaxation modulus; frequency, storage and loss modulus; "
+        table.sheet.header_line,
+        f"columns {names[:200]}: must be time and relaxation modulus; frequency, storage and loss modulus; "
         "relaxation time and modulus; or temperature and shift factor",
     )
 
 
-def _ascending(source: str, table: Table, column: Column) -> None:
+def _first(table: Table, *roles: Role) -> Role | None:
+    return next((role for role in roles if table.has(role)), None)
+
+
+def _dynamic(source: str, table: Table) -> DynamicTable | None:
+    frequency = _first(table, tables.ANGULAR_FREQUENCY, tables.FREQUENCY)
+    modulus = _first(table, tables.STORAGE, tables.COMPLEX)
+    other = _first(table, tables.LOSS, tables.TANGENT)
+    if frequency is None or modulus is None or other is None:
+        return None
+    if modulus is tables.COMPLEX and table.has(tables.TANGENT):
+        other = tables.TANGENT
+    omega, first, second = map(table.column, (frequency, modulus, other))
+    order = _ascending(source, table, omega)
+    storage, loss = first.values, second.values
+    if modulus is tables.COMPLEX:
+        # |E*| with the loss modulus or the loss tangent.
+        if other is tables.TANGENT:
+            storage = storage / np.hypot(1.0, loss)
+            loss = storage * loss
+        else:
+            share = np.minimum(loss / storage, 1.0)
+            storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
+    elif other is tables.TANGENT:
+        loss = storage * loss
+    _monotonic(source, table, first, storage, order, falling=False)
+    kind, notes = _deformation(source, first, second), table.notes(omega, first, second)
+    return DynamicTable(omega.values[order], storage[order], loss[order], kind, source, notes)
+
+
+def _relaxation(source: str, table: Table) -> RelaxationTable | None:
+    if not table.has(tables.TIME, tables.MODULUS):
+        return None
+    time, modulus = table.column(tables.TIME), table.column(tables.MODULUS)
+    order = _ascending(source, table, time)
+    _monotonic(source, table, modulus, modulus.values, order, falling=True)
+    kind, notes = _deformation(source, modulus), table.notes(time, modulus)
+    return RelaxationTable(time.values[order], modulus.values[order], kind, source, notes)
+
+
+def _ascending(source: str, table: Table, column: Column) -> slice:
+    """Order in which a column ascends; the numbers may stand in descending order."""
     steps = np.diff(column.values)
+    if steps.size and (steps < 0).all():
+        return slice(None, None, -1)
     if not (steps > 0).all():
         where = int(np.argmin(steps > 0)) + 1
         what = "repeats" if steps[where - 1] == 0 else "is less than"
-        raise FileError(
-            source,
-            table.lines[where],
-            f"{column.label} {what} that of line {table.lines[where - 1]}: must be strictly ascending",
-        )
+        before, line = table.lines[where - 1], table.lines[where]
+        wanted = f"{column.label} {what} that of line {before}: must be strictly ascending or descending"
+        raise FileError(source, line, wanted)
+    return slice(None)
 
 
-def _monotonic(source: str, table: Table, column: Column, *, falling: bool) -> None:
+def _monotonic(
+    source: str, table: Table, column: Column, moduli: Array, order: slice, *, falling: bool
+) -> None:
     """Refuse a relaxation modulus that rises over time, or a storage modulus that falls over frequency."""
-    values = column.values if falling else 1.0 / column.values
-    least = np.minimum.accumulate(values)
-    beyond = np.flatnonzero(values > _NOISE * least)
+    moduli, lines = moduli[order], table.lines[order]
+    values = moduli if falling else 1.0 / np.maximum(moduli, 1e-300)
+    beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
     if beyond.size:
         last = int(beyond[0])
         first = int(np.argmin(values[:last]))
         over, change = ("time", "fall") if falling else ("frequency", "rise")
-        raise FileError(
-            source,
-            table.lines[last],
-            f"{column.label} is {column.values[last]:.4g} Pa, and {column.values[first]:.4g} Pa in line "
-            f"{table.lines[first]}: must {change} over {over}, but for noise",
+        wanted = (
+            f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}: "
+            f"must {change} over {over}, apart from noise"
         )
+        raise FileError(source, lines[last], wanted)
 
 
 def _deformation(source: str, *columns: Column) -> Deformation | None:
@@ -172,27 +187,36 @@ def _deformation(source: str, *columns: Column) -> Deformation | None:
     return "tension" if "tension" in kinds else "shear" if "shear" in kinds else None
 
 
-def _prony_terms(source: str, table: Table, times: Column, terms: Column) -> PronyTerms:
+def _prony_terms(source: str, table: Table) -> PronyTerms | None:
+    role = _first(table, tables.BRANCH, tables.SHARE)
+    if role is None or not table.has(tables.RELAXATION_TIME):
+        return None
+    times, terms = table.column(tables.RELAXATION_TIME), table.column(role)
     ends: dict[str, float] = {}
     deformation, place = _deformation(source, terms), 0
     for line in table.comments:
-        match = _END_MODULUS.search(line.text)
+        match = _END_MODULUS.search(line.text[:_LONGEST_COMMENT])
         if match:
             place = line.number
+            scale = unit(match[3] or "Pa")
             try:
-                scale = unit(match[3] or "Pa", ("modulus",)).factor
-                ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale
-            except ValueError as error:
-                raise FileError(source, place, f"{match[0]!r}: {error}") from None
+                if scale is None or scale.dimension != "modulus":
+                    raise FileError(
+                        source, place, f"{match[0]!r}: must end in a unit of modulus, such as Pa, MPa"
+                    )
+                ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale.factor
+            except FileError:
+                raise
+            except ValueError:
+                raise FileError(source, place, f"{match[0]!r}: must hold a number") from None
             deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
-    relative, moduli = terms.role is tables.SHARE, terms.values
+    relative, moduli = role is tables.SHARE, terms.values
     if relative and (beyond := beyond_one(moduli)) is not None:
-        raise FileError(
-            source,
-            table.lines[beyond],
-            f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1",
-        )
-    found = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source)
+        wanted = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
+        raise FileError(source, table.lines[beyond], wanted)
+    notes = table.notes(times, terms)
+    high, low = ends.get("high"), ends.get("low")
+    found = PronyTerms(times.values, moduli, relative, deformation, high, low, source, notes)
     if ends:
         try:
             found.series()
@@ -201,9 +225,13 @@ def _prony_terms(source: str, table: Table, times: Column, terms: Column) -> Pro
     return found
 
 
-def _shift_table(source: str, table: Table, temperature: Column, shift: Column) -> ShiftTable:
+def _shift_table(source: str, table: Table) -> ShiftTable | None:
+    role = _first(table, tables.LOG_SHIFT, tables.SHIFT)
+    if role is None or not table.has(tables.TEMPERATURE):
+        return None
+    temperature, shift = table.column(tables.TEMPERATURE), table.column(role)
     kelvin = temperature.values
-    logs = shift.values if shift.role is tables.LOG_SHIFT else np.log10(shift.values)
+    logs = shift.values if role is tables.LOG_SHIFT else np.log10(shift.values)
     if kelvin.size > 1 and kelvin[0] > kelvin[-1]:
         kelvin, logs = kelvin[::-1], logs[::-1]
     try:
