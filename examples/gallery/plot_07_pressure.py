@@ -12,7 +12,7 @@ import numpy as np
 from scipy.integrate import quad
 
 import restitution as rs
-from restitution.plot.pressure import instants, pressure_radius
+from restitution.plot.impact import instants, pressure_radius
 
 rubber = rs.standard_solid(2e6, 20e6, 2e3, poisson_ratio=0.45)
 result = rs.solve(rs.Impact(rubber, rs.Parabola(0.015), mass=0.0156, velocity=0.5))

@@ -9,8 +9,7 @@ is still stored when the body leaves, and is lost to it too.
 import matplotlib.pyplot as plt
 
 import restitution as rs
-from restitution.plot.energy import energy_area
-from restitution.plot.history import force_indentation
+from restitution.plot.history import energy_area, force_indentation
 
 # %%
 # The paper's solid with :math:`\nu = 0.3`, :math:`p_2 = 0.01` and :math:`p_3 = 3`, as a sphere of 1 kg and 1 m radius

@@ -56,6 +56,7 @@ from .material.shift import WLF as WLF
 from .material.shift import Arrhenius as Arrhenius
 from .material.shift import ShiftTable as ShiftTable
 from .material.viscoelastic import Material as Material
+from .plot.sweep import plot_sweep as plot_sweep
 from .surrogates.build import surrogate as surrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate
 from .surrogates.velocity import Surrogate as Surrogate

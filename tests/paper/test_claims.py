@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.paper import claims, incompressibility
+from restitution.paper import claims, further
 from restitution.paper.computation import Computation
 
 
@@ -17,7 +17,7 @@ def plane(e, nu: float) -> xr.Dataset:
 
 
 def comparison(e, e_inc) -> xr.Dataset:
-    return incompressibility.compare(plane(e, 0.45), plane(e_inc, 0.5))
+    return further.compare(plane(e, 0.45), plane(e_inc, 0.5))
 
 
 def curves(e, e_inc) -> dict[int, xr.Dataset]:
@@ -98,5 +98,29 @@ def test_json_holds_every_number_in_full_and_markdown_every_finding() -> None:
     ]
     page = claims.as_markdown(made, attributes)
     assert "| first | **no** |" in page
-    assert "**Borne out.** It is." in page
+    assert "**Confirmed.** It is." in page
     assert "| one | 0.333333 |" in page
+
+
+def test_the_incompressible_material_is_stiffer_at_once_and_at_rest_only() -> None:
+    claim = claims.stiffer()
+    assert claim.holds
+    # E* = 4 G (3K + G)/(3K + 4G) against 4 G, with 3K = 149 Ginf, at G0 = 1001 Ginf and at Ginf.
+    for words, g in (("at once", 1001.0), ("in the end", 1.0)):
+        expected = (149.0 + 4.0 * g) / (149.0 + g)
+        assert claim.numbers[f"E*_inc/E* {words}, nu = 0.49, p2 = 0.001"] == pytest.approx(expected, rel=1e-9)
+    assert claim.numbers["smallest E*_inc(t)/E*(t), nu = 0.49, p2 = 0.001"] < 1.0
+
+
+def test_several_relaxation_times_keep_e_low() -> None:
+    terms = further.compute_terms(Computation(seed=1), 5)
+    assert claims.several_times(terms).holds
+    e = terms["restitution_coefficient"]
+    assert not claims.several_times(terms.assign(restitution_coefficient=1.0 - e)).holds
+
+
+def test_two_like_spheres_are_one_with_another_p3() -> None:
+    claim = claims.two_spheres(Computation(seed=5))
+    assert claim.holds
+    # Both solves are within the tolerance.
+    assert claim.numbers["largest difference of e"] < 2e-9

@@ -5,8 +5,7 @@ import pytest
 
 from restitution.impact.solve import standard_solid_restitution
 from restitution.paper import computation as module
-from restitution.paper.computation import Computation
-from restitution.paper.inputs import draw_inputs
+from restitution.paper.computation import RANGES, Computation, draw_inputs, glassy_poisson_ratio
 
 AXES = {"poisson_ratio": [0.0, 0.45, 0.5], "p2": [0.01, 0.1], "p3": [0.1, 1.0, 10.0]}
 
@@ -38,9 +37,10 @@ def test_every_variable_says_its_unit_and_meaning() -> None:
         "restitution_coefficient": "1",
         "mass": "kg",
         "radius": "m",
-        "velocity": "m s-1",
+        "velocity": "m/s",
         "equilibrium_modulus": "Pa",
         "branch_modulus": "Pa",
+        "glassy_poisson_ratio": "1",
         "viscosity": "Pa s",
     }
     assert all(dataset[name].attrs["long_name"] for name in dataset.variables)
@@ -71,3 +71,36 @@ def test_blocks_and_workers_change_nothing_and_all_work_is_reported(monkeypatch:
     pieces = Computation(seed=3, workers=2, advance=steps.append).dataset("some", 1, AXES)
     assert pieces.identical(whole)
     assert steps == [7, 7, 4]
+
+
+def test_drawn_inputs_have_the_groups_of_equation_11() -> None:
+    p2, p3 = np.meshgrid(np.logspace(-3, 1, 7), np.logspace(-2, 2, 9))
+    mass, radius, velocity, modulus, branch, viscosity = draw_inputs(p2, p3, np.random.default_rng(5))
+    assert modulus / branch == pytest.approx(p2, rel=1e-14)
+    assert viscosity * (velocity * radius / (mass**2 * modulus**3)) ** 0.2 == pytest.approx(p3, rel=1e-14)
+
+
+def test_every_free_input_spans_its_decades_independently() -> None:
+    inputs = draw_inputs(np.full(4000, 0.1), 1.0, np.random.default_rng(5))
+    free = np.log10([inputs.mass, inputs.radius, inputs.velocity, inputs.equilibrium_modulus])
+    for values, (low, high) in zip(free, RANGES.values(), strict=True):
+        span = np.log10(high / low)
+        assert span >= 3.0
+        assert values.min() == pytest.approx(np.log10(low), abs=0.01 * span)
+        assert values.max() == pytest.approx(np.log10(high), abs=0.01 * span)
+    # Independent draws correlate by about 1/sqrt(4000) = 0.016; five times that does not happen by chance.
+    correlation = np.corrcoef(free) - np.eye(4)
+    assert np.abs(correlation).max() < 0.08
+
+
+def test_draws_follow_the_generator_alone() -> None:
+    first, same, other = (draw_inputs([0.1, 1.0], 1.0, np.random.default_rng(seed)) for seed in (1, 1, 2))
+    assert np.array_equal(first, same)
+    assert not np.any(np.isclose(first.mass, other.mass))
+
+
+def test_glassy_poisson_ratios_of_the_paper() -> None:
+    # By hand: nu = 0.49, p2 = 1e-3: K = 49.67 Ginf, G0 = 1001 Ginf, (149 - 2002)/(298 + 2002).
+    assert glassy_poisson_ratio(0.49, 1e-3) == pytest.approx((149.0 - 2002.0) / (298.0 + 2002.0), rel=1e-12)
+    assert glassy_poisson_ratio(0.5, 1e-3) == 0.5
+    assert glassy_poisson_ratio(-1.0, 0.1) == -1.0

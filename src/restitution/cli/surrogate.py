@@ -85,8 +85,8 @@ def surrogate(
         for line in notes:
             tell("note", line, "cyan")
     if plot is not None:
-        from restitution.plot.dataset import plot_sweep
         from restitution.plot.style import save_figure
+        from restitution.plot.sweep import plot_sweep
 
         save_figure(plot_sweep(made.sample()), plot)
 

@@ -216,8 +216,8 @@ def map_(
 
 
 def _draw(dataset: xr.Dataset, target: Path, outputs: list[str], **choice: Any) -> None:
-    from restitution.plot.dataset import plot_sweep
     from restitution.plot.style import save_figure
+    from restitution.plot.sweep import plot_sweep
 
     save_figure(plot_sweep(dataset, outputs, **choice), target)
     print(target)

@@ -225,10 +225,12 @@ def write_dataset(table: xr.Dataset, path: Path) -> None:
         rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
 
 
-def write_plot(result: ImpactResult, path: Path, times: Sequence[float] | None = None) -> None:
+def write_plot(
+    result: ImpactResult, path: Path, times: Sequence[float] | None = None, title: str = ""
+) -> None:
     """Draw an impact and write the picture, whole or not at all; with the pressure at some times [s]."""
     _require_end(result, "--plot", path)
     from restitution.plot.impact import overview
     from restitution.plot.style import save_figure
 
-    save_figure(overview(result, times), path)
+    save_figure(overview(result, times, title=title), path)

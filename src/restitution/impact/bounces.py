@@ -17,9 +17,11 @@ from restitution.impact.result import dataset
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
+from restitution.pictures import draw
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -119,6 +121,10 @@ class Bounces:
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
         columns = {name: (getattr(self, name), *words) for name, words in _COLUMNS.items()}
         return dataset("bounce", (np.arange(1, self.n_bounces + 1), "1", "bounce"), columns, attributes)
+
+    def plot(self) -> Figure:
+        """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""
+        return draw("bounces", self)
 
 
 def drop(

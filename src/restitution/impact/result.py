@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import Numeric
 from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.status import Status
+from restitution.pictures import draw
 
 if TYPE_CHECKING:
     import xarray
@@ -338,10 +339,7 @@ class ImpactResult:
         times : array_like, optional
             Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
         """
-        from importlib import import_module
-
-        # By name: pictures stand above this layer, which must not depend on them.
-        return import_module("restitution.plot.impact").overview(self, times)
+        return draw("impact", self, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""

@@ -15,6 +15,7 @@ from restitution.contact.profile import Parabola, Profile
 from restitution.contact.sphere import Sphere
 from restitution.contact.validity import quasi_static, small_strain
 from restitution.indentation.quadrature import largest, loop_work
+from restitution.pictures import draw
 
 if TYPE_CHECKING:
     import xarray
@@ -189,10 +190,7 @@ class IndentationResult:
 
     def plot(self) -> Figure:
         """Figure of the indentation: force, depth and contact radius over time, force over depth."""
-        from importlib import import_module
-
-        # By name: pictures stand above this layer, which must not depend on them.
-        return import_module("restitution.plot.indentation").overview(self)
+        return draw("indentation", self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI."""

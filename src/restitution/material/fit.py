@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from restitution.material.conversion import shear_and_bulk
 from restitution.material.measurement import Deformation, DynamicTable, RelaxationTable, agreed_deformation
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.pictures import draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -118,9 +118,7 @@ class PronyFit:
 
     def plot(self) -> Figure:
         """Return a figure of the moduli over time and over frequency with the data."""
-        # Pictures are a higher layer, which is therefore imported by its name.
-        pictures = import_module("restitution.plot.material")
-        return pictures.overview({self.data.deformation or "fit": self.series}, self.window, self.data)
+        return draw("material", {self.data.deformation or "fit": self.series}, self.window, self.data)
 
 
 def fit_prony(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,10 @@ from restitution import checks
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError
 from restitution.material.secular import secular_roots
+from restitution.pictures import draw
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -156,6 +160,16 @@ class PronySeries:
     def is_liquid(self) -> bool:
         """Whether nothing carries a load for ever: the equilibrium modulus is zero."""
         return self.equilibrium_modulus == 0
+
+    def plot(self, window: tuple[float, float] | None = None) -> Figure:
+        """Figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
+
+        Parameters
+        ----------
+        window : tuple of float, optional
+            Shortest and longest time [s]; a decade beyond the relaxation times if left out.
+        """
+        return draw("material", {"modulus": self}, window)
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
         """Relaxation modulus R(t) [Pa] at the times t >= 0 [s], any shape; infinite at t = 0 with a dashpot.

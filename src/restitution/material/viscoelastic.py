@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,10 @@ from restitution.material.connection import on_common_times
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
 from restitution.material.shift import Shift
+from restitution.pictures import draw
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -104,6 +108,11 @@ class Material:
             window=window,
             assumptions=assumptions,
         )
+
+    def plot(self) -> Figure:
+        """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
+        series = {"shear": self.shear} | ({"bulk": self.bulk} if isinstance(self.bulk, PronySeries) else {})
+        return draw("material", series, self.window)
 
     def at(self, temperature: float) -> Material:
         """Material at another temperature [K]: every time is multiplied by the ratio of the shift factors.

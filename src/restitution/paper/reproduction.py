@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from restitution.checks import within
+from restitution.errors import InputError, InputTypeError
 from restitution.files import whole_file, write_netcdf
 from restitution.paper import claims as claims_of
-from restitution.paper import collapse, curves, incompressibility, planes
+from restitution.paper import figures, further
 from restitution.paper.claims import Claim
 from restitution.paper.computation import Computation
 from restitution.plot.style import save_figure
@@ -48,20 +49,21 @@ class Resolution:
     @property
     def solves(self) -> int:
         """How many impacts are solved in all."""
-        curve_points = len(curves.LOG_P2) * (len(curves.POISSON_RATIOS) + 1) * self.curve
+        of_paper = len(figures.CURVES) * (len(figures.POISSON_RATIOS) + 1)
+        curves = of_paper + 2 * len(further.EXAMPLES) + 2 * len(further.TERMS)
         collapse_points = 2 * self.collapse**2 * self.draws
-        return 2 * self.plane**2 + curve_points + collapse_points + claims_of.number_of_solves()
+        return 2 * self.plane**2 + curves * self.curve + collapse_points + claims_of.number_of_solves()
 
 
 FULL = Resolution(plane=161, curve=241, collapse=33, draws=6)
 QUICK = Resolution(plane=33, curve=61, collapse=11, draws=3)
 
-_FIGURES = 6
+_FIGURES = 8
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What a reproduction of the paper has made.
+    """Result of a reproduction of the paper.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ class Reproduction:
     solves : int
         How many impacts were solved.
     seconds : float
-        How long it all took [s].
+        Duration of all [s].
     """
 
     folder: Path
@@ -127,7 +129,7 @@ def reproduce(
     rtol: float = 1e-9,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reproduction:
-    """Compute and draw figures 3 to 6 of the paper and two more, and judge its claims.
+    """Compute and draw figures 3 to 6 of the paper and four more, and judge its claims.
 
     Each figure is written as PNG, as PDF and as NetCDF data; the claims as `claims.md` and `claims.json`.
     Every file is whole or absent at any moment, and what is finished stays if the run is interrupted.
@@ -181,23 +183,30 @@ def reproduce(
     computation = Computation(computation_seed, rtol, workers, output.advance)
 
     plane: dict[int, Any] = {}
-    for number in planes.POISSON_RATIOS:
-        plane[number] = planes.compute(computation, number, resolution.plane)
-        output.figure(f"figure_{number}", plane[number], planes.draw)
+    for number in figures.PLANES:
+        plane[number] = figures.compute_plane(computation, number, resolution.plane)
+        output.figure(f"figure_{number}", plane[number], figures.draw_plane)
     family: dict[int, Any] = {}
-    for number in curves.LOG_P2:
-        family[number] = curves.compute(computation, number, resolution.curve)
-        output.figure(f"figure_{number}", family[number], curves.draw)
-    comparison = incompressibility.compare(plane[3], plane[4])
-    output.figure("figure_incompressibility", comparison, incompressibility.draw)
-    draws = collapse.compute(computation, resolution.collapse, resolution.draws)
-    output.figure("figure_collapse", draws, collapse.draw)
+    for number in figures.CURVES:
+        family[number] = figures.compute_curves(computation, number, resolution.curve)
+        output.figure(f"figure_{number}", family[number], figures.draw_curves)
+    comparison = further.compare(plane[3], plane[4])
+    output.figure("figure_incompressibility", comparison, further.draw_error)
+    draws = further.compute_collapse(computation, resolution.collapse, resolution.draws)
+    output.figure("figure_collapse", draws, further.draw_collapse)
+    examples = further.compute_examples(computation, resolution.curve)
+    output.figure("figure_examples", examples, further.draw_examples)
+    terms = further.compute_terms(computation, resolution.curve)
+    output.figure("figure_relaxation_times", terms, further.draw_terms)
 
     claims = [
         claims_of.three_groups(draws),
         claims_of.matters_where_small(comparison),
         claims_of.usually_underestimates(comparison, family),
         claims_of.large_near_half(computation),
+        claims_of.stiffer(),
+        claims_of.several_times(terms),
+        claims_of.two_spheres(computation),
     ]
     output.text("claims.json", claims_of.as_json(claims, computation.attributes()))
     output.text("claims.md", claims_of.as_markdown(claims, computation.attributes()))
@@ -209,16 +218,16 @@ def _whole_number(name: str, value: Any, low: int) -> int:
     try:
         number = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name} = {value!r}: must be a whole number >= {low}") from None
+        raise InputTypeError(name, value, f"must be a whole number >= {low}") from None
     if number < low:
-        raise ValueError(f"{name} = {number}: must be a whole number >= {low}")
+        raise InputError(name, number, f"must be a whole number >= {low}")
     return number
 
 
 def _folder(out: Path | str) -> Path:
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
-        raise ValueError(f"out = {str(folder)!r}: must be a folder, and is a file")
+        raise InputError("out", str(folder), "must be a folder, and is a file")
     folder.mkdir(parents=True, exist_ok=True)
     # Found out now, not after the first figure has been computed.
     with whole_file(folder / "claims.md.probe") as partial:

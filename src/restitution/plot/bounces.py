@@ -114,24 +114,19 @@ def overview(bounces: Bounces) -> Figure:
     Parameters
     ----------
     bounces : Bounces
-        What `restitution.bounces` returned.
+        The result of `restitution.bounces`.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The figure, to be saved with `restitution.plot.style.save_figure`.
+        A notebook shows it; `figure.savefig(...)` writes it.
     """
     with style.context():
         page = style.new_figure(style.PAGE_WIDTH, 5.0)
         grid: Any = page.add_gridspec(2, 2)
         panels: list[Any] = [page.add_subplot(grid[0, :]), *(page.add_subplot(grid[1, n]) for n in (0, 1))]
-        for draw, panel, letter in zip(
-            (height_time, restitution_velocity, bounce_heights), panels, "abc", strict=True
-        ):
+        for draw, panel in zip((height_time, restitution_velocity, bounce_heights), panels, strict=True):
             draw(panel, bounces)
-            style.panel_label(panel, f"({letter})")
+        style.panel_letters(panels)
         count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
-        page.suptitle(f"{count}; {bounces.ended}: {bounces.ended.message}", fontsize=11)
-        # Tick labels are made when drawn: make them now, while the fonts are those of the package.
-        page.draw_without_rendering()
-    return page
+        return style.finish(page, f"{count}; {bounces.ended}: {bounces.ended.message}")

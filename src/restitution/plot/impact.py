@@ -1,28 +1,46 @@
-"""One impact on a page."""
+"""One impact on a page, and its contact pressure over the radius."""
 
 from __future__ import annotations
 
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from restitution.errors import InputError
 from restitution.plot import style
-from restitution.plot.energy import energy_area, energy_bar
-from restitution.plot.history import contact_radius_time, depth_time, force_indentation, force_time
+from restitution.plot.history import (
+    contact_radius_time,
+    depth_time,
+    energy_area,
+    energy_bar,
+    force_indentation,
+    force_time,
+)
 from restitution.plot.labels import scaled_unit
-from restitution.plot.pressure import pressure_radius
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from restitution.impact.result import ImpactResult
 
+_POINTS = 241
+# Pressures rise without bound at the edge of a flat face and under the tip of a cone: this close to
+# either they do not set the scale.
+_RIM = 0.03
+# Where an edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
+_LAST = 1.0 - 1e-6
+_COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
-def overview(result: ImpactResult, times: ArrayLike | None = None, *, figure: Figure | None = None) -> Figure:
+
+def overview(
+    result: ImpactResult, times: ArrayLike | None = None, *, title: str = "", figure: Figure | None = None
+) -> Figure:
     """Draw one impact on a page: force, loop, depth, contact radius, pressure at some instants, energies.
 
-    Only the exact method tells pressure and energy over time. With the element method a bar shows where the
+    Pressure and energies over time are those of the exact method. For the element method a bar shows where the
     energy went in the end.
 
     Parameters
@@ -31,14 +49,15 @@ def overview(result: ImpactResult, times: ArrayLike | None = None, *, figure: Fi
         The result of one impact, not of an array of them.
     times : array_like, optional
         Times [s] at which to show the pressure, at most seven; four where left out.
+    title : str
+        What stands above the page, before restitution coefficient and contact time.
     figure : matplotlib.figure.Figure, optional
-        An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; by default a new one, which needs no
-        display.
+        An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; a new one if left out.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The figure, to be saved with `figure.savefig(...)` or `restitution.plot.style.save_figure`.
+        A notebook shows it; `figure.savefig(...)` writes it.
     """
     history = result.history
     exact = result.method == "exact"
@@ -59,18 +78,87 @@ def overview(result: ImpactResult, times: ArrayLike | None = None, *, figure: Fi
         elif budget:
             panels.append(page.add_subplot(grid[2, :]))
             energy_bar(panels[4], result.energy)
-        for panel, letter in zip(panels, "abcdef", strict=False):
-            style.panel_label(panel, f"({letter})")
-        _title(page, result)
-        # Tick labels are made when drawn: make them now, while the fonts are those of the package.
-        page.draw_without_rendering()
-    return page
+        style.panel_letters(panels)
+        duration = scaled_unit(result.contact_time, "s")
+        numbers = (
+            rf"$e = {float(result.restitution_coefficient):.4g}$,  "
+            rf"contact time {float(result.contact_time) * duration.factor:.4g} {duration.unit}"
+        )
+        return style.finish(page, f"{title}\n{numbers}" if title else numbers)
 
 
-def _title(page: Figure, result: ImpactResult) -> None:
-    duration = scaled_unit(result.contact_time, "s")
-    page.suptitle(
-        rf"$e = {float(result.restitution_coefficient):.4g}$,  "
-        rf"contact time {float(result.contact_time) * duration.factor:.4g} {duration.unit}",
-        fontsize=11,
-    )
+def turning_time(result: ImpactResult) -> float:
+    """Time [s] of the greatest depth, to about a thousandth."""
+    history = result.history
+    return float(np.interp(0.0, -history["indentation_velocity"].values, history["time"].values))
+
+
+def instants(result: ImpactResult) -> np.ndarray[Any, Any]:
+    """Four instants [s] that show a contact: half way in, deepest, a third and two thirds of the way out."""
+    turning = turning_time(result)
+    out = float(result.contact_time) - turning
+    return np.array([0.5 * turning, turning, turning + out / 3.0, turning + 2.0 * out / 3.0])
+
+
+def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = None) -> Axes:
+    """Draw the contact pressure p [Pa] over the radius r [m] at some times; dashed after the turning point.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    result : ImpactResult
+        The result of one impact, solved by the exact method.
+    times : array_like, optional
+        Times [s] within the contact, at most seven; `instants` where left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        `ax`.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> from restitution.plot.style import new_figure
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=0.1))
+    >>> ax = pressure_radius(new_figure().add_subplot(), result)
+    >>> len(ax.lines), ax.get_xlabel()
+    (4, 'radius $r$ [µm]')
+    """
+    moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
+    if moments.size > len(_COLORS):
+        raise InputError(
+            "times", moments.size, f"must be at most {len(_COLORS)} times, to tell the curves apart"
+        )
+    if not np.all((moments > 0.0) & (moments < float(result.contact_time))):
+        bad = moments[~((moments > 0.0) & (moments < float(result.contact_time)))][0]
+        lasts = float(result.contact_time)
+        raise InputError("times", float(bad), f"must be within the contact, which lasts {lasts:g} s", "s")
+    extents = np.asarray(result.sample(moments)["contact_radius"].values)
+    turning = turning_time(result)
+    # Close to the edge, where the pressure falls or rises fast, the points are dense.
+    share = _LAST * np.sin(np.linspace(0.0, 0.5 * np.pi, _POINTS))
+    inner = (share >= _RIM) & (share <= 1.0 - _RIM)
+    curves = [np.asarray(result.pressure(share * a, t)) for a, t in zip(extents, moments, strict=True)]
+    top = max(float(curve[inner].max()) for curve in curves)
+    across, up = scaled_unit(extents, "m"), scaled_unit(top, "Pa")
+    clock = scaled_unit(moments, "s")
+    for a, t, curve, color in zip(extents, moments, curves, _COLORS, strict=False):
+        ax.plot(
+            share * a * across.factor,
+            np.where(np.isfinite(curve), curve, np.nan) * up.factor,
+            color=color,
+            linestyle="--" if t > 1.002 * turning else "-",
+            label=f"{t * clock.factor:.3g} {clock.unit}",
+        )
+    finite = max(float(curve[np.isfinite(curve)].max()) for curve in curves)
+    ax.set_ylim(0.0, 1.05 * min(finite, 1.1 * top) * up.factor)
+    # Beyond the contact there is room for the legend.
+    ax.set_xlim(0.0, 1.45 * float(extents.max()) * across.factor)
+    ax.set_xlabel(f"radius $r$ [{across.unit}]")
+    ax.set_ylabel(f"pressure $p$ [{up.unit}]")
+    ax.grid(True)
+    ax.legend(title="$t$", loc="upper right")
+    return ax

@@ -11,6 +11,7 @@ from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
 from restitution.plot.history import contact_radius_time, depth_time, force_indentation, force_time
 from restitution.plot.labels import scaled_unit
+from restitution.quantities import HISTORY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def curve(result: IndentationResult) -> xr.Dataset:
-    """History of an indentation for drawing: dense, and with what is before each kink and jump.
+    """History of an indentation for drawing: dense, with the limits from both sides at each kink and jump.
 
     Examples
     --------
@@ -46,14 +47,14 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
     Parameters
     ----------
     result : IndentationResult
-        What `restitution.indent` returned.
+        The result of `restitution.indent`.
     figure : matplotlib.figure.Figure, optional
-        An empty figure to draw into; by default a new one, which needs no display.
+        An empty figure to draw into; a new one if left out.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The figure, to be saved with `figure.savefig(...)` or `restitution.plot.style.save_figure`.
+        A notebook shows it; `figure.savefig(...)` writes it.
     """
     history = curve(result)
     with style.context():
@@ -66,12 +67,11 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
         _loop(panels[3], history, result)
         for panel in panels[:3]:
             _mark_end(panel, history, result)
-        for panel, letter in zip(panels, "abcd", strict=True):
-            style.panel_label(panel, f"({letter})")
-        page.suptitle(_title(result), fontsize=11)
-        # Tick labels are made when drawn: make them now, while the fonts are those of the package.
-        page.draw_without_rendering()
-    return page
+        for panel in panels[:3]:
+            # A prescribed history may begin before the touch.
+            panel.set_xlabel(panel.get_xlabel().replace(HISTORY["time"].words, "time"))
+        style.panel_letters(panels)
+        return style.finish(page, _title(result))
 
 
 def _loop(ax: Axes, history: xr.Dataset, result: IndentationResult) -> None:

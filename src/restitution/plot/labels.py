@@ -1,27 +1,28 @@
-"""Axis labels: words, symbol and unit, the unit with the prefix that suits the numbers."""
+"""Words, symbols and units on the axes of pictures, from the registry of quantities; units with suitable prefixes."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from restitution.quantities import HISTORY, INPUTS, OUTPUTS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
 
 _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
-SYMBOLS = {
-    "time": r"$t$",
-    "indentation_depth": r"$d$",
-    "indentation_velocity": r"$v$",
-    "force": r"$F$",
-    "contact_radius": r"$a$",
-    "restitution_coefficient": r"$e$",
-}
+RESTITUTION = "restitution_coefficient"
 
-P1 = r"$\nu$"
-LOG_P2 = r"$\log_{10}\,p_2,\quad p_2 = G_\infty\,/\,G_1$"
-P3 = r"$p_3 = \eta\,\left[v_0 R\,/\,(m^2 G_\infty^3)\right]^{1/5}$"
-LOG_P3 = r"$\log_{10}\,p_3,\quad p_3 = \eta\,[v_0 R\,/\,(m^2 G_\infty^3)]^{1/5}$"
-RESTITUTION = r"restitution coefficient $e$"
+# Values that span more than this are shown on a logarithmic axis. A restitution coefficient ends at 1 and is not.
+_LOG_SPAN = 30.0
+
+# On an axis over more than this a prefix misleads: 1 Pa s to 1 MPa s is not "1e-6 to 1 MPa s".
+_PREFIX_SPAN = 2000.0
 
 
 class ScaledUnit(NamedTuple):
@@ -39,7 +40,8 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     values : array-like
         Values in SI; those that are not finite are left out.
     unit : str
-        The unit without prefix, e.g. `N`; empty for plain numbers, which get no prefix.
+        The unit without prefix, e.g. `N`. A unit with an exponent, K, rad and a plain number (the empty unit)
+        stay as they are; masses are shown in g up to 1 kg.
 
     Returns
     -------
@@ -53,11 +55,16 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     >>> scaled_unit(2.5e4, "N").unit
     'kN'
     """
-    if not unit:
-        return ScaledUnit(1.0, "-")
+    if unit in ("", "K", "rad") or "^" in unit:
+        return ScaledUnit(1.0, unit)
     array = np.abs(np.asarray(values, dtype=np.float64))
     array = array[np.isfinite(array)]
     largest = float(array.max()) if array.size else 0.0
+    if unit == "kg":
+        if largest >= 1.0:
+            return ScaledUnit(1.0, "kg")
+        factor, prefixed = scaled_unit(largest * 1e3, "g")
+        return ScaledUnit(1e3 * factor, prefixed)
     # The tiny addend keeps 0.999999999999 of a unit, a rounded one, out of the next smaller unit.
     power = 3 * int(np.floor((np.log10(largest) + 1e-9) / 3)) if largest > 0 else 0
     power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
@@ -65,13 +72,86 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
 
 
 def quantity_label(name: str, unit: str) -> str:
-    """Return the label of an axis: the quantity's words, its symbol and its unit.
+    """Return the label of an axis: words and symbol of the registry, and a unit.
 
     Examples
     --------
     >>> quantity_label("contact_radius", "mm")
     'contact radius $a$ [mm]'
     """
-    words = name.replace("_", " ")
-    symbol = SYMBOLS.get(name)
-    return f"{words} {symbol} [{unit}]" if symbol else f"{words} [{unit}]"
+    known = {**INPUTS, **OUTPUTS, **HISTORY}[name]
+    return _label(known.words, known.symbol, unit)
+
+
+def _label(words: str, symbol: str, unit: str) -> str:
+    return " ".join(part for part in (words, symbol, f"[{unit}]" if unit else "") if part)
+
+
+class Values(NamedTuple):
+    """A variable in the unit that suits its numbers.
+
+    Attributes
+    ----------
+    values : array
+        Its values; NaN where they are not finite.
+    label : str
+        Words, symbol, unit.
+    short : str
+        Symbol, or words where it has none.
+    unit : str
+        The unit; empty for a plain number.
+    logarithmic : bool
+        Whether it is best shown on a logarithmic axis.
+    """
+
+    values: Array
+    label: str
+    short: str
+    unit: str
+    logarithmic: bool
+
+    @property
+    def scale(self) -> str:
+        """Scale of an axis of it, as matplotlib calls it."""
+        return "log" if self.logarithmic else "linear"
+
+    def value_label(self, place: int) -> str:
+        """Return one of its values in words, for a legend or a title."""
+        if np.isnan(self.values[place]):
+            # No axis has other values that are not finite than the bulk modulus of an incompressible material.
+            return rf"{self.short} = $\infty$"
+        number = f"{self.short} = {self.values[place]:.4g}"
+        return f"{number} {self.unit}" if self.unit else number
+
+
+def scaled(variable: xr.DataArray) -> Values:
+    """Return a variable of a Dataset, with words, symbol and unit from its attributes, in a suitable unit.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> from restitution.quantities import INPUTS
+    >>> scaled(xr.DataArray([0.01, 0.02], attrs=INPUTS["radius"].attributes)).label
+    'radius $R$ [mm]'
+    """
+    values = np.asarray(variable.values, dtype=np.float64)
+    values = np.where(np.isfinite(values), values, np.nan)
+    given = variable.attrs.get("units", "1")
+    given = "" if given == "1" else given
+    logarithmic = _is_logarithmic(variable, values)
+    positive = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    wide = logarithmic and positive.size > 0 and positive.max() > _PREFIX_SPAN * positive.min()
+    factor, unit = ScaledUnit(1.0, given) if wide else scaled_unit(values, given)
+    words = str(variable.attrs.get("long_name", variable.name))
+    symbol = str(variable.attrs.get("symbol", ""))
+    return Values(values * factor, _label(words, symbol, unit), symbol or words, unit, logarithmic)
+
+
+def _is_logarithmic(variable: xr.DataArray, values: Array) -> bool:
+    scale = variable.attrs.get("scale")
+    if scale in ("linear", "logarithmic"):
+        return scale == "logarithmic"
+    finite = values[np.isfinite(values)]
+    if variable.name == RESTITUTION or finite.size == 0 or finite.min() <= 0.0:
+        return False
+    return bool(finite.max() > _LOG_SPAN * finite.min())

@@ -1,4 +1,4 @@
-"""Relaxation functions over time and frequency, and data beside what was fitted to them."""
+"""Relaxation functions over time and frequency, with the data to which one was fitted."""
 
 from __future__ import annotations
 
@@ -12,7 +12,17 @@ from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.plot.labels import scaled_unit
-from restitution.plot.style import BLUE, GREEN, GREY, ORANGE, VERMILION, context, new_figure
+from restitution.plot.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    VERMILION,
+    context,
+    finish,
+    new_figure,
+    panel_letters,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,9 +38,12 @@ def relaxation(
     series: Mapping[str, PronySeries],
     window: tuple[float, float],
     data: RelaxationTable | None = None,
+    *,
     unit: str = "Pa",
 ) -> Axes:
-    """Draw relaxation moduli over a window of time [s], and the data that one was fitted to.
+    """Draw relaxation moduli over a window of time [s], and the data to which one was fitted.
+
+    The unit is empty for moduli that are shares of the instantaneous one.
 
     Examples
     --------
@@ -41,12 +54,12 @@ def relaxation(
     """
     t = np.geomspace(*window, 400)
     curves = {name: np.asarray(one.relaxation_modulus(t)) for name, one in series.items()}
-    scale = scaled_unit(np.concatenate(list(curves.values())), unit)
+    factor, prefixed = scaled_unit(np.concatenate(list(curves.values())), unit)
     if data is not None:
-        ax.plot(data.time, data.modulus * scale.factor, ".", color=GREY, markersize=4, label="data")
+        ax.plot(data.time, data.modulus * factor, ".", color=GREY, markersize=4, label="data")
     for color, (name, curve) in zip(_COLORS, curves.items(), strict=False):
-        ax.plot(t, curve * scale.factor, color=color, label=name)
-    return _finished(ax, "time $t$ [s]", f"relaxation modulus [{scale.unit}]")
+        ax.plot(t, curve * factor, color=color, label=name)
+    return _finished(ax, "time $t$ [s]", "relaxation modulus", prefixed)
 
 
 def dynamic(
@@ -54,6 +67,7 @@ def dynamic(
     series: Mapping[str, PronySeries],
     window: tuple[float, float],
     data: DynamicTable | None = None,
+    *,
     unit: str = "Pa",
 ) -> Axes:
     """Draw storage (solid) and loss moduli (dashed) over the angular frequencies of a window of time [s].
@@ -67,20 +81,20 @@ def dynamic(
     """
     omega = np.geomspace(1.0 / window[1], 1.0 / window[0], 400)
     storage = {name: np.asarray(one.storage_modulus(omega)) for name, one in series.items()}
-    scale = scaled_unit(np.concatenate(list(storage.values())), unit)
+    factor, prefixed = scaled_unit(np.concatenate(list(storage.values())), unit)
     if data is not None:
         for values, mark in ((data.storage_modulus, "."), (data.loss_modulus, "x")):
-            ax.plot(data.angular_frequency, values * scale.factor, mark, color=GREY, markersize=4)
+            ax.plot(data.angular_frequency, values * factor, mark, color=GREY, markersize=4)
     for color, (name, one) in zip(_COLORS, series.items(), strict=False):
-        ax.plot(omega, storage[name] * scale.factor, color=color, label=f"{name}, storage")
-        loss = np.asarray(one.loss_modulus(omega)) * scale.factor
+        ax.plot(omega, storage[name] * factor, color=color, label=f"{name}, storage")
+        loss = np.asarray(one.loss_modulus(omega)) * factor
         ax.plot(omega, np.where(loss > 0, loss, np.nan), "--", color=color, label=f"{name}, loss")
-    return _finished(ax, r"angular frequency $\omega$ [rad/s]", f"modulus [{scale.unit}]")
+    return _finished(ax, r"angular frequency $\omega$ [rad/s]", "modulus", prefixed)
 
 
 def overview(
     series: Mapping[str, PronySeries],
-    window: tuple[float, float],
+    window: tuple[float, float] | None = None,
     data: RelaxationTable | DynamicTable | None = None,
     *,
     unit: str = "Pa",
@@ -89,24 +103,30 @@ def overview(
 
     Parameters
     ----------
-    series
+    series : dict of str to PronySeries
         Relaxation functions by their names, at most four.
-    window
-        Shortest and longest time [s].
-    data
-        What one of them was fitted to.
+    window : tuple of float, optional
+        Shortest and longest time [s]; a decade beyond all relaxation times if left out.
+    data : RelaxationTable or DynamicTable, optional
+        The data to which one was fitted.
+    unit : str
+        Unit of the moduli; empty for shares of the instantaneous modulus.
 
     Examples
     --------
-    >>> len(overview({"shear": PronySeries(1e6, [2e6], [1.0])}, (0.01, 100.0)).axes)
+    >>> len(overview({"shear": PronySeries(1e6, [2e6], [1.0])}).axes)
     2
     """
+    if window is None:
+        times = np.concatenate([one.relaxation_times for one in series.values()] or [np.empty(0)])
+        window = (0.1 * float(times.min()), 10.0 * float(times.max())) if times.size else (1e-6, 1.0)
     with context():
         figure = new_figure(height=3.2)
         left, right = figure.subplots(1, 2)
-        relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit)
-        dynamic(right, series, window, data if isinstance(data, DynamicTable) else None, unit)
-    return figure
+        relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit=unit)
+        dynamic(right, series, window, data if isinstance(data, DynamicTable) else None, unit=unit)
+        panel_letters([left, right])
+        return finish(figure)
 
 
 def shift_factors(table: ShiftTable) -> Figure:
@@ -126,10 +146,11 @@ def shift_factors(table: ShiftTable) -> Figure:
     return figure
 
 
-def _finished(ax: Axes, x: str, y: str) -> Axes:
+def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlabel(x)
-    ax.set_ylabel(y)
+    ax.set_ylabel(f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")
+    ax.grid(True)
     ax.legend()
     return ax

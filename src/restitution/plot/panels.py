@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.plot import style
-from restitution.plot.contours import contour_map
-from restitution.plot.curves import curve_family, family_colors
-from restitution.plot.quantity import RESTITUTION, Quantity, quantity
+from restitution.plot.labels import RESTITUTION, Values, scaled
+from restitution.plot.lines import FEW, contour_map, curve_family, family_colors, markers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,14 +37,22 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
     matplotlib.axes.Axes
         `ax`.
     """
-    values = quantity(output.transpose(*([family] if family else []), x))
-    _frame(ax, _along(ax, output, x), values, output.name)
-    places = _places(output, x)
+    values = scaled(output.transpose(*([family] if family else []), x))
+    across = _along(ax, output, x)
+    _frame(ax, across, values, output.name)
     if family is None:
-        ax.plot(places, values.values, color=style.BLUE, marker="o" if places.size < 3 else None)
-    else:
-        curve_family(ax, places, values.values, _names(output, family))
-        ax.legend(loc="best", ncols=2 if output.sizes[family] > 6 else 1, fontsize=7.5)
+        ax.plot(across.values, values.values, color=style.BLUE, **markers(across.values.size))
+        return ax
+    finite = values.values[np.isfinite(values.values)]
+    if finite.size and output.name != RESTITUTION:
+        low, high = float(finite.min()), float(finite.max())
+        margin = 0.05 * (high - low or abs(high) or 1.0)
+        ax.set_ylim((low / 1.1, 1.1 * high) if values.logarithmic else (low - margin, high + margin))
+    names = _names(output, family)
+    # On the curves stands the value alone; the legend has the symbol and the unit.
+    short = [name.rpartition(" = ")[2].split(" ")[0] for name in names]
+    curve_family(ax, across.values, values.values, names, short=short if across.values.size > 3 else ())
+    ax.legend(loc="best", ncols=2 if output.sizes[family] > 6 else 1, fontsize=7.5)
     return ax
 
 
@@ -66,19 +73,69 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
     matplotlib.axes.Axes
         `ax`.
     """
-    values = quantity(output.transpose(draws, x))
-    _frame(ax, _along(ax, output, x), values, output.name)
+    values = scaled(output.transpose(draws, x))
+    across = _along(ax, output, x)
+    _frame(ax, across, values, output.name)
     low, lower, median, upper, high = np.nanquantile(values.values, [0.05, 0.25, 0.5, 0.75, 0.95], axis=0)
-    places = _places(output, x)
-    ax.fill_between(places, low, high, color=style.BLUE, alpha=0.15, linewidth=0, label="90 % of the draws")
-    ax.fill_between(places, lower, upper, color=style.BLUE, alpha=0.3, linewidth=0, label="50 %")
-    ax.plot(places, median, color=style.BLUE, label="median")
+    places, look = across.values, markers(across.values.size)
+    bands = ((low, high, 0.15, 1.0, "90 % of the draws"), (lower, upper, 0.3, 3.0, "50 %"))
+    for bottom, top, alpha, width, words in bands:
+        if "linestyle" in look:
+            # Between few points nothing is known: bars, no bands.
+            ax.vlines(places, bottom, top, color=style.BLUE, linewidth=width, label=words)
+        else:
+            ax.fill_between(places, bottom, top, color=style.BLUE, alpha=alpha, linewidth=0, label=words)
+    ax.plot(places, median, color=style.BLUE, label="median", **look)
     ax.legend(loc="best")
     return ax
 
 
-def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str) -> Axes:
-    """Draw labelled isolines of an output over two axes.
+class MapLevels(NamedTuple):
+    """Isolines and shading of an output, the same for all panels that show it.
+
+    Attributes
+    ----------
+    levels : array
+        The isolines, in the unit of `label`, or their logarithms.
+    low, high : float
+        Ends of the shading.
+    factor : float
+        From SI to that unit.
+    label : str
+        Words, symbol and unit.
+    logarithmic : bool
+        Whether logarithms are shown.
+    """
+
+    levels: Array
+    low: float
+    high: float
+    factor: float
+    label: str
+    logarithmic: bool
+
+
+def map_levels(output: xr.DataArray) -> MapLevels:
+    """Choose isolines and shading for all values of an output, whatever its dimensions."""
+    values = scaled(output)
+    raw = np.asarray(output.values, dtype=np.float64)
+    sure = np.isfinite(raw) & (raw != 0.0)
+    factor = float((values.values[sure] / raw[sure]).flat[0]) if sure.any() else 1.0
+    finite = values.values[np.isfinite(values.values)]
+    if output.name == RESTITUTION:
+        finite = finite[finite > 0.0]
+    logarithmic = values.logarithmic and output.name != RESTITUTION
+    if finite.size == 0:
+        return MapLevels(np.empty(0), 0.0, 1.0, factor, values.label, logarithmic)
+    levels = _levels(output.name, finite, logarithmic)
+    low, high = (0.0, 1.0) if output.name == RESTITUTION else (float(finite.min()), float(finite.max()))
+    if logarithmic:
+        levels, low, high = np.log10(levels), float(np.log10(low)), float(np.log10(high))
+    return MapLevels(levels, low, high, factor, values.label, logarithmic)
+
+
+def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels | None = None) -> Axes:
+    """Draw labelled isolines of an output over two axes, with a colour bar.
 
     Parameters
     ----------
@@ -88,6 +145,8 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str) -> Axes:
         Over `x` and `y`.
     x, y : str
         Names of dimensions with numbers.
+    levels : MapLevels, optional
+        Isolines and shading; those that suit `output` if left out.
 
     Returns
     -------
@@ -96,36 +155,27 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str) -> Axes:
     """
     from matplotlib.colors import Normalize
 
-    across, up = quantity(output[x]), quantity(output[y])
-    ax.set_xscale("log" if across.logarithmic else "linear")
-    ax.set_yscale("log" if up.logarithmic else "linear")
+    across, up = scaled(output[x]), scaled(output[y])
+    ax.set_xscale(across.scale)
+    ax.set_yscale(up.scale)
     ax.set_xlabel(across.label)
     ax.set_ylabel(up.label)
     # Isolines want ascending axes.
     order = np.argsort(across.values), np.argsort(up.values)
-    values = quantity(output.transpose(y, x))
-    z = values.values[np.ix_(order[1], order[0])]
-    norm = Normalize(0.0, 1.0) if output.name == RESTITUTION else None
-    fmt: Any = "%g"
+    shown = map_levels(output) if levels is None else levels
+    z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
+    z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
         # Where the body stays, there is no rebound to be graded.
         z = np.where(z == 0.0, np.nan, z)
-    levels = _levels(output.name, z, values.logarithmic)
-    if values.logarithmic and output.name != RESTITUTION:
-        z, levels, fmt = np.log10(z), np.log10(levels), _power
-    ax.set_title(values.label)
     if not np.isfinite(z).any():
+        ax.set_title(shown.label)
         return ax
     return contour_map(
-        ax,
-        across.values[order[0]],
-        up.values[order[1]],
-        z,
-        list(levels),
-        fmt=fmt,
-        cmap=style.SEQUENTIAL,
-        norm=norm,
-    )
+        ax, across.values[order[0]], up.values[order[1]], np.log10(z) if shown.logarithmic else z,
+        list(shown.levels), fmt=_power if shown.logarithmic else "%g", cmap=style.SEQUENTIAL,
+        norm=Normalize(shown.low, shown.high), colorbar=shown.label,
+    )  # fmt: skip
 
 
 def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
@@ -143,7 +193,7 @@ def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
     matplotlib.axes.Axes
         `ax`.
     """
-    values = quantity(output)
+    values = scaled(output)
     finite = values.values[np.isfinite(values.values)]
     ax.hist(finite, bins=min(60, max(8, int(np.sqrt(finite.size)))), color=style.BLUE, alpha=0.6)
     for share, dashes in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
@@ -171,7 +221,7 @@ def draw_scatter(ax: Axes, output: xr.DataArray, drawn: str) -> Axes:
     matplotlib.axes.Axes
         `ax`.
     """
-    across, values = quantity(output[drawn]), quantity(output)
+    across, values = scaled(output[drawn]), scaled(output)
     ax.plot(
         across.values,
         values.values,
@@ -199,45 +249,37 @@ def value_name(output: xr.DataArray, dimension: str, place: int) -> str:
 def _names(output: xr.DataArray, dimension: str) -> list[str]:
     if not is_numeric(output, dimension):
         return [str(word) for word in output[dimension].values]
-    along = quantity(output[dimension])
+    along = scaled(output[dimension])
     return [along.value_label(place) for place in range(along.values.size)]
 
 
-def _places(output: xr.DataArray, x: str) -> Array:
-    return (
-        quantity(output[x]).values if is_numeric(output, x) else np.arange(output.sizes[x], dtype=np.float64)
-    )
-
-
-def _along(ax: Axes, output: xr.DataArray, x: str) -> Quantity:
-    """Prepare the abscissa."""
+def _along(ax: Axes, output: xr.DataArray, x: str) -> Values:
+    """Values along the abscissa; words get one place each."""
     if is_numeric(output, x):
-        return quantity(output[x])
+        return scaled(output[x])
     words = [str(word) for word in output[x].values]
     ax.set_xticks(range(len(words)), words)
     label = str(output[x].attrs.get("long_name", x))
-    return Quantity(np.arange(len(words), dtype=np.float64), label, label, "", logarithmic=False)
+    return Values(np.arange(len(words), dtype=np.float64), label, label, "", logarithmic=False)
 
 
-def _frame(ax: Axes, across: Quantity, values: Quantity, name: Any) -> None:
-    ax.set_xscale("log" if across.logarithmic else "linear")
-    ax.set_yscale("log" if values.logarithmic else "linear")
+def _frame(ax: Axes, across: Values, values: Values, name: Any) -> None:
+    ax.set_xscale(across.scale)
+    ax.set_yscale(values.scale)
     ax.set_xlabel(across.label)
     ax.set_ylabel(values.label)
     ax.grid(True)
-    if across.values.size > 1:
+    # Markers at the ends are to be seen whole.
+    if across.values.size > FEW:
         ax.set_xlim(float(np.min(across.values)), float(np.max(across.values)))
     if name == RESTITUTION:
         ax.set_ylim(0.0, 1.02)
 
 
-def _levels(name: Any, z: Array, logarithmic: bool) -> Array:
+def _levels(name: Any, finite: Array, logarithmic: bool) -> Array:
     """Round values for isolines, at least four of them if possible."""
     from matplotlib.ticker import MaxNLocator
 
-    finite = z[np.isfinite(z)]
-    if finite.size == 0:
-        return np.empty(0)
     low, high = float(finite.min()), float(finite.max())
     candidates: list[Array] = []
     if name == RESTITUTION:
@@ -245,11 +287,9 @@ def _levels(name: Any, z: Array, logarithmic: bool) -> Array:
     elif logarithmic:
         decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
         candidates += [decades, np.outer(decades, [1.0, 2.0, 5.0]).ravel()]
-    for levels in candidates:
-        inside = levels[(levels > low) & (levels < high)]
-        if inside.size >= 4:
-            return inside
-    return np.asarray(MaxNLocator(8).tick_values(low, high))
+    candidates.append(np.asarray(MaxNLocator(8).tick_values(low, high)))
+    inside = [levels[(levels > low) & (levels < high)] for levels in candidates]
+    return next((levels for levels in inside if levels.size >= 4), inside[-1])
 
 
 def _power(exponent: float) -> str:

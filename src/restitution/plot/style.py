@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from matplotlib.figure import Figure
+
+from restitution.errors import InputError
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Okabe and Ito (2008), https://jfly.uni-koeln.de/color: told apart under all common colour blindness.
 BLACK = "#000000"
@@ -51,9 +55,8 @@ _SETTINGS: dict[str, Any] = {
     "legend.fontsize": 8.5,
     "legend.frameon": False,
     "figure.constrained_layout.use": True,
-    # One resolution for layout and file: matplotlib parses every formula anew for each.
-    "figure.dpi": 300,
-    "savefig.dpi": "figure",
+    "figure.dpi": 100,
+    "savefig.dpi": 300,
     # Type 42 keeps glyphs as TrueType outlines, which publishers accept and programs can edit.
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
@@ -85,7 +88,7 @@ def context() -> Generator[None]:
 
 
 def use() -> None:
-    """Give every figure from now on the look of the package, as `context` does for some; at the resolution of a screen.
+    """Give every figure from now on the look of the package, as `context` does for some.
 
     Examples
     --------
@@ -93,20 +96,34 @@ def use() -> None:
     >>> with context():
     ...     use()
     ...     matplotlib.rcParams["figure.dpi"]
-    150.0
+    100.0
     """
     from matplotlib import style
 
-    style.use([_SETTINGS, {"figure.dpi": 150}])
+    style.use(_SETTINGS)
 
 
-def new_figure(width: float = PAGE_WIDTH, height: float = 4.4) -> Figure:
-    """Return an empty figure that pyplot does not know of, so that it needs no display and no closing.
+class Picture(Figure):
+    """A figure that a notebook shows when it is the value of a cell, without pyplot or any setting.
+
+    Pyplot does not hold it, so it needs no display and no closing, however many are made.
+    """
+
+    def _repr_png_(self) -> bytes:
+        with context(), BytesIO() as file:
+            self.savefig(file, format="png", dpi=self.dpi)
+            return file.getvalue()
+
+
+def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 100.0) -> Figure:
+    """Return an empty figure that pyplot does not hold, and that notebooks show.
 
     Parameters
     ----------
     width, height : float
         Size [inch].
+    dpi : float
+        Resolution on a screen. Files are written at 300, and fastest if the figure has that resolution already.
 
     Examples
     --------
@@ -115,9 +132,8 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 4.4) -> Figure:
     [3.5, 2.5]
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Picture(figsize=(width, height), dpi=dpi, layout="constrained")
     # Without a canvas of its own, each question for the size of a text costs a rendering of the whole figure.
     FigureCanvasAgg(figure)
     return figure
@@ -151,9 +167,20 @@ def paler(cmap: str, share: float = 0.35) -> Any:
     return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 
-def panel_label(ax: Axes, text: str) -> None:
-    """Write a panel's letter above the upper left corner of its axes."""
-    ax.set_title(text, loc="left", fontweight="bold")
+def panel_letters(panels: Iterable[Axes]) -> None:
+    """Write (a), (b), ... above the upper left corners of panels; nothing where there is one alone."""
+    panels = list(panels)
+    if len(panels) > 1:
+        for ax, letter in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
+            ax.set_title(f"({letter})", loc="left", fontweight="bold")
+
+
+def finish(figure: Figure, title: str = "") -> Figure:
+    """Set the title, and make all texts now, while the fonts are those of the package."""
+    if title:
+        figure.suptitle(title, fontsize=11 if len(title) < 80 else 9)
+    figure.draw_without_rendering()
+    return figure
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
@@ -175,7 +202,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 
     Raises
     ------
-    ValueError
+    InputError
         If matplotlib cannot write that format.
     OSError
         If the file cannot be written; a file that was there before is then untouched.
@@ -193,8 +220,8 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     suffix = path.suffix.lower().lstrip(".")
     known = figure.canvas.get_supported_filetypes()
     if suffix not in known:
-        raise ValueError(f"path = {str(path)!r}: must end in one of .{', .'.join(sorted(known))}")
-    options: dict[str, Any] = {}
+        raise InputError("path", str(path), f"must end in one of .{', .'.join(sorted(known))}")
+    options: dict[str, Any] = {"dpi": 300}
     if suffix == "png":
         options["pil_kwargs"] = {"compress_level": 4}
     elif suffix == "pdf":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
@@ -14,10 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import finite, positive, within
+from restitution.pictures import draw
 from restitution.surrogates.pieces import DEEPEST, Pieces
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from restitution.surrogates.lookup import Table
 
@@ -120,6 +123,18 @@ class Surrogate:
         from restitution.surrogates.lookup import scalar_function
 
         return scalar_function(self._table(output))
+
+    def plot(self, outputs: Sequence[str] = (), *, ax: Axes | None = None) -> Figure:
+        """Figure of the outputs over the velocity.
+
+        Parameters
+        ----------
+        outputs : sequence of str
+            Which outputs, such as `["restitution_coefficient"]`; all if left out.
+        ax : matplotlib.axes.Axes, optional
+            Where to draw one output, the first if none is named; a new figure if left out.
+        """
+        return draw("sweep", self.sample(), outputs, ax=ax)
 
     def sample(self, n: int = 400) -> xr.Dataset:
         """Outputs at n velocities from one end of the range to the other, as the Dataset of a sweep.

@@ -8,9 +8,10 @@ import pytest
 import xarray as xr
 
 import restitution as rs
-from restitution.plot.dataset import Layout, choose_layout, plot_sweep
-from restitution.plot.quantity import quantity
-from restitution.plot.style import save_figure
+from restitution.errors import InputError
+from restitution.plot.labels import scaled as quantity
+from restitution.plot.style import new_figure, save_figure
+from restitution.plot.sweep import Layout, choose_layout, plot_sweep
 from restitution.sweeps.schema import INPUTS, OUTPUTS, input_variable
 
 
@@ -37,6 +38,11 @@ def result(
         for name in outputs
     }
     return xr.Dataset({**data, "status": (tuple(sizes), np.zeros(numbers.shape, dtype=np.int8))}, coordinates)
+
+
+def panels(figure: Any) -> list[Any]:
+    """Axes without those of colour bars."""
+    return [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
 
 
 def line(n: int) -> Any:
@@ -86,7 +92,7 @@ def test_what_goes_where(shape: dict[str, Any], draws: int, options: dict[str, s
     assert choose_layout(dataset, **options) == layout
     figure = plot_sweep(dataset, **options)
     slices = {"poisson_ratio": 4, "p2": 5, "radius": 3}
-    assert len(figure.axes) == (2 if layout.kind == "draws" else slices.get(layout.slices or "", 1))
+    assert len(panels(figure)) == (2 if layout.kind == "draws" else slices.get(layout.slices or "", 1))
 
 
 def test_curves_have_the_numbers_in_units_that_suit_them() -> None:
@@ -126,14 +132,14 @@ def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
     figure = plot_sweep(result(shape))
     title = figure.get_suptitle()
     assert title == "steel"
-    assert figure.axes[2].get_title() == r"restitution coefficient $e$, $\nu$ = 0.001667"
+    assert figure.axes[2].get_title() == r"$\nu$ = 0.001667"
     figure = plot_sweep(result(shape), at={"p2": 0.0011, "nu": 0.001, "material": "rubber"})
     assert figure.get_suptitle() == "rubber, $\\nu$ = 0.001, $p_2$ = 0.001105"
 
 
 def test_values_that_all_points_share_are_said_on_lines_that_fit() -> None:
     dataset = result({"velocity": line(50)}).assign_attrs(title="Rubber balls")
-    shared = ("mass", "radius", "force", "p2", "p3")
+    shared = ("mass", "radius", "external_force", "p2", "p3")
     dataset = dataset.assign_coords({name: ((), 0.001, input_variable(name).attributes) for name in shared})
     figure = plot_sweep(dataset)
     head, first, second = figure.get_suptitle().split("\n")
@@ -153,14 +159,12 @@ def test_slices_lie_on_the_axis() -> None:
     assert plot_sweep(dataset, at={"bulk_modulus": np.inf}).get_suptitle() == "$K$ = $\\infty$"
     ax = plot_sweep(dataset, x="bulk_modulus", at={"velocity": 0.001, "radius": 0.001}).axes[0]
     assert np.asarray(ax.lines[0].get_xdata()).tolist() == [1.0, 2.0]
-    with pytest.raises(ValueError, match=r"^axis 'bulk_modulus': has too few finite values to draw over$"):
+    with pytest.raises(ValueError, match=r"bulk_modulus.*too few finite values"):
         plot_sweep(dataset.isel(bulk_modulus=[0, 2]), x="velocity", y="bulk_modulus")
     for value in (0.0009, 0.0021, np.nan, np.inf):
-        with pytest.raises(
-            ValueError, match=r"^at velocity = .* m/s: must lie on the axis, from 0.001 to 0.002 m/s$"
-        ):
+        with pytest.raises(ValueError, match=r"at velocity = .* from 0.001 to 0.002"):
             plot_sweep(dataset, at={"velocity": value})
-    with pytest.raises(TypeError, match=r"^at velocity = 'abc': must be a number$"):
+    with pytest.raises(TypeError, match="at velocity = 'abc'"):
         plot_sweep(dataset, at={"velocity": "abc"})
 
 
@@ -236,23 +240,45 @@ def test_units(values: list[float], attributes: dict[str, str], label: str, firs
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "field"),
     [
-        (
-            {"outputs": ["max_force"]},
-            "output 'max_force': is not in the sweep; there are restitution_coefficient",
-        ),
-        ({"x": "mass"}, "axis 'mass': is not in the sweep; there are velocity, radius"),
-        ({"at": {"mass": 1}}, "at mass = 1: is no axis of the sweep; there are velocity, radius"),
-        (
-            {"at": {"velocity": 0.001, "radius": 0.001}},
-            "there is no axis with more than one value to draw over",
-        ),
+        ({"outputs": ["max_force"]}, "outputs"),
+        ({"x": "mass"}, "x"),
+        ({"x": "velocity", "y": "velocity"}, "y"),
+        ({"at": {"mass": 1}}, "at"),
+        ({"at": {"velocity": 0.001, "radius": 0.001}}, "dataset"),
     ],
 )
-def test_what_is_refused(options: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=f"^{message}"):
+def test_what_is_refused(options: dict[str, Any], field: str) -> None:
+    with pytest.raises(InputError) as refused:
         plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)
+    assert refused.value.field == field
+
+
+def test_one_panel_is_drawn_into_given_axes_and_several_are_refused() -> None:
+    dataset = result({"velocity": line(20)}, ("restitution_coefficient", "contact_time"))
+    figure = new_figure()
+    ax = figure.add_subplot()
+    assert plot_sweep(dataset, ax=ax) is figure
+    assert len(ax.lines) == 1
+    with pytest.raises(InputError) as refused:
+        plot_sweep(dataset, ["restitution_coefficient", "contact_time"], ax=ax)
+    assert refused.value.field == "ax"
+
+
+def test_slices_share_their_levels_and_their_shading() -> None:
+    dataset = result({"poisson_ratio": line(3), "velocity": line(20), "radius": line(30)}, ("contact_time",))
+    figure = plot_sweep(dataset)
+    shown = [ax.collections[0] for ax in panels(figure)]
+    assert len({(one.norm.vmin, one.norm.vmax) for one in shown}) == 1
+    bars = [ax for ax in figure.axes if ax.get_label() == "<colorbar>"]
+    assert len({tuple(bar.get_yticks()) for bar in bars}) == 1
+
+
+def test_two_draws_at_a_point_make_bars_and_no_bands() -> None:
+    ax = plot_sweep(result({"velocity": line(2)}, draws=50)).axes[0]
+    assert ax.lines[0].get_linestyle() == "None"
+    assert {type(one).__name__ for one in ax.collections} == {"LineCollection"}
 
 
 def test_a_real_sweep(tmp_path: Path) -> None:
@@ -260,6 +286,6 @@ def test_a_real_sweep(tmp_path: Path) -> None:
     out = tmp_path / "result.zarr"
     rs.sweep(ball, {"velocity": rs.Logarithmic(0.1, 10.0, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
     figure = plot_sweep(rs.open_sweep(out))
-    assert len(figure.axes) == 4
-    assert {ax.get_xscale() for ax in figure.axes} == {"log"}
+    assert len(panels(figure)) == 4
+    assert {ax.get_xscale() for ax in panels(figure)} == {"log"}
     save_figure(figure, tmp_path / "picture.png")

@@ -1,13 +1,15 @@
-"""Figures of a sweep: curves, contour maps, slices or distributions, as its axes ask for."""
+"""Figures of a sweep: curves, contour maps, slices or distributions, chosen from its axes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
+from restitution.errors import InputError, InputTypeError
 from restitution.plot import style
+from restitution.plot.labels import scaled
 from restitution.plot.panels import (
     draw_bands,
     draw_curves,
@@ -15,13 +17,14 @@ from restitution.plot.panels import (
     draw_map,
     draw_scatter,
     is_numeric,
+    map_levels,
     value_name,
 )
-from restitution.plot.quantity import quantity
-from restitution.sweeps.schema import ALIASES
+from restitution.quantities import ALIASES, known
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Fewer values than this make a family of curves, more a map.
@@ -70,6 +73,7 @@ def plot_sweep(
     x: str | None = None,
     y: str | None = None,
     at: Mapping[str, Any] | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Figure of the result of a sweep.
 
@@ -88,15 +92,18 @@ def plot_sweep(
         Dimension along the ordinate of a map.
     at : dict, optional
         By name of a dimension, the value at which to look, in SI units; the nearest one is taken.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, if there is one panel only; a new figure if left out.
 
     Returns
     -------
     matplotlib.figure.Figure
+        The new figure, or that of `ax`. A notebook shows it; `figure.savefig` writes it.
 
     Raises
     ------
-    ValueError
-        If a name is unknown, a value outside its axis, or there is nothing to show.
+    InputError
+        If a name is unknown, a value outside its axis, there is nothing to show, or more than fits into `ax`.
 
     Notes
     -----
@@ -112,24 +119,22 @@ def plot_sweep(
     """
     dataset = _selected(dataset, at or {})
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
-    known = [str(name) for name in dataset.data_vars if name != "status"]
+    there = [str(name) for name in dataset.data_vars if name != "status"]
     for name in outputs:
-        if name not in known:
-            raise ValueError(f"output {name!r}: is not in the sweep; there are {', '.join(known)}")
+        known("outputs", name, there)
     layout = choose_layout(dataset, x, y)
     if layout.x is None and layout.draws is None:
-        raise ValueError("there is no axis with more than one value to draw over")
+        raise InputError("dataset", dict(dataset.sizes), "must have an axis with more than one value")
     for dimension in layout.rest:
         dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})
-    names = list(outputs) or (known[:1] if layout.slices else known)
+    names = list(outputs) or (there[:1] if layout.slices or ax is not None else there)
     dataset = _thinned(_finite(dataset[names], layout), layout)
     with style.context():
-        figure = (
-            _draws_figure(dataset, names, layout)
-            if layout.kind == "draws"
-            else _figure(dataset, names, layout)
-        )
-        if words := _title(dataset, figure.get_figwidth()):
+        if layout.kind == "draws" and ax is None:
+            figure = _draws_figure(dataset, names, layout)
+        else:
+            figure = _figure(dataset, names, layout, ax)
+        if words := _title(dataset, figure.get_figwidth()) if ax is None else "":
             figure.suptitle(words, fontsize=9)
         figure.draw_without_rendering()
     return figure
@@ -151,17 +156,17 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
 
     Raises
     ------
-    ValueError
+    InputError
         If there is no such dimension.
     """
     probe = dataset[next(iter(dataset.data_vars))]
     sizes = {str(name): size for name, size in probe.sizes.items() if size > 1}
     x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
-    for name in (x, y):
-        if name is not None and name not in sizes:
-            raise ValueError(f"axis {name!r}: is not in the sweep; there are {', '.join(sizes)}")
+    for field, name in (("x", x), ("y", y)):
+        if name is not None:
+            known(field, name, sizes)
     if x is not None and x == y:
-        raise ValueError(f"axis {x!r}: is both x and y; give two axes")
+        raise InputError("y", y, "must be another axis than x")
     draws = next((name for name in sizes if name not in dataset.coords), None)
     free = [name for name in sizes if name != draws]
     numeric = [name for name in free if is_numeric(probe, name)]
@@ -192,15 +197,13 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
     for given, value in at.items():
         name = ALIASES.get(given, given)
-        if name not in dataset.dims or name not in dataset.coords:
-            there = ", ".join(str(one) for one in dataset.dims if one in dataset.coords)
-            raise ValueError(f"at {name} = {value}: is no axis of the sweep; there are {there}")
+        known("at", name, [str(one) for one in dataset.dims if one in dataset.coords])
         if np.issubdtype(dataset[name].dtype, np.number):
             place = _nearest(dataset[name], value)
         else:
             words = [str(word) for word in dataset[name].values]
             if str(value) not in words:
-                raise ValueError(f"at {name} = {value}: must be one of {', '.join(words)}")
+                raise InputError(f"at {name}", str(value), f"must be one of {', '.join(words)}")
             place = words.index(str(value))
         dataset = dataset.isel({name: place})
     return dataset
@@ -209,14 +212,14 @@ def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
 def _nearest(axis: xr.DataArray, value: Any) -> int:
     """Place of the nearest value along an axis that reaches so far."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise TypeError(f"at {axis.name} = {value!r}: must be a number")
+        raise InputTypeError(f"at {axis.name}", value, "must be a number")
     values = np.asarray(axis.values, dtype=np.float64)
     low, high = float(values.min()), float(values.max())
-    unit = "" if axis.attrs.get("units", "1") in ("", "1") else f" {axis.attrs['units']}"
+    unit = "" if axis.attrs.get("units", "1") == "1" else axis.attrs["units"]
     slack = _ROUNDED * max(abs(low), abs(high)) if np.isfinite(high) else 0.0
     if not low - slack <= float(value) <= high + slack:
-        raise ValueError(
-            f"at {axis.name} = {value}{unit}: must lie on the axis, from {low:.6g} to {high:.6g}{unit}"
+        raise InputError(
+            f"at {axis.name}", float(value), f"must lie on the axis, from {low:.6g} to {high:.6g}", unit
         )
     with np.errstate(invalid="ignore"):
         away = np.abs(values - float(value))
@@ -229,7 +232,7 @@ def _finite(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
         if name is not None and np.issubdtype(dataset[name].dtype, np.number):
             dataset = dataset.isel({name: np.isfinite(dataset[name].values)})
             if dataset.sizes[name] < (2 if layout.kind == "map" else 1):
-                raise ValueError(f"axis {name!r}: has too few finite values to draw over")
+                raise InputError(name, "axis", "has too few finite values to draw over")
     return dataset
 
 
@@ -247,7 +250,7 @@ def _thinned(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
     return dataset
 
 
-def _figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figure:
+def _figure(dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | None) -> Figure:
     panels: list[tuple[xr.DataArray, str]] = []
     for name in names:
         output = dataset[name]
@@ -260,22 +263,28 @@ def _figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figure:
         )
     columns = 1 if len(panels) == 1 else 2 if len(panels) in (2, 4) else min(3, len(panels))
     rows = -(-len(panels) // columns)
-    width = 5.2 if columns == 1 else style.PAGE_WIDTH * (1.0 if columns == 2 else 1.35)
-    figure = style.new_figure(width, max(3.4, (4.2 if columns == 1 else 3.0) * rows))
+    if ax is None:
+        width = 5.2 if columns == 1 else style.PAGE_WIDTH * (1.0 if columns == 2 else 1.35)
+        figure = style.new_figure(width, max(3.4, (4.2 if columns == 1 else 3.0) * rows))
+        axes = [figure.add_subplot(rows, columns, number + 1) for number in range(len(panels))]
+        style.panel_letters(axes)
+    elif len(panels) == 1 and layout.kind != "draws":
+        figure, axes = cast("Figure", ax.get_figure(root=True)), [ax]
+    else:
+        raise InputError("ax", "one panel", f"is too few for this picture, which has {len(panels)}")
     assert layout.x is not None
-    for number, (output, words) in enumerate(panels):
-        ax = figure.add_subplot(rows, columns, number + 1)
+    for panel, (output, words) in zip(axes, panels, strict=True):
         if layout.kind == "map":
             assert layout.y is not None
-            draw_map(ax, output, layout.x, layout.y)
+            # One scale for all slices of an output, so that they can be compared.
+            draw_map(panel, output, layout.x, layout.y, map_levels(dataset[output.name]))
         elif layout.kind == "bands":
             assert layout.draws is not None
-            draw_bands(ax, output, layout.x, layout.draws)
+            draw_bands(panel, output, layout.x, layout.draws)
         else:
-            draw_curves(ax, output, layout.x, layout.y)
+            draw_curves(panel, output, layout.x, layout.y)
         if words:
-            above = ax.get_title()
-            ax.set_title(f"{above}, {words}" if above else words, fontsize=9)
+            panel.set_title(words, fontsize=9)
     return figure
 
 
@@ -287,6 +296,7 @@ def _draws_figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figu
         draw_histogram(figure.add_subplot(2, len(names), number + 1), dataset[name])
     for number, name in enumerate(drawn):
         draw_scatter(figure.add_subplot(2, len(drawn), len(drawn) + number + 1), dataset[names[0]], name)
+    style.panel_letters(figure.axes)
     return figure
 
 
@@ -302,4 +312,8 @@ def _title(dataset: xr.Dataset, width: float) -> str:
 def _held(coordinate: xr.DataArray) -> str:
     if not np.issubdtype(coordinate.dtype, np.number):
         return str(coordinate.values)
-    return quantity(coordinate.expand_dims("one")).value_label(0)
+    return scaled(coordinate.expand_dims("one")).value_label(0)
+
+
+# The name by which `restitution.pictures.draw` finds it.
+overview = plot_sweep

@@ -1,0 +1,156 @@
+"""Figures 3 to 6 of the paper: isolines over p2 and p3 for one Poisson ratio, curves over p3 for several."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from restitution.paper.computation import Computation, glassy_poisson_ratio
+from restitution.plot import style
+from restitution.plot.lines import contour_map, curve_family
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LOG_P2_RANGE = (-3.0, 1.0)
+LOG_P3_RANGE = (-2.0, 2.0)
+LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, *(round(0.1 * i, 1) for i in range(3, 10)), 0.95, 0.98)
+
+PLANES = {3: 0.45, 4: 0.5}
+"""Poisson ratios of figures 3 and 4."""
+
+# Near these points the isolines get their labels.
+_LABELS = {
+    0.45: (
+        (-2.81, 1.25), (-2.35, 0.9), (-2.3, -0.17), (-2.2, -0.35), (-2.1, -0.52), (-2.0, -0.68), (-1.9, -0.86),
+        (-1.8, -1.08), (-1.7, -1.43), (-1.6, -1.75), (0.7, 0.0),
+    ),
+    0.5: (
+        (-2.75, 0.89), (-2.6, 0.69), (-2.5, 0.41), (-2.4, 0.19), (-2.3, -0.08), (-2.2, -0.27), (-2.1, -0.43),
+        (-2.0, -0.59), (-1.9, -0.75), (-1.8, -0.92), (-1.7, -1.15), (-1.6, -1.49), (-1.5, -1.8), (0.55, 0.13),
+    ),
+}  # fmt: skip
+
+CURVES = {5: -2.0, 6: -3.0}
+"""log10 p2 of figures 5 and 6."""
+
+POISSON_RATIOS = (-1.0, -0.5, 0.0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
+
+LOG_P2 = r"$\log_{10}\,p_2,\quad p_2 = G_\infty\,/\,G_1$"
+P3 = r"$p_3 = \eta\,\left[v_0 R\,/\,(m^2 G_\infty^3)\right]^{1/5}$"
+LOG_P3 = r"$\log_{10}\,p_3,\quad p_3 = \eta\,[v_0 R\,/\,(m^2 G_\infty^3)]^{1/5}$"
+RESTITUTION = r"restitution coefficient $e$"
+
+# Files are written at 300 dots an inch: a layout at another resolution would have to be made again.
+DPI = 300.0
+
+
+def compute_plane(computation: Computation, figure: int, n: int) -> xr.Dataset:
+    """Return the restitution coefficient on an n x n grid of the plane, for the Poisson ratio of figure 3 or 4."""
+    nu = PLANES[figure]
+    axes = {"p2": np.logspace(*LOG_P2_RANGE, n), "p3": np.logspace(*LOG_P3_RANGE, n)}
+    words = "incompressible" if nu == 0.5 else f"nu = {nu:g}"
+    return computation.dataset(
+        f"Figure {figure}: restitution coefficient over p2 and p3, {words}", figure, axes, nu
+    )
+
+
+def plane_axes(ax: Axes) -> None:
+    """Label the axes of a plane of p2 and p3."""
+    ax.set_xlabel(LOG_P2)
+    ax.set_ylabel(LOG_P3)
+    ax.set_xticks(range(-3, 2))
+    ax.set_yticks(range(-2, 3))
+
+
+def mark_negative_glass(ax: Axes, nu: float) -> None:
+    """Hatch the part of a plane where the instantaneous Poisson ratio is negative: p2 < (1 - 2 nu)/(3 nu)."""
+    if nu == 0.5:
+        return
+    edge = min(float(np.log10((1.0 - 2.0 * nu) / (3.0 * nu))), LOG_P2_RANGE[1])
+    low, high = LOG_P3_RANGE
+    # Dots, which neither cover the isolines nor look like some.
+    dots: Any = {"facecolor": "none", "edgecolor": "#00000028", "hatch": "..", "linewidth": 0, "zorder": 1.5}
+    ax.fill_between([LOG_P2_RANGE[0], edge], low, high, **dots)
+    ax.axvline(edge, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
+    label = {"fontsize": 8, "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}}
+    ax.text(edge - 0.06, low + 0.07, r"$\nu_0 < 0$", ha="right", va="bottom", **label)  # pyright: ignore[reportArgumentType]
+    ax.text(edge + 0.06, low + 0.07, r"$\nu_0 > 0$", ha="left", va="bottom", **label)  # pyright: ignore[reportArgumentType]
+
+
+def draw_plane(dataset: xr.Dataset) -> Figure:
+    """Return figure 3 or 4 as computed by `compute_plane`."""
+    from matplotlib.colors import Normalize
+
+    nu = float(dataset["poisson_ratio"])
+    with style.context():
+        figure = style.new_figure(5.6, 4.6, dpi=DPI)
+        ax = figure.add_subplot()
+        plane_axes(ax)
+        words = r"incompressible ($\nu = \nu_0 = 0.5$)" if nu == 0.5 else rf"$\nu = {nu:g}$"
+        ax.set_title(f"{RESTITUTION}, {words}")
+        contour_map(
+            ax,
+            np.log10(dataset["p2"].values),
+            np.log10(dataset["p3"].values),
+            dataset["restitution_coefficient"].transpose("p3", "p2").values,
+            LEVELS,
+            cmap=style.SEQUENTIAL,
+            norm=Normalize(0.0, 1.0),
+            colorbar=RESTITUTION,
+            labels_at=_LABELS[nu],
+        )
+        mark_negative_glass(ax, nu)
+    return figure
+
+
+def compute_curves(computation: Computation, figure: int, n: int) -> xr.Dataset:
+    """Return the restitution coefficient at n values of p3 per Poisson ratio, the last one incompressible."""
+    axes = {
+        "poisson_ratio": np.array([*POISSON_RATIOS, 0.5]),
+        "p2": np.array([10.0 ** CURVES[figure]]),
+        "p3": np.logspace(*LOG_P3_RANGE, n),
+    }
+    title = f"Figure {figure}: restitution coefficient over p3 for several Poisson ratios"
+    return computation.dataset(title, figure, axes)
+
+
+def curve_axes(ax: Axes) -> None:
+    """Scale and label the axes of curves over p3."""
+    ax.set_xscale("log")
+    ax.set_xlim(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1])
+    ax.set_ylim(0.0, 1.0)
+    ax.set_xlabel(P3)
+    ax.set_ylabel(RESTITUTION)
+    ax.grid(True)
+
+
+def draw_curves(dataset: xr.Dataset) -> Figure:
+    """Return figure 5 or 6 as computed by `compute_curves`; thin lines where the glassy Poisson ratio is negative."""
+    restitution = dataset["restitution_coefficient"].isel(p2=0).transpose("poisson_ratio", "p3")
+    p2 = float(dataset["p2"][0])
+    ratios = dataset["poisson_ratio"].values[:-1]
+    glassy = glassy_poisson_ratio(ratios, p2)
+    labels = [rf"$\nu = {nu:g}$  ($\nu_0 = {at:.2f}$)" for nu, at in zip(ratios, glassy, strict=True)]
+    with style.context():
+        figure = style.new_figure(6.8, 4.2, dpi=DPI)
+        ax = figure.add_subplot()
+        curve_axes(ax)
+        curve_family(
+            ax,
+            dataset["p3"].values,
+            restitution.values[:-1],
+            labels,
+            short=[f"{nu:g}".replace("-", "\u2212") for nu in ratios],
+            limit=restitution.values[-1],
+            limit_label=r"incompressible ($\nu_0 = 0.5$)",
+        )
+        for line, at in zip(ax.lines, glassy, strict=False):
+            line.set_linewidth(1.1 if at < 0.0 else 2.2)
+        ax.set_title(rf"$\log_{{10}}\,p_2 = {np.log10(p2):g}$;  thin: $\nu_0 < 0$")
+        handles: Any = ax.get_legend_handles_labels()
+        figure.legend(*handles, loc="outside right center", fontsize=7.5)
+    return figure

@@ -1,0 +1,254 @@
+"""Families of curves with direct labels, and contour maps with labelled isolines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.errors import InputError
+from restitution.plot import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.2)), (0, (5, 1.2, 1, 1.2)))
+_MARKERS = "os^vD<>pPX"
+
+FEW = 12
+"""Up to so many points a curve shows them by markers; up to `_SPARSE` no line joins them."""
+
+_SPARSE = 3
+
+_LABEL_HEIGHT = 7.5
+_LABEL_WIDTH = 24.0
+"""Room of a label of 7 points [points]."""
+
+
+def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
+    """Return `n` colours in the order of their lightness; the palest end, lost on white paper, is left out.
+
+    Examples
+    --------
+    >>> len(family_colors(9))
+    9
+    """
+    from matplotlib import colormaps
+
+    return [tuple(map(float, color)) for color in colormaps[cmap](np.linspace(0.0, high, n))]
+
+
+def markers(count: int, number: int = 0) -> dict[str, Any]:
+    """Return the look of a curve of few points: markers, and no line where it would look like a law.
+
+    Examples
+    --------
+    >>> markers(2), markers(100)
+    ({'marker': 'o', 'markersize': 4, 'linestyle': ''}, {})
+    """
+    if count > FEW:
+        return {}
+    look: dict[str, Any] = {"marker": _MARKERS[number % len(_MARKERS)], "markersize": 4}
+    return look | ({"linestyle": ""} if count <= _SPARSE else {})
+
+
+def curve_family(
+    ax: Axes,
+    x: Any,
+    curves: Any,
+    labels: Sequence[str],
+    *,
+    short: Sequence[str] = (),
+    limit: Any = None,
+    limit_label: str = "limit",
+) -> Axes:
+    """Draw curves in the order of their parameter, and a limiting one as a thin black line.
+
+    The lightness runs with the parameter, the dashes repeat in threes, and a short label on each curve names it, so
+    that curves are told apart without colour.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw, with its scales and limits set.
+    x : array-like, shape (n,)
+        Abscissa of all curves.
+    curves : array-like, shape (n_curve, n)
+        One row each.
+    labels : sequence of str
+        Their legend entries.
+    short : sequence of str, optional
+        Short labels that are written on the curves; none if left out.
+    limit : array-like, shape (n,), optional
+        The limiting curve.
+    limit_label : str
+        Its legend entry.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        `ax`.
+
+    Raises
+    ------
+    InputError
+        If there is not one label for each curve.
+
+    Examples
+    --------
+    >>> from restitution.plot.style import new_figure
+    >>> ax = curve_family(new_figure().add_subplot(), [0, 1], [[0, 1], [1, 2]], ["a", "b"], limit=[2, 3])
+    >>> [line.get_label() for line in ax.lines]
+    ['a', 'b', 'limit']
+    """
+    x = np.asarray(x, dtype=np.float64)
+    rows = np.atleast_2d(np.asarray(curves, dtype=np.float64))
+    if len(labels) != len(rows):
+        raise InputError("labels", len(labels), f"must have {len(rows)} entries, one for each curve")
+    colors = family_colors(len(rows))
+    for number, (row, label, color) in enumerate(zip(rows, labels, colors, strict=True)):
+        look = {"linestyle": _DASHES[number % len(_DASHES)], "linewidth": 1.5} | markers(x.size, number)
+        ax.plot(x, row, color=color, label=label, **look)
+    if limit is not None:
+        rows = np.vstack([rows, limit])
+        ax.plot(x, limit, color="black", linewidth=0.6, label=limit_label)
+    if short:
+        _label_curves(ax, x, rows, short, colors)
+    return ax
+
+
+def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors: Sequence[Any]) -> None:
+    """Write a label on each curve where the other curves and the labels are furthest away, least room first."""
+    from matplotlib.patheffects import withStroke
+
+    ax.figure.draw_without_rendering()
+    point = ax.figure.dpi / 72.0
+    places = np.linspace(0, x.size - 1, min(x.size, 400)).astype(int)
+    shown = np.stack(
+        [ax.transData.transform(np.column_stack([x[places], row[places]])) / point for row in rows]
+    )
+    frame = ax.get_window_extent()
+    inside = (
+        (shown[..., 0] > frame.x0 / point + _LABEL_WIDTH)
+        & (shown[..., 0] < frame.x1 / point - _LABEL_WIDTH)
+        & (shown[..., 1] > frame.y0 / point + _LABEL_HEIGHT)
+        & (shown[..., 1] < frame.y1 / point - _LABEL_HEIGHT)
+    )
+    room = np.empty(shown.shape[:2])
+    for n, curve in enumerate(shown):
+        others = np.vstack([shown[m] for m in range(len(shown)) if m != n] or [np.full((1, 2), np.inf)])
+        away = np.hypot(*(curve[:, None, :] - others[None, :, :]).transpose(2, 0, 1))
+        room[n] = np.nan_to_num(np.nanmin(away, axis=1, initial=1e3), nan=0.0)
+    room = np.where(inside, np.minimum(room, 3.0 * _LABEL_HEIGHT), -np.inf)
+    taken: list[Array] = []
+    for n in sorted(range(len(words)), key=lambda n: float(room[n].max())):
+        score = room[n].copy()
+        for place in taken:
+            gap = np.abs(shown[n] - place) / (_LABEL_WIDTH, _LABEL_HEIGHT)
+            score -= 200.0 * (gap.max(axis=1) < 1.0)
+        if not np.isfinite(score).any():
+            continue
+        best = int(np.argmax(score))
+        taken.append(shown[n, best])
+        at = x[places[best]], rows[n, places[best]]
+        halo = [withStroke(linewidth=2.2, foreground="white")]
+        ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], path_effects=halo)
+
+
+def contour_map(
+    ax: Axes,
+    x: Any,
+    y: Any,
+    z: Any,
+    levels: Sequence[float],
+    *,
+    fmt: str | Callable[[float], str] = "%g",
+    cmap: Any = None,
+    norm: Any = None,
+    colorbar: str | None = None,
+    labels_at: Sequence[tuple[float, float]] = (),
+) -> Axes:
+    """Draw labelled isolines of z(x, y), over a shading if wanted.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw.
+    x, y : array-like, shapes (n,), (m,)
+        Grid lines, ascending.
+    z : array-like, shape (m, n)
+        The values; no isoline crosses where they are not finite.
+    levels : sequence of float
+        The isolines, ascending; those that the values do not reach are left out.
+    fmt : str or callable
+        The isolines' labels.
+    cmap : str or matplotlib colormap, optional
+        Colours of the shading; none if absent.
+    norm : matplotlib.colors.Normalize, optional
+        How values map to colours.
+    colorbar : str, optional
+        Label of a colour bar with ticks at the isolines; no bar if absent.
+    labels_at : sequence of tuple of float
+        Points (x, y) whose nearest isolines get their labels there; matplotlib chooses if absent.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        `ax`.
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit.
+
+    Examples
+    --------
+    >>> from restitution.plot.style import new_figure
+    >>> x = np.linspace(0.0, 1.0, 5)
+    >>> ax = contour_map(new_figure().add_subplot(), x, x, np.add.outer(x, x), [0.5, 1.0])
+    >>> [text.get_text() for text in ax.texts]
+    ['0.5', '1']
+    """
+    x, y, z = (np.asarray(part, dtype=np.float64) for part in (x, y, z))
+    if z.shape != (y.size, x.size):
+        raise InputError("z.shape", z.shape, f"must be (len(y), len(x)) = ({y.size}, {x.size})")
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(y[0], y[-1])
+    # Over a shading, ticks below it would be lost.
+    ax.set_axisbelow(False)
+    figure: Any = ax.figure
+    words: Any = fmt if callable(fmt) else lambda level, _=None: fmt % level
+    if cmap is not None:
+        shading = ax.pcolormesh(
+            x, y, z, cmap=style.paler(cmap), norm=norm, shading="gouraud", rasterized=True
+        )
+        if colorbar is not None:
+            bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
+            ticks = _apart(levels, shading.norm)
+            bar.set_ticks(ticks, labels=[words(level) for level in ticks], fontsize=7.5)
+            bar.ax.minorticks_off()
+    finite = z[np.isfinite(z)]
+    reached = [level for level in levels if finite.min() < level < finite.max()]
+    if not reached:
+        return ax
+    lines = ax.contour(x, y, z, levels=reached, colors="black", linewidths=0.8, linestyles="solid")
+    # The gaps of the labels are cut in the final size of the axes, which the layout settles when it is drawn.
+    figure.draw_without_rendering()
+    spacing = round(2.0 / 72.0 * figure.dpi)
+    where: Any = list(labels_at) or False
+    ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=where)
+    return ax
+
+
+def _apart(levels: Sequence[float], norm: Any, share: float = 0.025) -> list[float]:
+    """Leave out levels whose ticks on a colour bar would overlap, the larger magnitudes first."""
+    kept: list[float] = []
+    for level in sorted(levels, key=abs, reverse=True):
+        place = float(norm(level))
+        if all(abs(place - float(norm(other))) > share for other in kept):
+            kept.append(level)
+    return sorted(kept)
