@@ -25,6 +25,8 @@ from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
 Threshold = float | tuple[float, float]
+COLUMNS = ("max_contact_radius", "max_indentation_depth", "contact_time", "max_force")
+"""Outputs of an impact that the report takes; it also takes the velocity and the mass."""
 
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
@@ -128,6 +130,15 @@ class Validity:
     def to_dict(self) -> dict[str, dict[str, Any]]:
         """Return the report as plain numbers and texts, by kind."""
         return {check.kind: {k: v for k, v in asdict(check).items() if k != "kind"} for check in self.checks}
+
+    @classmethod
+    def from_dict(cls, checks: dict[str, dict[str, Any]]) -> Validity:
+        """Return the report of which `to_dict` returned the content."""
+        limits = {kind: check["threshold"] for kind, check in checks.items()}
+        limits = {kind: tuple(one) if isinstance(one, (list, tuple)) else one for kind, one in limits.items()}
+        return cls(
+            tuple(Check(kind, **check | {"threshold": limits[kind]}) for kind, check in checks.items())
+        )
 
     def __str__(self) -> str:
         """Return the report as a table, with advice on what is doubtful."""

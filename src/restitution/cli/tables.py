@@ -89,8 +89,12 @@ def show(
     print_table(result, title, dimensionless=dimensionless)
     if bodies:
         print(bodies)
-    for warning in result.warnings:
-        warn(warning)
+    for check in result.validity:
+        # Dimensionless groups do not fix strain and density; mass and radius are one.
+        if check.exceeded and not (dimensionless and check.kind != "poisson_ratio"):
+            warn(check.message)
+    for note in result.notes:
+        warn(note)
     if result.status != Status.SEPARATED:
         warn(cast("Status", result.status).message)
 

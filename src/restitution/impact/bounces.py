@@ -18,6 +18,7 @@ from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
+from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
 
 if TYPE_CHECKING:
     import xarray
@@ -94,8 +95,10 @@ class Bounces:
         "max bounces": it would bounce on.
     impact : Impact
         The first touch.
-    warnings : list of str
-        Where the assumptions are doubtful, that the surface has recovered at each touch among them.
+    validity : Validity
+        Report on the assumptions of the theory: the worst of each over all bounces.
+    notes : tuple of str
+        Whether the surface has recovered at each touch.
     """
 
     touch_time: Array
@@ -109,7 +112,13 @@ class Bounces:
     gravity: float
     ended: Ending
     impact: Impact
-    warnings: list[str]
+    validity: Validity
+    notes: tuple[str, ...]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Where the assumptions are doubtful, that the surface has recovered at each touch among them."""
+        return [*self.validity.warnings, *self.notes]
 
     @property
     def n_bounces(self) -> int:
@@ -260,13 +269,12 @@ def bounces(
 
     rows: list[tuple[float, ...]] = []
     flights: list[float] = []
-    doubts: list[str] = []
+    reports: list[Numbers] = []
     time = velocity / g
     while True:
         result = solve(replace(first, velocity=velocity), rtol=rtol)
-        if not rows:
-            # The first is the fastest, and so the one for which assumptions are most doubtful.
-            doubts = list(result.warnings)
+        columns = {name: getattr(result, name) for name in COLUMNS}
+        reports.append(numbers(impact.contact, **columns, velocity=velocity, mass=impact.mass))
         away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
         stays = result.status is not Status.SEPARATED
         rise = 0.0 if stays else away**2 / (2.0 * g) - depth
@@ -287,9 +295,17 @@ def bounces(
         velocity = math.sqrt(2.0 * g * rise)
         flights.append((away + velocity) / g)
         time += float(result.contact_time) + flights[-1]
-    columns = np.array(rows).T
-    doubts.extend(_recovery(impact.reduced_modulus, min(flights, default=math.inf)))
-    return Bounces(*columns, drop_height=start, gravity=g, ended=ending, impact=first, warnings=doubts)
+    notes = tuple(_recovery(impact.reduced_modulus, min(flights, default=math.inf)))
+    worst = report(together(reports))
+    return Bounces(
+        *np.array(rows).T,
+        drop_height=start,
+        gravity=g,
+        ended=ending,
+        impact=first,
+        validity=worst,
+        notes=notes,
+    )
 
 
 def _ending(status: Any, rise: float, floor: float, last: bool) -> Ending | None:

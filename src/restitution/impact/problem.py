@@ -51,7 +51,8 @@ class Impact:
 
     Notes
     -----
-    Quasi-static, small strain, half-space: `ImpactResult.warnings` says where these are doubtful.
+    Quasi-static, frictionless, adhesionless, small strain, half-space; `ImpactResult.validity` compares these
+    assumptions with the numbers of the impact.
 
     Examples
     --------

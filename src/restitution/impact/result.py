@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +15,7 @@ from restitution.checks import Numeric
 from restitution.impact.history import DenseOutput, Trajectory
 from restitution.impact.status import Status
 from restitution.pictures import draw
+from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
 
 if TYPE_CHECKING:
     import xarray
@@ -97,8 +99,8 @@ class ImpactResult:
         The method that solved it.
     rtol : float or None
         Its tolerance; None for the element method, whose error the number of elements sets.
-    warnings : list of str
-        Where the assumptions of the theory are doubtful, with numbers.
+    notes : tuple of str
+        Warnings of the method itself.
 
     Notes
     -----
@@ -115,7 +117,7 @@ class ImpactResult:
     impact: Impact | list[Impact]
     method: str
     rtol: float | None
-    warnings: list[str]
+    notes: tuple[str, ...]
     _budget: Callable[[], EnergyBudget] = field(repr=False)
     _dense: Callable[[], DenseOutput | Trajectory] = field(repr=False)
 
@@ -128,6 +130,41 @@ class ImpactResult:
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
         return self.restitution_coefficient * self.velocity
+
+    @cached_property
+    def validity(self) -> Validity:
+        """Report on the assumptions of the theory: the worst of each, its limit, and what to do."""
+        return self.validity_on()
+
+    def validity_on(self, body_size: Numeric = math.nan) -> Validity:
+        """Validity report with the size of the target.
+
+        Parameters
+        ----------
+        body_size : float or array
+            Smallest dimension of the target [m], such as the thickness of a layer.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0))
+        >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
+        True
+        """
+        impacts = self.impact if isinstance(self.impact, list) else [self.impact]
+        found: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS} | {"body_size": body_size}
+        parts: list[Numbers] = []
+        for n, one in enumerate(impacts):
+            own = {k: np.asarray(v)[n] if np.ndim(v) else v for k, v in found.items()}
+            columns = own if isinstance(self.impact, list) else found
+            parts.append(numbers(one.contact, **columns, velocity=one.velocity, mass=one.mass))
+        return report(together(parts))
+
+    @property
+    def warnings(self) -> list[str]:
+        """Where the assumptions of the theory are doubtful, with numbers, and the notes of the method."""
+        return [*self.validity.warnings, *self.notes]
 
     @property
     def zero_overlap_time(self) -> Numeric:
@@ -353,6 +390,7 @@ class ImpactResult:
             "method": self.method,
             "rtol": self.rtol,
             "warnings": self.warnings,
+            "validity": self.validity.to_dict(),
         }
 
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import positive, within
 from restitution.errors import InputError
-from restitution.impact.assumptions import doubts
 from restitution.impact.batch import Batch
 from restitution.impact.exact import Progress, solve_scaled, solve_stored
 from restitution.impact.history import DenseOutput
@@ -287,19 +286,15 @@ def _result(
     shape: tuple[int, ...],
     budget: Any,
     dense: Any,
+    notes: tuple[str, ...] = (),
 ) -> ImpactResult:
     numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
     status = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     return ImpactResult(
-        **numbers, status=status, impact=impact, method=method, rtol=rtol, warnings=_validity(impact, fields),
+        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes,
         _budget=budget, _dense=dense,
     )  # fmt: skip
-
-
-def _validity(impact: Impact | list[Impact], fields: dict[str, Any]) -> list[str]:
-    radius, depth = (np.atleast_1d(fields[name]) for name in ("max_contact_radius", "max_indentation_depth"))
-    return doubts(impact, radius, depth)
 
 
 def _solve_by_sampling(
@@ -316,9 +311,8 @@ def _solve_by_sampling(
         found = by_elements(impact, n_elements, time_step)
         return _result(impact, method, None, found.fields, (), found.budget, lambda: found.trajectory)
     found = by_reference(impact, rtol)
-    result = _result(impact, method, rtol, found.fields, (), found.budget, lambda: found.trajectory)
-    result.warnings.append("energy: this method finds neither what is dissipated nor what stays stored (NaN)")
-    return result
+    note = "energy: this method computes neither the dissipated nor the stored energy (NaN)"
+    return _result(impact, method, rtol, found.fields, (), found.budget, lambda: found.trajectory, (note,))
 
 
 def shaped(values: Any, shape: tuple[int, ...]) -> Any:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
-from restitution.contact.validity import quasi_static, small_strain
+from restitution.contact.contact import Contact
+from restitution.contact.profile import Profile
 from restitution.indentation.quadrature import largest, loop_work
 from restitution.pictures import draw
+from restitution.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray
@@ -176,17 +176,21 @@ class IndentationResult:
         return self.work if self.status == IndentationStatus.SEPARATED else math.nan
 
     @cached_property
+    def validity(self) -> Validity:
+        """Report on the assumptions of the theory, by the largest speed and the whole duration of the history."""
+        speeds = np.abs(self.velocity[np.isfinite(self.velocity)])
+        return validity(
+            Contact(self.material, self.profile, self.counter_material),
+            max_contact_radius=self.max_contact_radius,
+            max_indentation_depth=self.max_indentation_depth,
+            velocity=np.max(speeds, initial=0.0),
+            contact_time=min(float(self.time[-1]), self.contact_end_time),
+        )
+
+    @property
     def warnings(self) -> list[str]:
-        """Where small strain or quasi-static motion is doubtful, with the numbers."""
-        radius = self.profile.radius if isinstance(self.profile, (Parabola, Sphere)) else None
-        bodies = (self.material, self.counter_material)
-        speeds = [body.slowest_wave_speed for body in bodies if body is not None]
-        slowest = min((speed for speed in speeds if speed is not None), default=math.inf)
-        velocity = np.abs(self.velocity[np.isfinite(self.velocity)])
-        return [
-            *small_strain(self.max_contact_radius, self.max_indentation_depth, radius),
-            *quasi_static(velocity, slowest),
-        ]
+        """Where the assumptions of the theory are doubtful, with the numbers."""
+        return self.validity.warnings
 
     def plot(self) -> Figure:
         """Figure of the indentation: force, depth and contact radius over time, force over depth."""
@@ -198,7 +202,7 @@ class IndentationResult:
             "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
             "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error", "warnings",
         )  # fmt: skip
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in names} | {"validity": self.validity.to_dict()}
 
     def _dataset(self, times: Array, columns: tuple[Array, ...]) -> xarray.Dataset:
         import xarray as xr

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution import validity
 from restitution.checks import within
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
@@ -80,19 +81,19 @@ def surrogate(
     shape = replace(impact, velocity=1.0).shape
     if shape:
         raise ValueError(f"impact: has shape {shape} beside its velocity; a surrogate takes a single impact")
-    from restitution.impact.assumptions import doubts
 
     accuracy = max(_FINER * tolerance, _FINEST)
-    warnings: list[str] = []
+    reports: list[validity.Validity] = []
 
     def sample(log_velocity: Array) -> Array:
         speeds = np.clip(np.exp(log_velocity), low, high)
         impacts = replace(impact, velocity=speeds)
         columns = _solved(impacts, speeds, accuracy, workers)
         _refuse_what_stays(speeds, columns["status"], (low, high))
-        if not warnings:
+        if not reports:
             # The first round covers the whole range.
-            warnings.extend(doubts(impacts, columns["max_contact_radius"], columns["max_indentation_depth"]))
+            found = {name: columns[name] for name in validity.COLUMNS}
+            reports.append(validity.validity(impact.contact, **found, velocity=speeds, mass=impact.mass))
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
@@ -111,7 +112,7 @@ def surrogate(
     problem = _plain(describe(replace(impact, velocity=1.0)))
     del problem["velocity"]
     errors = {name: float(one) + accuracy for name, one in zip(OUTPUTS, error, strict=True)}
-    return Surrogate((low, high), tolerance, errors, warnings, problem, pieces)
+    return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces)
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:

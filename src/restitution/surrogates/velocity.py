@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from restitution.checks import finite, positive, within
 from restitution.pictures import draw
 from restitution.surrogates.pieces import DEEPEST, Pieces
+from restitution.validity import Validity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +31,7 @@ OUTPUTS = {"restitution_coefficient": "1", "contact_time": "s", "max_force": "N"
 """What a surrogate gives, and the units."""
 
 _FORMAT = "restitution surrogate over velocity"
-_FORMAT_VERSION = 1
+_FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +48,8 @@ class Surrogate:
         Tolerance that it was built for.
     error : dict of str to float
         Largest error measured of each output: of e relative to max(e, 1e-3), of the others relative.
-    warnings : list of str
-        Where the assumptions of the theory are doubtful within the range, with numbers.
+    validity : Validity
+        Report on the assumptions of the theory: the worst of each within the range.
     problem : dict
         What was solved, as plain numbers and text.
     pieces : Pieces
@@ -64,9 +65,14 @@ class Surrogate:
     velocity: tuple[float, float]
     rtol: float
     error: dict[str, float]
-    warnings: list[str]
+    validity: Validity
     problem: dict[str, Any] = field(repr=False)
     pieces: Pieces = field(repr=False)
+
+    @property
+    def warnings(self) -> list[str]:
+        """Where the assumptions of the theory are doubtful within the range, with numbers."""
+        return self.validity.warnings
 
     def __call__(self, velocity: Any) -> Any:
         """Restitution coefficient e at a velocity or an array of them [m/s]."""
@@ -190,7 +196,7 @@ class Surrogate:
             "velocity": list(self.velocity),
             "error": self.error,
             "units": {"velocity": "m/s", **OUTPUTS},
-            "warnings": self.warnings,
+            "validity": self.validity.to_dict(),
             "problem": self.problem,
             "log_velocity_edges": self.pieces.edges.tolist(),
             "chebyshev_coefficients_of_log": {
@@ -236,9 +242,9 @@ class Surrogate:
             )
             _check(pieces)
             error = {name: float(content["error"][name]) for name in OUTPUTS}
-            warnings = [str(warning) for warning in content["warnings"]]
+            validity = Validity.from_dict(content["validity"])
             velocity, rtol = velocity_range(content["velocity"]), float(content["rtol"])
-            return cls(velocity, rtol, error, warnings, dict(content["problem"]), pieces)
+            return cls(velocity, rtol, error, validity, dict(content["problem"]), pieces)
         except (KeyError, TypeError, ValueError) as error:
             what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
             raise ValueError(f"{path}: {what}") from None
