@@ -13,6 +13,7 @@ from typer.testing import CliRunner, Result
 from restitution.case.impact import Case
 from restitution.cli.main import app
 from restitution.impact.bounces import Bounces, Ending
+from restitution.validity import Validity
 
 CASE = """
 title = "A [bold] ball"
@@ -59,7 +60,8 @@ def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
             gravity=9.80665,
             ended=Ending.CAPTURED,
             impact=case.impact,
-            warnings=["recovery: some"],
+            validity=Validity(()),
+            notes=("recovery: some",),
         )
 
     monkeypatch.setattr(Case, "bounces", found)

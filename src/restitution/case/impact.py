@@ -297,39 +297,16 @@ class Case:
             )
 
     def notes(self, result: ImpactResult | Bounces) -> list[str]:
-        """Remarks on the materials: what was assumed, and whether their data cover the contacts.
-
-        Parameters
-        ----------
-        result
-            Result of `solve` or `bounces`.
-        """
+        """What was assumed about the materials of what `solve` or `bounces` returned."""
         impact = result.impact
         assert isinstance(impact, Impact)
-        return notes_on(
-            impact.material, impact.counter_material, np.atleast_1d(result.contact_time), "contact"
-        )
+        return notes_on(impact.material, impact.counter_material)
 
 
-def notes_on(material: Material, counter: Material | None, durations: Any, what: str) -> list[str]:
-    """Remarks on materials whose data should cover the durations [s] of contacts or histories."""
-    lines: list[str] = []
-    for one in (material, counter) if counter != material else (material,):
-        if one is None:
-            continue
-        name = one.name or "material"
-        if one.assumptions:
-            lines.append(f"{name}: {one.assumptions}")
-        if one.window is None:
-            continue
-        low, high = one.window
-        uncovered = [float(t) for t in durations if math.isfinite(t) and not low <= t <= high]
-        if uncovered:
-            # The first bounce is the shortest; one line is enough.
-            lines.append(
-                f"{name}: meant for {low:.3g} s to {high:.3g} s, and the {what} lasts {uncovered[0]:.3g} s"
-            )
-    return lines
+def notes_on(material: Material, counter: Material | None) -> list[str]:
+    """What was assumed about materials, one line each."""
+    pair = (material, counter) if counter != material else (material,)
+    return [f"{one.name or 'material'}: {one.assumptions}" for one in pair if one and one.assumptions]
 
 
 def read_case(path: str | Path) -> Case:

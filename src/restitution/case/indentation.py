@@ -230,9 +230,8 @@ class IndentationCase:
             )
 
     def notes(self) -> list[str]:
-        """Remarks on the materials: what was assumed, and whether their data cover the history."""
-        duration = self.history.stop - self.history.start
-        return notes_on(self.material, self.counter_material, [duration], "history")
+        """What was assumed about the materials."""
+        return notes_on(self.material, self.counter_material)
 
 
 def read_indentation(path: str | Path) -> IndentationCase:

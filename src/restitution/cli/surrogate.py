@@ -104,16 +104,14 @@ def _build(
     path: Path, velocity: tuple[float, float], rtol: float, workers: int | None
 ) -> tuple[Surrogate, list[str]]:
     """Build the surrogate of a case, and say what should be known of its materials."""
-    from restitution.case.impact import read_case
-    from restitution.impact.solve import solve
+    from restitution.case.impact import notes_on, read_case
     from restitution.surrogates.build import surrogate
 
     case = read_case(path)
     with progress_bar("building") as progress:
         impact = _impact(case, velocity)
         made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
-        ends = [solve(replace(impact, velocity=v), rtol=1e-6) for v in velocity]
-    return made, list(dict.fromkeys(line for end in ends for line in case.notes(end)))
+    return made, notes_on(impact.material, impact.counter_material)
 
 
 def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
