@@ -99,8 +99,8 @@ class AbelTransform:
             cell = np.searchsorted(self._cells[:, 0] + self._cells[:, 1], place, side="right") - 1
             cell = np.clip(cell, 0, len(self._cells) - 1)
             low, high = self._cells[cell, 1], self._cells[cell, 2]
-            values[far] = _clenshaw(
-                self._series[:, cell], ((2.0 * root - low - high) / (high - low))[:, None]
+            values[far] = np.polynomial.chebyshev.chebval(
+                ((2.0 * root - low - high) / (high - low))[:, None], self._series[:, cell], tensor=False
             )
         return Transformed(*values.T)
 
@@ -197,10 +197,3 @@ def _horner(coefficients: Array, offset: Array) -> Array:
     for coefficient in coefficients[1:]:
         value = value * offset + coefficient
     return value
-
-
-def _clenshaw(coefficients: Array, t: Array) -> Array:
-    ahead = later = np.zeros_like(coefficients[0])
-    for coefficient in coefficients[:0:-1]:
-        ahead, later = coefficient + 2.0 * t * ahead - later, ahead
-    return coefficients[0] + t * ahead - later

@@ -47,7 +47,7 @@ class LineFunction:
         """Value at x [m]."""
         x = np.abs(as_array(x))
         cell = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.edges) - 2)
-        value = clenshaw(self.coefficients[cell], self.local(x, cell))
+        value = evaluate(self.coefficients[cell], self.local(x, cell))
         return np.where(x <= self.extent, value, 0.0)[()]
 
     @property
@@ -149,12 +149,9 @@ def line_function(
     return LineFunction(edges, np.concatenate([fit for _, fit in done])[order])
 
 
-def clenshaw(coefficients: Array, t: Array) -> Array:
-    """Sum of Chebyshev coefficients, shape (..., n), at local coordinates t, shape (...)."""
-    ahead = later = np.zeros_like(t)
-    for j in range(coefficients.shape[-1] - 1, 0, -1):
-        ahead, later = coefficients[..., j] + 2.0 * t * ahead - later, ahead
-    return coefficients[..., 0] + t * ahead - later
+def evaluate(coefficients: Array, t: Array) -> Array:
+    """Chebyshev series with coefficients of shape (..., n) at local coordinates t, shape (...)."""
+    return np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False)
 
 
 def _starting_cells(extent: float, breakpoints: Iterable[float]) -> Array:

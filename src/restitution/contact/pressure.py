@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.contact.line import LineFunction, clenshaw
+from restitution.contact.line import LineFunction, evaluate
 from restitution.contact.profile import Array, as_array
 
 # Gauss nodes of a cell. A cell spans at most a ratio of two in x, over which the integrand of degree ten has
@@ -129,7 +129,7 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
     half = 0.5 * np.diff(u, axis=1)[..., None]
     x = np.hypot(r[:, None, None], u[:, :-1, None] + half * (1.0 + nodes))
     cell = np.broadcast_to(_numbers(1, len(edges))[:, None], x.shape)
-    slope = clenshaw(load.slope[1:, None, :], load.local(x, cell))
+    slope = evaluate(load.slope[1:, None, :], load.local(x, cell))
     return np.sum(half * weights * slope / x, axis=(1, 2))
 
 
@@ -174,5 +174,5 @@ def _displacement_block(displacement: LineFunction, r: Array) -> Array:
     half = 0.5 * np.diff(angle, axis=1)[..., None]
     x = r[:, None, None] * np.sin(angle[:, :-1, None] + half * (1.0 + nodes))
     cell = np.broadcast_to(_numbers(0, len(edges) - 1)[:, None], x.shape)
-    value = clenshaw(displacement.coefficients[:, None, :], displacement.local(x, cell))
+    value = evaluate(displacement.coefficients[:, None, :], displacement.local(x, cell))
     return 2.0 / math.pi * np.sum(half * weights * value, axis=(1, 2))
