@@ -6,8 +6,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import case_reference
 import module_list
 
+case_reference.write()
 module_list.write()
 
 project = "restitution"

@@ -1,7 +1,6 @@
 """Case files of prescribed indentations: every form against the same in Python, and what they may not say."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +8,6 @@ import pytest
 
 from refusals import agrees
 from restitution.case.indentation import (
-    IndentationFile,
-    IndentationSection,
-    IndentationSolverSection,
     read_indentation,
 )
 from restitution.case.section import CaseError
@@ -175,13 +171,6 @@ def test_an_indenter_has_its_own_radius():
         CaseError, match=r"^gel\.toml: profile\.radius: is missing; an indenter has no body to take it from\Z"
     ):
         read(TRIANGLE, head=head)
-
-
-def test_every_key_is_explained():
-    text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
-    for section in (IndentationSection, IndentationFile, IndentationSolverSection):
-        for key in section.model_fields:
-            assert re.search(rf"`{key}\b|\[{key}\]", text), key
 
 
 def test_the_examples_are_solved():

@@ -41,6 +41,8 @@ _SHORT = {
     "p2": "p2",
     "p3": "p3",
 }  # fmt: skip
+SHORT_NAMES = (*_SHORT, *ALIASES)
+"""Keys that an axis may give without their section."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
 _AXES: dict[str, Callable[..., Any]] = {"linear": Linear, "logarithmic": Logarithmic}
 _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {

@@ -77,7 +77,7 @@ class ImpactSection(Section):
     drop_height: Annotated[float, of("drop_height")] | None = None
     gravity: Annotated[float, of("gravity")] = STANDARD_GRAVITY
     external_force: Annotated[float, of("external_force")] | None = None
-    weight: Annotated[StrictBool, Field(description="whether the weight acts during contact")] | None = None
+    weight: Annotated[StrictBool | None, Field(description="whether the weight acts during contact")] = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
@@ -106,7 +106,7 @@ class SolverSection(Section):
 
     method: Literal["exact", "elements", "reference"] = "exact"
     rtol: Tolerance | None = None
-    n_elements: Annotated[StrictInt, Field(ge=1, le=1_000_000, description="number of elements")] | None = (
+    n_elements: Annotated[StrictInt | None, Field(ge=1, le=1_000_000, description="number of elements")] = (
         None
     )
     time_step: Annotated[float, positive(TIME, "time step of the method of elements")] | None = None
@@ -133,7 +133,7 @@ class CaseFile(Section):
         "samples": "random draws are for `restitution sweep`",
     }
 
-    title: Annotated[str, Field(description="what the case is; printed above the table")] | None = None
+    title: Annotated[str | None, Field(description="what the case is; printed above the table")] = None
     body: BodySection
     profile: AnyProfile = SECTIONS["parabola"]()
     material: AnyMaterial

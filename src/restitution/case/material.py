@@ -196,7 +196,7 @@ class FileSection(MaterialSection):
     )
     deformation: Literal["tension", "shear"] | None = None
     bulk_modulus: Bulk | None = None
-    youngs_modulus: Modulus | None = None
+    youngs_modulus: Annotated[float, of("youngs_modulus")] | None = None
     poisson_ratio: PoissonRatio | None = None
     equilibrium_modulus: EndModulus | None = None
     instantaneous_modulus: Modulus | None = None

@@ -1,0 +1,183 @@
+"""The page of all keys of case files. It is made from the sections that read them."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from restitution.case import axes, impact, indentation, material, profile, relaxation, sweep
+from restitution.case.quantity import Reader
+from restitution.case.section import Section
+
+DOCS = Path(__file__).parent
+
+# Keys that are no registered quantity, or whose meaning depends on the section.
+WORDS = {
+    "name": "name of the material in messages and pictures",
+    "temperature": "temperature at which the moduli are wanted",
+    "density": "density; for a body, in place of its mass, that of a solid sphere",
+    "reference_temperature": "temperature of the moduli that are given",
+    "max_bounces": "bounces after which the series ends",
+    "n_points": "number of even times of the table that `--history` writes",
+    "shift": "section with the law of the time-temperature shift, or the name of a table of shift factors",
+    "temperature_range": "lowest and highest temperature for which the law is meant, e.g. `\"[-20, 100] degC\"`",
+    "library": "name of a material of the library; `restitution material --list` prints them",
+    "file": "name of a file beside the case file",
+    "shear": "a modulus (elastic) or a section with a Prony series",
+    "bulk": "a constant modulus or a section with a Prony series",
+    "terms": "CSV file of the terms with the header `relaxation_time_s,relative_modulus` or "
+    "`relaxation_time_s,branch_modulus_MPa`",
+    "model": "name of the model; without it, the standard solid",
+    "material_name": "which material of a deck that has several",
+    "deformation": "kind of the moduli, where the header of the file does not have it",
+    "liquid": "whether the fitted equilibrium modulus is zero",
+    "type": "form of the profile; may be left out for a parabola and for a table",
+    "material": "section as `[material]`; without it `[counter_material]`, or else the material of the body",
+    "method": "how the impact is solved",
+    "depth": "largest indentation depth, with `shape`; or a list over `time`",
+    "force": "largest force, with `shape`; or a list over `time`",
+    "shape": "history of the depth or force",
+    "time": "times of a list of `depth` or `force`, joined by straight lines; the same time twice is a step",
+    "loading_time": "loading time of a triangle",
+    "unloading_time": "unloading time of a triangle; as the loading time if left out",
+    "hold_time": "time of a triangle at its peak; 0 if left out",
+    "duration": "duration of a ramp, a hold or a sine arch",
+    "rise_time": "rise before a hold; 0 if left out",
+    "rtol": "relative tolerance",
+    "outputs": "what is computed; `restitution.sweeps` lists the names",
+    "chunk": "points of a chunk along every axis, or a table of such numbers by axis",
+}  # fmt: skip
+
+INTRODUCTION = """# Case files
+
+A case file is [TOML](https://toml.io). A quantity is a plain number in SI, or a text with a unit: `radius = "10 mm"`.
+A list is a list of either, or one text: `"[1, 2, 3] ms"`. Moduli are those of shear unless the key has bulk or Young's
+in its name. Unknown keys are refused. Examples are in the folder `examples/`.
+
+| file | sections | command |
+|---|---|---|
+| impact | `[body]`, `[material]`, `[impact]`; perhaps those below | `restitution solve`, `surrogate`, `map` |
+| bounces | the same, perhaps `[bounces]` | `restitution bounce` |
+| indentation | `[profile]`, `[material]`, `[indentation]`; perhaps `[counter_material]`, `[solver]` | `restitution indent` |
+| sweep | an impact with `[axes]` or `[samples]`, perhaps `[sweep]` | `restitution sweep` |
+
+Without `[counter_body]` the body hits a half-space, and `[material]` and `[counter_material]` are the materials of the
+two in any order; without `[counter_material]` one of them is rigid.
+"""
+AXES = """## `[axes]` and `[samples]`
+
+A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these names alone: {names}.
+Its value is a list, one value, or a table such as `{{ linear = [0.1, 1.0], n = 10 }}` or
+`{{ logarithmic = ["1 cm/s", "10 m/s"], n = 50 }}`. `[axes]` with `nu`, `p2` and `p3` alone is the paper's problem.
+
+`[samples]` has `n`, perhaps `method` and `seed`, and a table for each key that is drawn: `uniform`, `loguniform`,
+`normal` or `lognormal` with two numbers, such as `mass = {{ normal = ["5 g", "0.1 g"] }}`. See [sweeps](sweeps.md).
+"""
+
+
+def readers(annotation: Any) -> Iterator[Reader]:
+    """Yield the readers of quantities within an annotation."""
+    if isinstance(annotation, Reader):
+        yield annotation
+    for part in (*typing.get_args(annotation), *getattr(annotation, "__metadata__", ())):
+        yield from readers(part)
+
+
+def row(key: str, section: type[Section]) -> str:
+    """Row of the table of a section."""
+    field = section.model_fields[key]
+    found = next(
+        (one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None
+    )
+    choices = [f'`"{one}"`' for part in (field.annotation, *typing.get_args(field.annotation))
+               for one in typing.get_args(part) if isinstance(one, str)]  # fmt: skip
+    words = WORDS.get(key) or field.description or (found.quantity.words if found else "")
+    if len(choices) > 1:
+        words += ": " + ", ".join(choices)
+    unit = "" if found is None else found.quantity.unit or "-"
+    if not field.is_required() and field.default is not None and isinstance(field.default, (int, float, str)):
+        words += f"; {field.default} if left out" if not isinstance(field.default, bool) else ""
+    return f"| `{key}`{' (needed)' if field.is_required() else ''} | {unit} | {words} |"
+
+
+def table(title: str, section: type[Section], keys: Iterable[str] = ()) -> list[str]:
+    """Lines of the table of a section."""
+    chosen = list(keys) or list(section.model_fields)
+    return [
+        "",
+        f"## {title}",
+        "",
+        "| key | unit | meaning |",
+        "|---|---|---|",
+        *(row(key, section) for key in chosen),
+    ]
+
+
+def page() -> str:
+    """Return the page as MyST Markdown."""
+    shared = list(material.MaterialSection.model_fields)
+    lines = [INTRODUCTION.rstrip()]
+    lines += ["", "At the top of the file, `title` is printed above the results."]
+    lines += table("`[body]`", impact.BodySection)
+    lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
+    lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
+    for name, one in profile.SECTIONS.items():
+        own = [key for key in one.model_fields if key != "type"]
+        keys = ", ".join(f"`{key}`{_unit(one, key)}" for key in own)
+        lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
+    lines += [
+        "",
+        "The `radius` of a parabola, a sphere and a flat-ended parabola is that of the body if left out.",
+    ]
+    lines += [
+        "In a table, `r` and `f` are the radii and heights, or `file` is a CSV file with these columns."
+    ]
+    lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
+    lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]
+    for name, one in material.MODELS.items():
+        own = [key for key in one.model_fields if key not in shared and key != "model"]
+        lines.append(f"| `\"{name}\"` | {', '.join(f'`{key}`{_unit(one, key)}' for key in own)} |")  # fmt: skip
+    lines += [
+        "",
+        "Of `poisson_ratio` and `bulk_modulus` (also of `shear_modulus` and `youngs_modulus`) one is given.",
+    ]
+    lines += ["An incompressible material has `poisson_ratio = 0.5` or `bulk_modulus = \"incompressible\"`."]  # fmt: skip
+    for title, one in (
+        ("`[material]` by its relaxation", material.GeneralSection),
+        ("`[material]` from the library", material.LibrarySection),
+        ("`[material]` from a file", material.FileSection),
+    ):
+        lines += table(title, one, [key for key in one.model_fields if key not in shared])
+    lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", relaxation.PronySection)
+    lines += table("`[material.shift]`: Williams, Landel and Ferry", relaxation.WLFSection)
+    lines += table("`[material.shift]`: Arrhenius", relaxation.ArrheniusSection)
+    lines += table("`[impact]`", impact.ImpactSection)
+    lines += table("`[bounces]`", impact.BouncesSection)
+    lines += table("`[solver]` of an impact", impact.SolverSection)
+    lines += table("`[indentation]`", indentation.IndentationSection)
+    lines += table("`[solver]` of an indentation", indentation.IndentationSolverSection)
+    names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)
+    lines += ["", AXES.format(names=names).rstrip()]
+    lines += table("`[sweep]`", sweep.SweepSection)
+    return "\n".join(lines) + "\n"
+
+
+def _unit(section: type[Section], key: str) -> str:
+    field = section.model_fields[key]
+    found = next(
+        (one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None
+    )
+    return f" [{found.quantity.unit}]" if found is not None and found.quantity.unit else ""
+
+
+def write() -> None:
+    """Write the page, if it is not the same already."""
+    file, text = DOCS / "case_files.md", page()
+    if not file.exists() or file.read_text(encoding="utf-8") != text:
+        file.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()
