@@ -17,6 +17,7 @@ import re
 import signal
 import tempfile
 import time
+import warnings
 from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
@@ -212,6 +213,7 @@ def main() -> None:
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--out", type=Path)
     given = options.parse_args()
+    warnings.simplefilter("always")
     counts, faults, longest = fuzz(given.runs, given.seed)
     commands = sorted({command for command, _ in counts})
     codes = sorted({code for _, code in counts})

@@ -299,7 +299,10 @@ def _of_shift(table: ShiftTable, source: str, kelvin: float | None) -> Report:
 
 def _window(series: Mapping[str, PronySeries]) -> tuple[float, float] | None:
     times = np.concatenate([one.relaxation_times for one in series.values()]) if series else np.empty(0)
-    return (float(times.min()) / 10.0, float(times.max()) * 10.0) if times.size else None
+    if not times.size:
+        return None
+    # Frequencies are inverse times, and both must be numbers that a double holds.
+    return max(float(times.min()) / 10.0, 1e-290), min(float(times.max()) * 10.0, 1e290)
 
 
 def _content(report: Report) -> dict[str, Any]:
