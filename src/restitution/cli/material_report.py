@@ -146,7 +146,7 @@ def _other_use(source: str) -> str:
         return ""
     if columns & {"depth", "indentation", "force", "displacement", "deflection"}:
         return ". A curve of depth or force is no material: `restitution indent` takes it as indentation.file"
-    if columns & {"bounce", "height", "rebound", "drop", "velocity", "e"}:
+    if columns & {"bounce", "height", "rebound", "drop", "drop_height"}:
         return (
             ". Heights or velocities of bounces are no material: `restitution bounce` computes them from one"
         )
