@@ -72,7 +72,7 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
         fractional_zener(0.1, 1.0, 1e-3, alpha),
     )
     for model in models[: 2 if alpha == 0.01 else 3]:
-        series, error, span = model.prony(window, rtol)
+        series, error, span, loss_error = model.prony(window, rtol)
         assert error <= rtol
         assert span == window
         assert series.equilibrium_modulus == model.equilibrium_modulus
@@ -80,6 +80,8 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
         assert np.all(series.branch_moduli > 0)
         found = np.abs(series.relaxation_modulus(t) / model.relaxation_modulus(t) - 1).max()
         dynamic = series.carson_transform(1j / t) / model.carson_transform(1j / t) - 1
+        loss = series.loss_modulus(1.0 / t) / model.loss_modulus(1.0 / t) - 1.0
+        assert np.abs(loss).max() <= 1.2 * loss_error + 1e-12
         # The grid of the check is dense enough to miss a peak by a few per cent at most.
         assert max(found, np.abs(dynamic).max()) <= 1.1 * error + 1e-13
 
@@ -96,6 +98,26 @@ def test_number_of_terms_grows_with_digits_and_decades(alpha):
             )
 
 
+def test_the_loss_of_a_nearly_elastic_springpot_is_off_by_more():
+    """E''/|E*| = sin(pi alpha/2) = 0.031: an error of the loss is divided by that."""
+    found = springpot(1.0, 0.02).prony((1e-5, 1e-1), 1e-3)
+    assert found.error <= 1e-3 < found.loss_error < 40.0 * found.error
+
+
+@pytest.mark.parametrize("time", [1e-27, 1e15, 1e27])
+def test_a_relaxation_time_far_from_the_window(time):
+    """Far before its time the model is G_inf + G_1 - V t^alpha/Gamma(1 + alpha) + ..., after it G_inf and a tail."""
+    model = fractional_zener(1e6, 1e8, time, 0.5)
+    found = model.prony((1e-9, 1e-3))
+    assert found.error <= 1e-6
+    omega = np.geomspace(1e3, 1e9, 9)
+    y = (1j * omega * time) ** 0.5
+    loss = (1e8 * (y / (1.0 + y) if time < 1.0 else -1.0 / y)).imag
+    assert found.series.loss_modulus(omega) == pytest.approx(
+        loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1))
+    )
+
+
 def test_pinned_count_of_a_springpot():
     assert springpot(1.0, 0.5).prony((1e-3, 1.0), 1e-6).series.n_branches <= 25
 
@@ -106,7 +128,7 @@ def test_a_liquid_stays_a_liquid():
 
 def test_fractional_material():
     shear = fractional_zener(1e6, 1e8, 1e-3, 0.5)
-    material, error = FractionalMaterial(shear, 2e9, density=1000.0, name="x").approximation(
+    material, error, _ = FractionalMaterial(shear, 2e9, density=1000.0, name="x").approximation(
         (1e-5, 1e-2), 1e-6
     )
     assert isinstance(material, Material)
@@ -121,7 +143,7 @@ def test_fractional_material():
 def test_fractional_bulk_with_the_same_model_is_a_constant_poisson_ratio():
     model = springpot(3.0, 0.5)
     twice = FractionalModel(0.0, 5.0, 0.5)
-    material, _ = FractionalMaterial(model, twice).approximation((1e-3, 1.0), 1e-6)
+    material, _, _ = FractionalMaterial(model, twice).approximation((1e-3, 1.0), 1e-6)
     assert isinstance(material.bulk, PronySeries)
     # nu = 1/4: E* = 2G/(1 - nu).
     assert reduced_modulus(material).carson_transform(30.0) == pytest.approx(

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from restitution.errors import InputError
+from restitution.material.classical import burgers
+from restitution.material.fractional import fractional_zener, springpot
 from restitution.material.prony import PronySeries
+from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import Material
 from strategies import prony_series
 
 pytestmark = pytest.mark.plain
@@ -127,6 +132,52 @@ def test_zero_series_has_no_compliance():
 
 
 def test_extreme_frequencies_do_not_overflow():
-    series = PronySeries(1.0, [2.0], [1e200])
-    assert series.storage_modulus([0.0, 1e-300, 1e200]).tolist() == [1.0, 1.0, 3.0]
-    assert series.loss_modulus([0.0, 1e200]).tolist() == [0.0, 0.0]
+    series = PronySeries(1.0, [2.0], [1e100])
+    assert series.storage_modulus([0.0, 1e-300, 1e100]).tolist() == [1.0, 1.0, 3.0]
+    assert series.loss_modulus([0.0, 1e100]) == pytest.approx([0.0, 0.0], abs=1e-199)
+
+
+def test_a_negligible_branch_is_dropped():
+    """A branch of 1e-300 Pa beside 1 MPa changes nothing; one beside nothing else carries the load."""
+    material = Material(PronySeries(1e6, [1e6, 1e-300], [1e-3, 1e-2]), 1e9)
+    assert reduced_modulus(material) == reduced_modulus(Material(PronySeries(1e6, [1e6], [1e-3]), 1e9))
+    slow = PronySeries(0.0, [1e6, 1e-70], [1e-3, 1e90])
+    assert slow.simplified().n_branches == 2
+    assert slow.relaxation_modulus(1.0) == 1e-70
+
+
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda: PronySeries(1e200), "equilibrium_modulus + sum of branch_moduli"),
+        (lambda: PronySeries(0.0, [1e-200], [1.0]), "equilibrium_modulus + sum of branch_moduli"),
+        (lambda: PronySeries(1.0, [1.0], [1e300]), "relaxation_times"),
+        (lambda: PronySeries(1.0, [1.0], [5e-324]), "relaxation_times"),
+        (lambda: PronySeries(1.0, parallel_viscosity=1e300), "parallel_viscosity"),
+        (lambda: PronySeries(1.0, np.ones(1001), np.ones(1001)), "branch_moduli"),
+        (lambda: PronySeries(1.0, [1.0], [1.0]).scaled(1e300), "equilibrium_modulus + sum of branch_moduli"),
+        (lambda: burgers(1e6, 1e-300, 1e6, 1e3, bulk_modulus=1e9), "relaxation_times"),
+        (lambda: fractional_zener(1.0, 1.0, 1e300, 0.5), "coefficient"),
+        (lambda: fractional_zener(1.0, 1.0, 1e101, 0.01), "relaxation_time"),
+        (lambda: springpot(1.0, 0.5).prony((1e-300, 1.0)), "window"),
+    ],
+)
+def test_numbers_whose_products_overflow_are_refused(call, field):
+    with pytest.raises(InputError) as caught:
+        call()
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
+
+
+def test_functions_at_extreme_times_give_no_warning():
+    """Warnings are errors in the tests; the values are the limits."""
+    series = PronySeries(1.0, [2.0], [1e-3], parallel_viscosity=0.5)
+    extreme = [1e-300, 1e308]
+    assert series.relaxation_modulus(extreme).tolist() == [3.0, 1.0]
+    assert series.storage_modulus(extreme) == pytest.approx([1.0, 3.0])
+    assert series.creep_compliance(extreme) == pytest.approx([0.0, 1.0])
+    assert PronySeries(0.0, [2.0], [1e-3]).creep_compliance([1e308])[0] == math.inf
+    zener = fractional_zener(1.0, 2.0, 1e-3, 0.5)
+    assert zener.relaxation_modulus(extreme) == pytest.approx([3.0, 1.0])
+    assert zener.storage_modulus([0.0, *extreme]) == pytest.approx([1.0, 1.0, 3.0])
+    assert springpot(1e10, 0.9).storage_modulus([1e300])[0] == pytest.approx(1e280 * math.cos(0.45 * math.pi))

@@ -6,7 +6,6 @@ The section of each model follows from its constructor, so that a new model is o
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cached_property
@@ -39,11 +38,11 @@ from restitution.case.relaxation import (
 from restitution.case.section import Section, refuse
 from restitution.errors import InputError
 from restitution.material import library
-from restitution.material.conversion import shear_from_tension
+from restitution.material.conversion import shear_and_bulk
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.fit import PronyFit, fit_prony
 from restitution.material.fractional import Window
-from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable, agreed_deformation
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
@@ -262,21 +261,10 @@ class FileSection(MaterialSection):
             assert isinstance(self.file, PronyTerms)
             ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
             series, assumptions = self.file.series(**ends), None
-            times = series.relaxation_times
-            covered = (float(times.min()), float(times.max())) if times.size > 1 else None
-        tension = (self.deformation or self.file.deformation) == "tension"
-        shear, bulk = self._shear_and_bulk(series, tension)
+            covered = self.file.window
+        kind = agreed_deformation(self.file.deformation, self.deformation)
+        shear, bulk = shear_and_bulk(series, kind, self.bulk_modulus, self.poisson_ratio)
         return Material(shear, bulk, source=self.file.source, window=covered, assumptions=assumptions)
-
-    def _shear_and_bulk(self, series: PronySeries, tension: bool) -> tuple[PronySeries, PronySeries | float]:
-        ratio = self.poisson_ratio
-        if ratio is None:
-            assert self.bulk_modulus is not None
-            shear = shear_from_tension(series, bulk_modulus=self.bulk_modulus) if tension else series
-            return shear, self.bulk_modulus
-        shear = shear_from_tension(series, poisson_ratio=ratio) if tension else series
-        factor = math.inf if ratio == 0.5 else 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio))
-        return shear, math.inf if ratio == 0.5 else shear.scaled(factor)
 
 
 def _model_section(entry: MaterialModel) -> type[ModelSection]:

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from restitution.checks import positive
-from restitution.material.measurement import Deformation, PronyTerms, beyond_one
+from restitution.errors import InputError
+from restitution.material.measurement import Deformation, PronyTerms, beyond_one, span
 from restitution.material.sheet import FileError, Line, split_lines
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, bulk_factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +71,16 @@ class ViscoelasticDeck:
         """
         modulus = self.youngs_modulus if youngs_modulus is None else youngs_modulus
         ratio = self.poisson_ratio if poisson_ratio is None else poisson_ratio
-        if modulus is None or ratio is None:
-            missing = "youngs_modulus" if modulus is None else "poisson_ratio"
-            raise ValueError(f"{missing}: must be given, as {self.source or 'the deck'} does not say it")
+        for name, value in (("youngs_modulus", modulus), ("poisson_ratio", ratio)):
+            if value is None:
+                raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
+        assert modulus is not None
+        assert ratio is not None
         e = float(positive("youngs_modulus", modulus, "Pa"))
         if not -1.0 < ratio <= 0.5:
-            raise ValueError(f"poisson_ratio = {ratio:g}: must be in (-1, 0.5]")
-        shear, bulk = e / (2.0 * (1.0 + ratio)), math.inf if ratio == 0.5 else e / (3.0 * (1.0 - 2.0 * ratio))
+            raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
+        shear = e / (2.0 * (1.0 + ratio))
+        bulk = shear * bulk_factor(ratio)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
         return Material(
             shear if self.shear is None else self.shear.series(**{key: shear}),
@@ -84,7 +88,14 @@ class ViscoelasticDeck:
             density=self.density,
             name=self.name,
             source=self.source or None,
+            window=self.window,
         )
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Shortest and longest relaxation time [s] of all terms, None for fewer than two."""
+        parts = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
+        return span(np.unique(np.concatenate(parts))) if parts else None
 
 
 class _Entry(NamedTuple):

@@ -14,7 +14,7 @@ from restitution.checks import nonnegative, positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import shear_and_bulk
 from restitution.material.measurement import Deformation, DynamicTable, RelaxationTable, agreed_deformation
-from restitution.material.prony import PronySeries
+from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
 
@@ -30,8 +30,6 @@ _SLACK = 1.01
 _POOR = 0.1
 # Relaxation times reach beyond the data by this factor, as branches act half a decade away from their own times.
 _BEYOND = math.sqrt(10.0)
-# Times and frequencies outside this range are slips, and their products would overflow.
-_EXTREME = 1e100
 # Relative misfit of numbers that differ by rounding alone.
 _ROUNDING = 1e-9
 
@@ -239,10 +237,10 @@ class _Problem:
         if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
             wanted = f"must be at least 4 {what} over half a decade or more"
             raise InputError(what, points.size, wanted, where=data.source)
-        if inside[0] < 1.0 / _EXTREME or inside[-1] > _EXTREME:
-            wanted = f"must be in [{1.0 / _EXTREME:g}, {_EXTREME:g}] {unit}"
+        if inside[0] < 1.0 / EXTREME or inside[-1] > EXTREME:
+            wanted = f"must be in [{1.0 / EXTREME:g}, {EXTREME:g}] {unit}"
             raise InputError(
-                what, float(inside[0 if inside[0] < 1.0 else -1]), wanted, unit, where=data.source
+                what, float(inside[0 if inside[-1] <= EXTREME else -1]), wanted, unit, where=data.source
             )
         ends = float(inside[0]), float(inside[-1])
         window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends

@@ -10,11 +10,13 @@ from typing import Annotated, Any, NamedTuple, ParamSpec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative, positive, within
+from restitution import quantities
+from restitution.checks import nonnegative, positive
+from restitution.errors import InputError
 from restitution.material import models
-from restitution.material.prony import PronySeries
+from restitution.material.prony import EXTREME, PronySeries, in_range
 from restitution.material.spectrum import discretise, relaxation_by_quadrature
-from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio, time_window
 from restitution.quantities import CONSTANTS
 
 Array = NDArray[np.float64]
@@ -49,11 +51,15 @@ class PronyApproximation(NamedTuple):
         Largest relative error found of R(t) and of the complex modulus, t and 1/omega in the window.
     window
         Shortest and longest time [s].
+    loss_error
+        Largest relative error of the loss modulus. It exceeds `error`, which is relative to the magnitude of the
+        complex modulus, where the loss is small.
     """
 
     series: PronySeries
     error: float
     window: tuple[float, float]
+    loss_error: float
 
 
 @dataclass(frozen=True)
@@ -94,9 +100,16 @@ class FractionalModel:
     def __post_init__(self) -> None:
         nonnegative("equilibrium_modulus", self.equilibrium_modulus, "Pa")
         positive("coefficient", self.coefficient, "Pa s^exponent")
-        within("exponent", self.exponent, 0.01, 0.99)
+        quantities.CONSTANTS["exponent"].check(self.exponent)
+        in_range("equilibrium_modulus", self.equilibrium_modulus, EXTREME, "Pa")
+        in_range("coefficient", self.coefficient, EXTREME, "Pa s^exponent")
         if self.series_modulus != math.inf:
-            positive("series_modulus", self.series_modulus, "Pa")
+            in_range(
+                "series_modulus", float(positive("series_modulus", self.series_modulus, "Pa")), EXTREME, "Pa"
+            )
+            digits = (math.log10(self.coefficient) - math.log10(self.series_modulus)) / self.exponent
+            if not abs(digits) <= 100.0:
+                raise InputError("relaxation_time", f"1e{digits:.0f}", "must be in [1e-100, 1e+100] s", "s")
 
     @property
     def relaxation_time(self) -> float:
@@ -126,16 +139,23 @@ class FractionalModel:
         """
         t = np.asarray(nonnegative("time", time, "s"))
         if self.series_modulus == math.inf:
-            with np.errstate(divide="ignore"):
+            with np.errstate(divide="ignore", over="ignore"):
                 power = t**-self.exponent * (self.coefficient / math.gamma(1.0 - self.exponent))
             return (self.equilibrium_modulus + power)[()]
-        branch = relaxation_by_quadrature(t / self.relaxation_time, self.exponent)
+        branch = relaxation_by_quadrature(np.minimum(t, 1e200) / self.relaxation_time, self.exponent)
         return (self.equilibrium_modulus + self.series_modulus * branch)[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
         """Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus."""
-        power = self.coefficient * np.asarray(s) ** self.exponent
-        return (self.equilibrium_modulus + power / (1.0 + power / self.series_modulus))[()]
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            power = self.coefficient * np.asarray(s) ** self.exponent
+            soft = power / (1.0 + power / self.series_modulus)
+            if self.series_modulus < math.inf:
+                # The same number, in a form that keeps a small loss where the springpot is the stiffer part.
+                stiff = self.series_modulus / (1.0 + self.series_modulus / power)
+                stiff = np.where(np.isfinite(power), stiff, self.series_modulus)
+                soft = np.where(np.abs(power) < self.series_modulus, soft, stiff)
+        return (self.equilibrium_modulus + soft)[()]
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
         """Storage modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
@@ -162,7 +182,8 @@ class FractionalModel:
         window
             Shortest and longest time [s] that matter.
         rtol
-            Admissible relative error, in [1e-10, 0.1].
+            Admissible error of R(t) relative to R(t), and of the complex modulus relative to its magnitude, in
+            [1e-10, 0.1]. The loss modulus may be off by more where it is small; see `loss_error`.
 
         Returns
         -------
@@ -174,24 +195,26 @@ class FractionalModel:
         >>> springpot(1e6, 0.3).prony((1e-5, 1e-2), rtol=1e-4).series.n_branches < 20
         True
         """
-        low, high = (float(positive("window", time, "s")) for time in window)
-        if low >= high:
-            raise ValueError(f"window = ({low:g}, {high:g}) s: must ascend")
-        tolerance = float(within("rtol", rtol, 1e-10, 0.1))
+        low, high = time_window(window)
+        for time in (low, high):
+            in_range("window", time, EXTREME, "s")
+        tolerance = float(quantities.CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
         points = 2 + math.ceil(12.0 * math.log10(high / low))
         times = np.geomspace(low, high, points)
         relaxation, dynamic = self.relaxation_modulus(times), self.carson_transform(1j / times)
         coarseness = 1.5
         for _ in range(40):
             series = self._discretised(low, high, tolerance, coarseness)
+            found = series.carson_transform(1j / times)
             error = max(
                 float(np.abs(series.relaxation_modulus(times) / relaxation - 1.0).max()),
-                float(np.abs(series.carson_transform(1j / times) / dynamic - 1.0).max()),
+                float(np.abs(found / dynamic - 1.0).max()),
             )
             if error <= tolerance:
-                return PronyApproximation(series, error, (low, high))
+                loss_error = float(np.abs(found.imag / dynamic.imag - 1.0).max())
+                return PronyApproximation(series, error, (low, high), loss_error)
             coarseness *= 0.93
-        raise ArithmeticError(f"rtol = {rtol:g}: no Prony series of this accuracy was found")
+        raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
     def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
         tau = self.relaxation_time
@@ -209,11 +232,14 @@ class ApproximateMaterial(NamedTuple):
     material
         The material; its `window` is that of the approximation.
     error
-        Largest relative error of its relaxation moduli.
+        Largest relative error of its relaxation moduli and of the magnitude of its complex moduli.
+    loss_error
+        Largest relative error of its loss moduli.
     """
 
     material: Material
     error: float
+    loss_error: float
 
 
 @dataclass(frozen=True)
@@ -254,7 +280,7 @@ class FractionalMaterial:
     def within(self, window: Window | tuple[float, float]) -> Material:
         """Material that holds within a window of time [s], and says so in its `assumptions`."""
         low, high, rtol = Window(*window)
-        material, error = self.approximation((low, high), max(rtol, self.rtol))
+        material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
         terms = material.shear.n_branches
         assumptions = f"{terms} Prony terms stand for the fractional model, relative error {error:.1e}"
         return replace(material, assumptions=assumptions)
@@ -266,12 +292,13 @@ class FractionalMaterial:
         """
         rtol = self.rtol if rtol is None else rtol
         shear = self.shear.prony(window, rtol)
-        bulk, error = self.bulk, shear.error
+        bulk, error, loss_error = self.bulk, shear.error, shear.loss_error
         if isinstance(bulk, FractionalModel):
             approximation = bulk.prony(window, rtol)
             bulk, error = approximation.series, max(error, approximation.error)
+            loss_error = max(loss_error, approximation.loss_error)
         material = Material(shear.series, bulk, density=self.density, name=self.name, window=shear.window)
-        return ApproximateMaterial(material, error)
+        return ApproximateMaterial(material, error, loss_error)
 
 
 def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, FractionalModel]:

@@ -106,6 +106,17 @@ class PronyTerms:
         """Sum of the moduli, [Pa] or relative."""
         return float(self.moduli.sum())
 
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Shortest and longest relaxation time [s], None for a single one."""
+        return span(self.relaxation_times)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the moduli: empty where they are shares of a modulus that the file does not give."""
+        known = self.instantaneous_modulus is not None or self.equilibrium_modulus is not None
+        return "Pa" if known or not self.relative else ""
+
     def series(
         self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
     ) -> PronySeries:
@@ -190,6 +201,11 @@ def agreed_deformation(stated: Deformation | None, given: Deformation | None) ->
     if stated not in (None, kind):
         raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
     return kind
+
+
+def span(times: Array) -> tuple[float, float] | None:
+    """Return the shortest and the longest of several times, None for fewer than two."""
+    return (float(times.min()), float(times.max())) if times.size > 1 else None
 
 
 def beyond_one(shares: Array) -> int | None:

@@ -23,6 +23,16 @@ Array = NDArray[np.float64]
 MAX_BRANCHES = 1000
 """Largest number of branches: conversions and contacts take memory and time with its square."""
 
+EXTREME = 1e100
+"""Moduli, times and their reciprocals beyond this are refused, as their products would overflow."""
+_NEGLIGIBLE = 1e-60
+
+
+def in_range(name: str, value: float, extreme: float, unit: str) -> None:
+    """Refuse a number that is neither zero nor within an extreme and its reciprocal."""
+    if value != 0.0 and not 1.0 / extreme <= value <= extreme:
+        raise InputError(name, value, f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}", unit)
+
 
 class Retardation(NamedTuple):
     """Creep compliance J(t) = J_g + t/eta + sum J_k (1 - exp(-t/tau_k)) that belongs to a Prony series.
@@ -105,9 +115,11 @@ class PronySeries:
         if moduli.size > MAX_BRANCHES:
             raise InputError("branch_moduli", moduli.size, f"must be at most {MAX_BRANCHES} branches")
         with np.errstate(over="ignore"):
-            glass = equilibrium + moduli.sum()
-        if glass == np.inf:
-            raise InputError("branch_moduli", glass, "must have a finite sum with equilibrium_modulus", "Pa")
+            glass = equilibrium + float(moduli.sum())
+        in_range("equilibrium_modulus + sum of branch_moduli", glass, EXTREME, "Pa")
+        in_range("parallel_viscosity", dashpot, EXTREME**2, "Pa s")
+        for time in (times.min(), times.max()) if times.size else ():
+            in_range("relaxation_times", float(time), EXTREME, "s")
         self._fill(equilibrium, moduli, times, dashpot)
 
     def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
@@ -180,7 +192,9 @@ class PronySeries:
         array([3.        , 1.73575888])
         """
         t = np.asarray(nonnegative("time", time, "s"))
-        value = self.equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_times) @ self.branch_moduli
+        with np.errstate(over="ignore"):
+            decays = np.exp(-t[..., None] / self.relaxation_times)
+        value = self.equilibrium_modulus + decays @ self.branch_moduli
         return np.where(t == 0, np.inf, value)[()] if self.parallel_viscosity > 0 else value[()]
 
     def creep_compliance(self, time: ArrayLike) -> Any:
@@ -195,7 +209,8 @@ class PronySeries:
         """
         t = np.asarray(nonnegative("time", time, "s"))
         glass, fluidity, compliances, times = self.retardation
-        return (glass + fluidity * t - np.expm1(-t[..., None] / times) @ compliances)[()]
+        with np.errstate(over="ignore"):
+            return (glass + fluidity * t - np.expm1(-t[..., None] / times) @ compliances)[()]
 
     @cached_property
     def retardation(self) -> Retardation:
@@ -273,7 +288,9 @@ class PronySeries:
         return value[()]
 
     def simplified(self) -> PronySeries:
-        """Same function in its shortest form: no zero branches, equal times merged, times ascending.
+        """Same function in its shortest form: no negligible branches, equal times merged, times ascending.
+
+        A branch is negligible if it changes the Carson transform at no s > 0 by more than the fraction 1e-60.
 
         Examples
         --------
@@ -282,11 +299,23 @@ class PronySeries:
         """
         moduli, times = self.branch_moduli, self.relaxation_times
         keep = moduli > 0
-        if keep.all() and (times[1:] > times[:-1]).all():
+        small = moduli.max(initial=0.0) * _NEGLIGIBLE
+        if keep.all() and (times[1:] > times[:-1]).all() and (moduli > small).all():
             return self
+        keep &= self._matters(keep)
         times, where = np.unique(times[keep], return_inverse=True)
         moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
         return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
+
+    def _matters(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether R_k is not negligible beside R(s) at s = 1/tau_k, where the branch has its largest share."""
+        moduli, times = self.branch_moduli, self.relaxation_times
+        if not keep.any() or (moduli[keep] > moduli.max() * _NEGLIGIBLE).all():
+            return keep
+        with np.errstate(over="ignore"):
+            share = 1.0 / (1.0 + times[:, None] / times)
+        level = self.equilibrium_modulus + self.parallel_viscosity / times + share @ moduli
+        return moduli > _NEGLIGIBLE * level
 
     def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
         """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.

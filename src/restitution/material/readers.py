@@ -123,16 +123,20 @@ def _dynamic(source: str, table: Table) -> DynamicTable | None:
     omega, first, second = map(table.column, (frequency, modulus, other))
     order = _ascending(source, table, omega)
     storage, loss = first.values, second.values
-    if modulus is tables.COMPLEX:
-        # |E*| with the loss modulus or the loss tangent.
-        if other is tables.TANGENT:
-            storage = storage / np.hypot(1.0, loss)
-            loss = storage * loss
-        else:
-            share = np.minimum(loss / storage, 1.0)
+    # What overflows is refused below.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if modulus is tables.COMPLEX:
+            # |E*| with the loss modulus or the loss tangent.
+            share = loss / np.hypot(1.0, loss) if other is tables.TANGENT else np.minimum(loss / storage, 1.0)
+            loss = storage * share
             storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
-    elif other is tables.TANGENT:
-        loss = storage * loss
+        elif other is tables.TANGENT:
+            loss = storage * loss
+    good = np.isfinite(loss) & (storage > 0.0)
+    if not good.all():
+        row = int(np.argmin(good))
+        wanted = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
+        raise FileError(source, table.lines[row], wanted)
     _monotonic(source, table, first, storage, order, falling=False)
     kind, notes = _deformation(source, first, second), table.notes(omega, first, second)
     return DynamicTable(omega.values[order], storage[order], loss[order], kind, source, notes)

@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.errors import InputError
+
 Array = NDArray[np.float64]
 
 _EPS = float(np.finfo(np.float64).eps)
@@ -73,14 +75,29 @@ def secular_roots(constant: float, viscosity: float, weights: Array, times: Arra
     Returns
     -------
     SecularRoots
-        Ascending in lambda: one root below the first pole if a > 0, one between each two neighbours, one
+        In ascending order of lambda: one root below the first pole if a > 0, one between each two neighbours, one
         above the last pole if b > 0 or a + sum E_k < 0.
+
+    Raises
+    ------
+    InputError
+        If the weights differ by so much that numbers overflow.
 
     Examples
     --------
     >>> secular_roots(1.0, 0.0, np.array([3.0]), np.array([0.5])).times
     array([2.])
     """
+    with np.errstate(all="ignore"):
+        found = _secular_roots(constant, viscosity, weights, times)
+    if found is None or not (np.isfinite(found.times).all() and np.isfinite(found.slopes).all()):
+        raise InputError(
+            "moduli", wanted="must not differ by more than a factor of about 1e200 within a material"
+        )
+    return found
+
+
+def _secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots | None:
     n_pole = times.size
     if n_pole == 0:
         if constant > 0 and viscosity > 0:
@@ -155,7 +172,7 @@ def _brackets_between(
 
 def _solve(
     constant: float, viscosity: float, weights: Array, times: Array, logs: Array, brackets: _Brackets
-) -> SecularRoots:
+) -> SecularRoots | None:
     origin, side, lowest, highest, far = brackets
     upward = side > 0
     theta = side[:, None] * logs[origin]
@@ -200,7 +217,7 @@ def _solve(
             break
         y = np.where(done, y, target)
     else:
-        raise ArithmeticError("the secular equation was not solved within its bounded number of steps")
+        return None
     stretch = np.where(upward, y / (1.0 + y), 1.0 + 1.0 / y)
     terms = side[:, None] * terms
     roots = times[origin] * stretch

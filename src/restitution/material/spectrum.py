@@ -122,7 +122,8 @@ def discretise(
     # Slower than the window: exp(-lambda t) is a polynomial; faster: gone, its Carson transform a polynomial.
     first = math.log(tolerance ** (0.5 / _TAIL_NODES) / high)
     last = math.log(max(digits, 4.0) / low)
-    deepest = first - _LN_EPS / exponent
+    # A bounded spectrum has its peak at u = 0.
+    deepest = (min(first, 0.0) if bounded else first) - _LN_EPS / exponent
     highest = last + _LN_EPS / (1.0 - exponent)
     u, steps = log_grid(exponent, bounded, step, deepest, highest)
     logs = np.log(steps) + log_spectrum(exponent, bounded, u)
