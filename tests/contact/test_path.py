@@ -65,8 +65,8 @@ def test_the_force_integral_is_exactly_that_of_the_polynomials():
     left, width = table.edges[:-1, None], np.diff(table.edges)[:, None]
     derivative = table.force_integral[:, 1:] * np.arange(1, table.force_integral.shape[1])
     product = np.zeros_like(derivative)
-    product[:, :-1] = left * table.radius
-    product[:, 1:] += width * table.radius
+    product[:, :8] = left * table.radius
+    product[:, 1:9] += width * table.radius
     np.testing.assert_allclose(derivative, 2.0 * width * product, rtol=1e-12, atol=1e-20)
     ends = np.sum(table.force_integral, axis=1)
     np.testing.assert_allclose(ends[:-1], table.force_integral[1:, 0], rtol=1e-14)
@@ -119,7 +119,7 @@ def _looked_up(path, places, found):
 
 def test_the_kernel_finds_the_cell():
     table = path_table(ROUGH, 2.0)
-    path = table_path(table.edges, table.radius, table.force_integral)
+    path = table_path(table)
     inside = 0.5 * (table.edges[1:] + table.edges[:-1])
     s = np.concatenate([table.edges, inside, np.linspace(0.0, table.s_max, 500), [1.01 * table.s_max]])
     found = np.empty((2, s.size))
@@ -152,7 +152,7 @@ def test_arrays_for_the_kernel():
     for array in (table.radius, table.force_integral):
         assert array.dtype == np.float64
         assert array.flags.c_contiguous
-    assert table.force_integral.shape[1] == table.radius.shape[1] + 2
+    assert table.force_integral.shape[1] == table.radius.shape[1] + 4
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
+from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated
-from restitution.impact.batch import Batch
-from restitution.impact.exact import element_tolerance, kernel_path, path_tolerance
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
@@ -65,25 +62,6 @@ def test_the_tolerance_holds_on_a_rough_surface(profile: Tabulated, rtol: float)
     wanted = solve(impact, rtol=1e-12).restitution_coefficient
     found = solve(impact, rtol=rtol).restitution_coefficient
     assert np.all(np.abs(found - wanted) < rtol * np.maximum(wanted, 1e-3))
-
-
-@pytest.mark.parametrize(
-    ("profile", "kinks"),
-    [
-        # A table good to 1e-12 would follow every joint of the spline, and impacts take small steps over them.
-        (Tabulated(np.linspace(0.0, 12.0, 241), np.hypot(1.0, np.linspace(0.0, 12.0, 241)) - 1.0), False),
-        (rough_tip(56), True),
-        # Up to its equator, and far beyond it, where the contact grows no more.
-        (Sphere(20.0), False),
-        (Sphere(0.05), True),
-    ],
-)
-def test_what_passes_for_a_kink(profile: Profile, kinks: bool) -> None:
-    depth = np.array([0.3, 3.0])
-    mass = profile.contact_radius(depth) * depth**2
-    impact = Impact(Material(PronySeries(1.0, [3.0], [0.5]), math.inf), profile, mass, 1.0)
-    block = Batch.from_impact(impact).scaled(rtol=1e-8)
-    assert (path_tolerance(1e-8, kernel_path(block)) < element_tolerance(1e-8)) is kinks
 
 
 @pytest.mark.slow

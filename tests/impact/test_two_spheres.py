@@ -40,6 +40,9 @@ def test_mirror_images(name):
         ("indentation_depth", 2.0), ("indentation_velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),
         ("kinetic_energy", 2.0), ("stored_energy", 2.0), ("dissipated_energy", 2.0),
     ):  # fmt: skip
+        if quantity == "contact_radius":
+            # At the end a^2 falls to zero linearly: a itself feels the root of an error of the time.
+            two[quantity], one[quantity] = two[quantity] ** 2, one[quantity] ** 2
         largest = float(np.abs(two[quantity]).max())
         np.testing.assert_allclose(
             two[quantity], factor * one[quantity], rtol=0.0, atol=2e-8 * largest, err_msg=quantity

@@ -12,38 +12,51 @@ from restitution.contact.profile import Array, Profile, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
-# Ranks of halving: the narrowest cell is 4e-12 of the whole.
+# Ranks of halving of the narrowest cells, and cells beside those that begin at kinks.
 _MOST_HALVINGS = 36
 _MAX_CELLS = 4096
+# Kinks that change a(s) by less than this part of the tolerance, over an eighth of their own s, are left to the cells.
+_KINK_SHARE, _KINK_REACH = 0.1, 1.0 / 8.0
 
 
 class PathTable(NamedTuple):
-    """Piecewise polynomials of a(s) and Pi(s) = int_0^s a 2 s' ds' on cells in s, narrow where a(s) has kinks.
+    """Piecewise polynomials of a(s) and Pi(s) = int_0^s a 2 s' ds', on cells that end at the kinks of the profile.
 
-    In cell i, with ``w = edges[i+1] - edges[i]`` and its own coordinate ``t = (s - edges[i])/w``, ``a = sum_j
-    radius[i, j] t^j``, ``da/ds = (da/dt)/w`` and ``Pi = sum_j force_integral[i, j] t^j``.
+    Between kinks a(s) is smooth in ``rho = sqrt(s - origin)``, with the kink at the start as origin; before the first
+    kink ``rho = s``. In cell i, from ``low = rho(edges[i])`` to ``high = rho(edges[i+1])``, the coordinate is
+    ``t = (rho - low)/(high - low)``, and ``a = sum_j radius[i, j] t^j``, ``Pi = sum_j force_integral[i, j] t^j``.
 
     Attributes
     ----------
     edges : array
         Ends of the cells [m^(1/2)], rising from 0, shape ``(n_cells + 1,)``.
+    origin : array
+        Origin of rho of each cell [m^(1/2)], shape ``(n_cells,)``; negative where rho = s.
     radius : array
         Coefficients of a [m], shape ``(n_cells, 8)``, lowest power first.
     force_integral : array
-        Coefficients of Pi [m^2], shape ``(n_cells, 10)``: the exact integral of the polynomials of a.
+        Coefficients of Pi [m^2], shape ``(n_cells, 12)``: the exact integral of the polynomials of a.
     errors : array
         Verified ``int |delta a| dd / Pi`` up to the end of each cell, shape ``(n_cells,)``; it bounds the error of
         every force up to there relative to the largest elastic one, as forces depend on a(s) through its
         integral over depth alone.
     radius_error : float
         Largest error of a found, relative to the largest a.
+    kinks, strengths : array
+        Places s of the kinks [m^(1/2)] and their strengths: ``a = smooth + strength (s - kink)^power`` beyond each.
+    power : float
+        Half-integer.
     """
 
     edges: Array
+    origin: Array
     radius: Array
     force_integral: Array
     errors: Array
     radius_error: float
+    kinks: Array
+    strengths: Array
+    power: float
 
     @property
     def s_max(self) -> float:
@@ -54,6 +67,11 @@ class PathTable(NamedTuple):
     def error(self) -> float:
         """Error over the whole depth."""
         return float(self.errors[-1])
+
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """Coordinates rho at the start and the end of each cell."""
+        return _rho(self.edges[:-1], self.origin), _rho(self.edges[1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
         """Largest of the errors up to the end of the cell that holds a depth [m], and beyond."""
@@ -110,34 +128,48 @@ def path_table(
         raise ValueError("profile with arrays for parameters: a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
     least_integral = float(profile.force_integral_at_depth(least))
-    # Ends of the cells as parts of the whole, exact in binary.
-    left = np.arange(_FIRST_CELLS) / _FIRST_CELLS
-    width = np.full(_FIRST_CELLS, 1.0 / _FIRST_CELLS)
+    kinks, strengths, power = _significant_kinks(profile, depth_max, rtol)
+    # Cells in units of s_max: origin of rho, start and width in rho. Those before the first kink are exact in binary.
+    end = kinks[0] if kinks.size else 1.0
+    origin = np.append(np.full(_FIRST_CELLS, -1.0), kinks)
+    left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(kinks.size))
+    width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(kinks, 1.0))))
+    most = _MAX_CELLS + 2 * kinks.size
     done: list[tuple[Array, ...]] = []
     count = 0
     for rank in range(_MOST_HALVINGS + 1):
-        radius = _fitted(profile, depth_max, left, width)
-        gain, missed, largest = _missed(profile, depth_max, left, width, radius)
+        radius = _fitted(profile, depth_max, origin, left, width)
+        gain, missed, largest = _missed(profile, depth_max, origin, left, width, radius)
         allowed = rtol * np.maximum(gain, least_integral / _FIRST_CELLS**2)
-        last = rank == _MOST_HALVINGS or count + 2 * left.size > _MAX_CELLS
+        last = rank == _MOST_HALVINGS or count + 2 * left.size > most
         good = (missed <= allowed) | last
-        done.append((left[good], width[good], radius[good], missed[good], largest[good]))
+        cells = (origin, left, width, radius, missed, largest)
+        done.append(tuple(values[good] for values in cells))
         count += int(np.count_nonzero(good))
+        origin = np.repeat(origin[~good], 2)
         width = np.repeat(0.5 * width[~good], 2)
         left = np.repeat(left[~good], 2)
         left[1::2] += width[1::2]
         if left.size == 0:
             break
-    left, width, radius, missed, largest = (np.concatenate(parts) for parts in zip(*done, strict=True))
-    order = np.argsort(left)
-    left, width, radius, missed = left[order], width[order], radius[order], missed[order]
-    force_integral = _force_integral(depth_max, left, width, radius)
+    origin, left, width, radius, missed, largest = (
+        np.concatenate(parts) for parts in zip(*done, strict=True)
+    )
+    start = _place(origin, left)
+    order = np.argsort(start)
+    origin, left, width, radius, missed = (x[order] for x in (origin, left, width, radius, missed))
+    force_integral = _force_integral(depth_max, origin, left, width, radius)
+    root = depth_max**0.5
     return PathTable(
-        edges=depth_max**0.5 * np.append(left, 1.0),
+        edges=root * np.append(start[order], 1.0),
+        origin=root * origin,
         radius=np.ascontiguousarray(radius),
         force_integral=force_integral,
         errors=np.cumsum(missed) / np.sum(force_integral, axis=1),
         radius_error=float(np.max(largest)) / float(profile.contact_radius(depth_max)),
+        kinks=root * kinks,
+        strengths=strengths / root**power,
+        power=power,
     )
 
 
@@ -163,23 +195,32 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
     """
     s = as_array(s)
     cell = table.cell(s)
-    width = np.diff(table.edges)[cell]
-    t = (s - table.edges[cell]) / width
+    origin = table.origin[cell]
+    low, high = (rho[cell] for rho in table.ends)
+    rho, width = _rho(s, origin), high - low
+    t = (rho - low) / width
     radius = np.moveaxis(table.radius[cell], -1, 0)
     powers = np.arange(1, _DEGREE + 1).reshape((-1,) + (1,) * s.ndim)
-    slope = _polynomial(radius[1:] * powers, t) / width
+    # At a kink the slope over rho vanishes and da/ds is finite.
+    steepness = np.where(origin < 0.0, 1.0, 0.5 / np.maximum(rho, 1e-6 * width))
+    slope = _polynomial(radius[1:] * powers, t) / width * steepness
     force_integral = _polynomial(np.moveaxis(table.force_integral[cell], -1, 0), t)
     return _polynomial(radius, t), slope, force_integral
 
 
 def scaled(table: PathTable, length: float, radius: float) -> PathTable:
     """The same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
+    root = length**0.5
     return PathTable(
-        edges=table.edges / length**0.5,
+        edges=table.edges / root,
+        origin=table.origin / root,
         radius=table.radius / radius,
         force_integral=table.force_integral / (radius * length),
         errors=table.errors,
         radius_error=table.radius_error,
+        kinks=table.kinks / root,
+        strengths=table.strengths * (root**table.power / radius),
+        power=table.power,
     )
 
 
@@ -190,34 +231,69 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
     return value
 
 
-def _fitted(profile: Profile, depth_max: float, left: Array, width: Array) -> Array:
-    """Coefficients of a in cells that begin at s = left s_max."""
+def _rho(s: Array, origin: Array) -> Array:
+    """Coordinate in which a(s) is smooth."""
+    return np.where(origin < 0.0, s, np.sqrt(np.maximum(s - origin, 0.0)))
+
+
+def _place(origin: Array, rho: Array) -> Array:
+    """Return s at rho."""
+    return np.where(origin < 0.0, rho, origin + rho * rho)
+
+
+def _significant_kinks(profile: Profile, depth_max: float, rtol: float) -> tuple[Array, Array, float]:
+    """Places in units of s_max, strengths and power of the kinks that a table of this tolerance resolves."""
+    depth, strength, power = profile.kinks
+    place = np.sqrt(depth / depth_max)
+    # d - d_j = (s - s_j) (s + s_j)
+    strength = strength * (2.0 * depth_max * place) ** power
+    effect = np.abs(strength) * (_KINK_REACH * place) ** power
+    apart = (place > 1e-6) & (place < 1.0 - 1e-6)
+    kept = apart & (effect > _KINK_SHARE * rtol * profile.contact_radius(depth))
+    return place[kept], strength[kept], power
+
+
+def _fitted(profile: Profile, depth_max: float, origin: Array, left: Array, width: Array) -> Array:
+    """Coefficients of a in cells that begin at rho = left."""
     # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
     nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-    values = profile.contact_radius(depth_max * (left[:, None] + width[:, None] * nodes) ** 2)
+    s = _place(origin[:, None], left[:, None] + width[:, None] * nodes)
+    values = profile.contact_radius(np.minimum(depth_max * s * s, depth_max))
     solved: Any = np.linalg.solve(np.vander(nodes, increasing=True), values.T)
     return solved.T
 
 
 def _missed(
-    profile: Profile, depth_max: float, left: Array, width: Array, radius: Array
+    profile: Profile, depth_max: float, origin: Array, left: Array, width: Array, radius: Array
 ) -> tuple[Array, Array, Array]:
     """Int a dd of each cell, int |delta a| dd, and the largest |delta a|."""
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
     t = 0.5 + 0.5 * nodes
-    z = left[:, None] + width[:, None] * t
+    rho = left[:, None] + width[:, None] * t
+    s = _place(origin[:, None], rho)
     polynomial = _polynomial(radius.T[:, :, None], t)
-    difference = np.abs(polynomial - profile.contact_radius(depth_max * z * z))
-    gain, missed = (depth_max * width * ((z * a) @ weights) for a in (polynomial, difference))
+    difference = np.abs(polynomial - profile.contact_radius(np.minimum(depth_max * s * s, depth_max)))
+    pace = s * np.where(origin[:, None] < 0.0, 1.0, 2.0 * rho)
+    gain, missed = (depth_max * width * ((pace * a) @ weights) for a in (polynomial, difference))
     return gain, missed, np.max(difference, axis=1)
 
 
-def _force_integral(depth_max: float, left: Array, width: Array, radius: Array) -> Array:
-    """Coefficients of Pi in each cell."""
-    # d(s^2) = 2 s_max^2 (left + width t) width dt
-    force_integral = np.zeros((left.size, _DEGREE + 3))
-    force_integral[:, 1:-1] = radius * left[:, None]
-    force_integral[:, 2:] += radius * width[:, None]
-    force_integral[:, 1:] *= 2.0 * depth_max * width[:, None] / np.arange(1, _DEGREE + 3)
+def _force_integral(depth_max: float, origin: Array, left: Array, width: Array, radius: Array) -> Array:
+    """Coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
+    straight = origin < 0.0
+    zero = np.zeros_like(left)
+    rho = [left, width]
+    # s as a polynomial in t, then ds/drho.
+    s = [np.where(straight, left, origin + left**2), np.where(straight, width, 2.0 * left * width),
+         np.where(straight, zero, width**2)]  # fmt: skip
+    pace = [np.where(straight, 1.0, 2.0 * rho[0]), np.where(straight, zero, 2.0 * rho[1])]
+    product = np.zeros((left.size, 4))
+    for i, x in enumerate(s):
+        for j, y in enumerate(pace):
+            product[:, i + j] += x * y
+    force_integral = np.zeros((left.size, _DEGREE + 5))
+    for n in range(4):
+        force_integral[:, n + 1 : n + 2 + _DEGREE] += radius * product[:, n : n + 1]
+    force_integral[:, 1:] *= 2.0 * depth_max * width[:, None] / np.arange(1, _DEGREE + 5)
     force_integral[1:, 0] = np.cumsum(np.sum(force_integral, axis=1))[:-1]
     return force_integral

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,24 @@ Array = NDArray[np.float64]
 def as_array(values: ArrayLike) -> Array:
     """Return `values` as a float64 array (0-d for a number), on which every profile method computes."""
     return np.asarray(values, dtype=np.float64)
+
+
+class Kinks(NamedTuple):
+    """Depths at which a(d) is not smooth: ``a = smooth + strength (d - depth)^power`` beyond each of them.
+
+    Attributes
+    ----------
+    depth : array
+        Depths [m], rising, > 0.
+    strength : array
+        Factor [m^(1 - power)] of each.
+    power : float
+        Half-integer, >= 3/2.
+    """
+
+    depth: Array
+    strength: Array
+    power: float
 
 
 class Profile(ABC):
@@ -98,6 +116,11 @@ class Profile(ABC):
     def path_coefficient(self) -> Numeric | None:
         """Coefficient c [m^(1-p/2)] of a = c s^p, s = sqrt(d); None where no power law holds."""
         return None
+
+    @property
+    def kinks(self) -> Kinks:
+        """Depths at which a(d) is not smooth; none for most profiles."""
+        return Kinks(np.empty(0), np.empty(0), 1.5)
 
     @property
     def max_contact_radius(self) -> Numeric:

@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike
 
 from restitution.checks import finite
 from restitution.contact.abel import AbelTransform, Pieces
-from restitution.contact.profile import Array, Profile, as_array
+from restitution.contact.profile import Array, Kinks, Profile, as_array
 from restitution.quantities import LENGTH, Quantity
 
 # Points between two of the table, at which g is checked to rise and from which its inverse starts.
 _SAMPLES = 8
+# Part of the depth by which g may fall: no tip is measured that well.
+_LEVEL = 1e-7
 # A tip whose slope at r = 0 is below this fraction of its secant slope over the first interval is round.
 _ROUND_TIP = 0.1
 
@@ -58,6 +60,7 @@ class Tabulated(Profile, case_name="tabulated"):
     r: Annotated[Array, Quantity("r", LENGTH, "radii of points of the profile", "$r$", 0.0)]
     f: Annotated[Array, Quantity("f", LENGTH, "heights of points of the profile", "$f$", 0.0)]
     _flank: Pieces = field(init=False, repr=False, compare=False)
+    _order: int = field(init=False, repr=False, compare=False)
     _transform: AbelTransform = field(init=False, repr=False, compare=False)
     _samples: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
@@ -67,19 +70,20 @@ class Tabulated(Profile, case_name="tabulated"):
         object.__setattr__(self, "f", f)
         face = int(np.flatnonzero(f == 0.0)[-1])
         falls_at = 0.0
-        for pieces in _interpolants(r[face:], f[face:]):
+        for pieces, order in _interpolants(r[face:], f[face:]):
             transform = AbelTransform(pieces)
-            y, depth = _sampled(transform, pieces.breaks)
-            falls = np.flatnonzero(np.diff(depth) <= 0.0)
+            y, depth, slope = _sampled(transform, pieces.breaks)
+            falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
             if not falls.size:
+                made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
                 break
-            falls_at = math.hypot(transform.face, float(y[falls[0]]))
+            falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             raise ValueError(
                 f"f rises too little beyond r = {falls_at:g} m: g(x) must rise for the contact to be a full "
                 "circle; smooth or thin the table"
             )
-        for name, value in (("_flank", pieces), ("_transform", transform), ("_samples", (y, depth))):
+        for name, value in made.items():
             object.__setattr__(self, name, value)
 
     def shape(self, r: ArrayLike) -> Array:
@@ -136,6 +140,29 @@ class Tabulated(Profile, case_name="tabulated"):
         """Depth [m] at which the contact reaches the end of the table."""
         return float(self._samples[1][-1])
 
+    @property
+    def kinks(self) -> Kinks:
+        """Depths of the joints of the interpolant, where one of its derivatives jumps.
+
+        A jump J of the k-th derivative of f at r_j adds ``J sqrt(r_j/2) B(k, 1/2)/(k-1)! (x - r_j)^(k-1/2)`` to g(x)
+        beyond it, to leading order, and takes ``(1/g')`` times that from a(d).
+        """
+        k = self._order
+        slopes = self._flank
+        for _ in range(k):
+            slopes = slopes.derivative()
+        joints = slopes.breaks[1:-1]
+        ends = np.polynomial.polynomial.polyval(
+            np.diff(slopes.breaks)[:-1], slopes.coefficients[::-1, :-1], tensor=False
+        )
+        jump = slopes.coefficients[-1, 1:] - ends
+        beta = math.gamma(k) * math.gamma(0.5) / math.gamma(k + 0.5)
+        strength = -jump * np.sqrt(0.5 * joints) * beta / math.gamma(k)
+        # Where g hardly rises this is no more than a scale.
+        slope = self.transform_slope(joints)
+        slope = np.maximum(slope, 1e-3 * np.max(slope, initial=0.0))
+        return Kinks(self.transform(joints), strength / slope ** (k + 0.5), k - 0.5)
+
     def _inside(self, name: str, radius: Array) -> Array:
         if np.any(radius > self.r[-1]):
             worst = float(np.max(radius))
@@ -178,11 +205,31 @@ class Tabulated(Profile, case_name="tabulated"):
         return y
 
 
-def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array]:
+def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Array]:
     edges = transform.beyond_face(breaks)
     fractions = np.arange(1, _SAMPLES + 1) / _SAMPLES
     y = np.append(0.0, (edges[:-1, None] + np.diff(edges)[:, None] * fractions).ravel())
-    return y, transform(y).depth
+    found = transform(y)
+    return y, found.depth, found.slope
+
+
+def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
+    """Places y at which g falls, although it does not between the samples: the minima of its slope, three times closer."""
+    least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
+    if not least.size:
+        return least
+    columns = np.arange(least.size)
+    low, high = y[least - 1], y[least + 1]
+    fall, reached = np.zeros(least.size), np.zeros(least.size)
+    for _ in range(3):
+        here = low + np.linspace(0.0, 1.0, 2 * _SAMPLES + 1)[:, None] * (high - low)
+        found = transform(here[1:-1].ravel())
+        depth = found.depth.reshape(-1, least.size)
+        fall = np.maximum(fall, np.max(np.maximum.accumulate(depth) - depth, axis=0))
+        reached = np.max(depth, axis=0)
+        best = np.argmin(found.slope.reshape(-1, least.size), axis=0) + 1
+        low, high = here[best - 1, columns], here[best + 1, columns]
+    return low[fall > _LEVEL * reached]
 
 
 def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
@@ -205,19 +252,22 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
     return radii, heights
 
 
-def _interpolants(r: Array, f: Array) -> Iterator[Pieces]:
-    """Yield the monotone interpolants of f(r) from r[0], where f = 0, to r[-1], the smoothest first."""
+def _interpolants(r: Array, f: Array) -> Iterator[tuple[Pieces, int]]:
+    """Yield the monotone interpolants of f(r) from r[0], where f = 0, to r[-1], the smoothest first.
+
+    With each comes the order of the first derivative that jumps at its joints.
+    """
     for degree in (5, 3):
         pieces = _spline(r, f, degree)
         if pieces is not None and _rises(pieces):
-            yield pieces
+            yield pieces, degree
     if len(r) == 2:
-        yield Pieces(r, np.array([[f[1] / (r[1] - r[0])], [0.0]]))
+        yield Pieces(r, np.array([[f[1] / (r[1] - r[0])], [0.0]])), 2
         return
     from scipy.interpolate import PchipInterpolator
 
     monotone: Any = PchipInterpolator(r, f)
-    yield Pieces(r, np.asarray(monotone.c, dtype=np.float64))
+    yield Pieces(r, np.asarray(monotone.c, dtype=np.float64)), 2
 
 
 def _spline(r: Array, f: Array, degree: int) -> Pieces | None:

@@ -38,24 +38,6 @@ def element_tolerance(rtol: float) -> float:
     return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
 
 
-# A table has kinks where cells are narrower than the first part of their place, such as the joints of a measured tip
-# or the equator of a sphere, or than the second part of the whole: what is seen inside an element that spans one then
-# is as large as the error at its end.
-_SMOOTH_PLACE, _SMOOTH_CELL = 1.0 / 8.0, 1.0 / 100.0
-
-
-def path_tolerance(rtol: float, path: Path) -> float:
-    """Tolerance of one element for a profile."""
-    tolerance = element_tolerance(rtol)
-    if path.exponent >= 0.0:
-        return tolerance
-    widths = np.diff(path.edges)
-    if np.any(widths < np.maximum(_SMOOTH_PLACE * path.edges[1:], _SMOOTH_CELL * path.end)):
-        return min(tolerance, max(0.05 * rtol, 1e-13))
-    # The edge of a flat face is a weaker one.
-    return min(tolerance, rtol) if path.radius[0, 0] > 0.0 else tolerance
-
-
 def newton_tolerance(rtol: float) -> float:
     """Largest accepted error of the Newton iteration, relative; below 2e-14 there is nothing but rounding."""
     return min(max(5e-2 * rtol, 2e-14), 1e-7)
@@ -70,7 +52,7 @@ def kernel_path(block: ScaledBlock) -> Path:
     if table is None:
         return power_path(block.exponent)
     table = scaled(table, float(block.length[0]), float(block.radius[0]))
-    return table_path(table.edges, table.radius, table.force_integral)
+    return table_path(table)
 
 
 def solve_scaled(
@@ -151,7 +133,7 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
     from restitution.kernel.radau import radau
 
     solve_block(
-        radau(STAGES), path_tolerance(rtol, path), newton_tolerance(rtol), block.firsts, block.equilibria,
+        radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
         block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
     )  # fmt: skip
 

@@ -198,5 +198,4 @@ def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
 
     radius = float(profile.contact_radius(depth))
     table = path_table(profile, depth)
-    path = scaled(table, depth, radius)
-    return table_path(path.edges, path.radius, path.force_integral), radius, table.error
+    return table_path(scaled(table, depth, radius)), radius, table.error

@@ -12,7 +12,15 @@ from typing import Any
 
 from restitution.kernel.compile import part, stage
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
-from restitution.kernel.interpolation import interpolate, tail, value
+from restitution.kernel.interpolation import crossing, interpolate, tail
+from restitution.kernel.kinks import (
+    SPACING,
+    kink_effect,
+    length_beyond,
+    length_correction,
+    next_kink,
+    passed,
+)
 from restitution.kernel.lanes import WIDTH, absolute, largest, load, smallest, spread, store
 from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
 from restitution.kernel.problem import (
@@ -26,6 +34,7 @@ from restitution.kernel.problem import (
 )
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
+    AT_KINK,
     COUPLING,
     DASHPOT,
     F_,
@@ -57,6 +66,10 @@ FORCE_WEIGHT = 0.1
 STIFF = 15.0
 # First step over the scale of s.
 FIRST = 0.35
+# Velocity that a kink inside an element may take, and tail of an element that begins at one, over the tolerance of
+# Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink.
+KINK_EFFECT, KINK_TAIL = 1.0, 4.0
+_MOST_MISSED = 6
 
 
 @part
@@ -80,6 +93,7 @@ def approach_element(
     previous = math.inf
     moved = 0.0
     factor = True
+    renewed = False
     last = False
     iterations = 0
     s = load(vectors[UNKNOWN], 0)
@@ -150,7 +164,8 @@ def approach_element(
         moved = size if factor else moved
         contraction = max(size / previous, moved)
         left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
-        stalled = not factor and size < ROUNDING and size > 0.25 * previous
+        slow = size > 0.25 * previous
+        stalled = slow and renewed and size < ROUNDING
         if left <= accept or stalled:
             # One more round refines the modes with the final s: left out, e is off by 2e-8.
             last = True
@@ -160,17 +175,25 @@ def approach_element(
         chord = not factor
         if chord and size > 2.0 * previous and size > 1e-3:
             return -1
-        factor = chord and size > 0.25 * previous
+        factor = chord and slow
+        renewed = renewed or (factor and size < ROUNDING)
         previous = size
     v = v0 - h * times(A, g)
     store(table[S_], 1, s)
     store(table[V_], 1, v)
     store(table[T_], 1, table[T_, 0] + h * times(A, r))
     store(table[F_], 1, F)
+    # The inverses are those of s before it moved: each round takes a power of that off.
+    rounds = 1
+    power = moved * moved
+    while power > 0.1 * accept and rounds < 6:
+        power *= moved
+        rounds += 1
     for k in range(N):
         start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
         Wk = times(B[k], start)
-        Wk = Wk + times(B[k], start - Wk - (h / problem.times[k]) * times(A, r * Wk))
+        for _ in range(rounds):
+            Wk = Wk + times(B[k], start - Wk - (h / problem.times[k]) * times(A, r * Wk))
         store(table[MODES_ + 2 * k], 1, load(Y[k], 0))
         store(table[MODES_ + 1 + 2 * k], 1, Wk)
     return iterations
@@ -206,25 +229,6 @@ def _dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
         vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
 
 
-@stage
-def _zero_of_velocity(scheme: Scheme, work: Work, row: Any) -> float:
-    """Where in [0, 1] the velocity of an approach element passes zero (bracketed secant)."""
-    low, high = 0.0, 1.0
-    f_low, f_high = row[0], row[WIDTH]
-    x = 0.5
-    for _ in range(100):
-        x = low + (high - low) * f_low / (f_low - f_high)
-        x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
-        f = value(scheme, work, row, x)
-        if f > 0.0:
-            low, f_low = x, f
-        else:
-            high, f_high = x, f
-        if abs(f) < 1e-17 or high - low < 1e-15:
-            break
-    return x
-
-
 @part
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
     """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
@@ -242,6 +246,23 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
     if not smallest(s) > 0.2 * s0:
         s = s0 + (0.1 * abs(v0)) * x
     store(work.vectors[UNKNOWN], 0, s)
+
+
+@stage
+def _length_to(
+    problem: Problem, scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float
+) -> float:
+    """Length, at most h, of an element that ends at s = end, as predicted."""
+    table = work.approach[element]
+    s0, v0 = table[S_, 0], table[V_, 0]
+    inside = v0 * v0 + 2.0 * slope * (end - s0)
+    length = min(2.0 * (end - s0) / (v0 + math.sqrt(max(inside, 0.0))), h)
+    for _ in range(2):
+        _predict(problem, scheme, work, element, length)
+        reached = work.vectors[UNKNOWN, WIDTH - 1] - s0
+        if reached > 0.0:
+            length = min(length * min(max((end - s0) / reached, 0.5), 2.0), h)
+    return length
 
 
 @stage
@@ -271,6 +292,13 @@ def approach(
     table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
     sigma = 0.0
     attempts = 0
+    glass = problem.equilibrium
+    for k in range(problem.moduli.shape[0]):
+        glass += problem.moduli[k]
+    kinks = problem.path.kinks
+    # First kink ahead, the one at which the element starts, the one at which it is to end; solves that missed the last.
+    ahead, behind, target, missed = 0, -1, -1, 0
+    unhindered = h
     while True:
         attempts += 1
         if element >= work.approach.shape[0] - 1 or attempts > 4 * work.approach.shape[0]:
@@ -288,11 +316,22 @@ def approach(
             if table[S_, 0] > end:
                 return TOO_DEEP
             h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
+            if missed == 0:
+                slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.load)
+                if behind >= 0:
+                    h = length_beyond(problem, glass, behind, table[V_, 0], h, KINK_TAIL * accept)
+                unhindered = h
+                target = next_kink(
+                    problem, glass, ahead, table[S_, 0], table[V_, 0], slope, h, KINK_EFFECT * accept
+                )
+                if target >= 0:
+                    h = _length_to(problem, scheme, work, element, kinks[target], slope, h)
         _predict(problem, scheme, work, element, h)
         iterations = approach_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
             h *= 0.3
+            missed = 0
             continue
         # What may come back, down to where the tolerance of e asks for no more digits, or rounding leaves none.
         amplitude = min(math.sqrt(table[V_, S] ** 2 + max(table[F_, S], 0.0) * table[S_, S] ** 2), 1.0)
@@ -307,11 +346,27 @@ def approach(
         error = (1.0 + STIFF * stiff) * tail(scheme, table[V_]) / allowed
         if element == 0 and not exact_start:
             error *= 20.0 * tolerance / accept
+        if behind >= 0:
+            error *= max(tolerance / (KINK_TAIL * accept), 1.0)
         # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
         error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
         if not error <= 1.0:
             h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
+            missed = 0
             continue
+        if target >= 0:
+            correction = length_correction(
+                problem, scheme, work, table, glass, target, h, KINK_EFFECT * accept
+            )
+            beyond_reach = correction > 1.0 and h >= 0.999 * unhindered
+            if correction != 1.0 and missed < _MOST_MISSED and not beyond_reach:
+                missed += 1
+                h = min(h * correction, unhindered)
+                continue
+            if correction != 1.0:
+                target = -1
+        missed = 0
+        work.places[AT_KINK, element] = 1.0 if behind >= 0 else 0.0
         work.places[START, element] = sigma
         work.places[LENGTH, element] = h
         if table[V_, S] <= 0.0:
@@ -335,7 +390,18 @@ def approach(
             work.turning_place[0] = sigma
             return SINKS_IN if stops else CAPTURED
         h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
-    x = _zero_of_velocity(scheme, work, table[V_])
+        behind = target
+        if target >= 0:
+            h = max(h, unhindered)
+            ahead = target + 1
+        # An element may end a little beyond a kink; the next one, and the rebound, begins and ends there all the same.
+        before = ahead
+        ahead = passed(kinks, ahead, table[S_, S])
+        if ahead > before:
+            z = table[S_, S] - kinks[ahead - 1] + h * table[V_, S]
+            if kink_effect(problem, glass, ahead - 1, table[V_, S], SPACING * z, h) > KINK_EFFECT * accept:
+                behind = ahead - 1
+    x = crossing(scheme, work, table[V_], 0.0, 1.0)
     sigma += x * h
     interpolate(scheme, work, table, x, work.turning)
     work.counts[N_APPROACH] = element

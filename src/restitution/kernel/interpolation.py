@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from restitution.kernel.compile import part
+from restitution.kernel.compile import part, stage
 from restitution.kernel.dense import combine, lagrange, lagrange_lanes
 from restitution.kernel.lanes import WIDTH, from_lane, load, store, total
 from restitution.kernel.radau import Scheme
@@ -68,3 +68,23 @@ def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
     basis = work.vectors[BASIS]
     lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
     return product(basis, row)
+
+
+@stage
+def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
+    """Where in [0, end] a row of an element passes a level once (bracketed secant)."""
+    low, high = 0.0, end
+    f_low, f_high = row[0] - level, value(scheme, work, row, end) - level
+    rising = f_high > f_low
+    x = 0.5 * end
+    for _ in range(100):
+        x = low + (high - low) * f_low / (f_low - f_high)
+        x = min(max(x, low + 0.01 * (high - low)), high - 0.01 * (high - low))
+        f = value(scheme, work, row, x) - level
+        if (f > 0.0) != rising:
+            low, f_low = x, f
+        else:
+            high, f_high = x, f
+        if abs(f) < 1e-17 or high - low < 1e-15:
+            break
+    return x

@@ -1,5 +1,6 @@
 """The profile as the kernel sees it: contact radius over the square root of the depth."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,31 +22,47 @@ class Path(NamedTuple):
         Ends of the table's cells in s, rising from 0.
     finder : ndarray of int, shape (n_bins + 1,)
         The cells that hold the ends of equal bins in s.
+    cells : ndarray, shape (n_cells, 3)
+        Of each cell the origin of rho = sqrt(s - origin), negative where rho = s, then rho at its start, and its width.
     radius : ndarray, shape (n_cells, n)
         Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
-    integral : ndarray, shape (n_cells, n + 2)
+    integral : ndarray, shape (n_cells, n + 4)
         The same for `Pi = int_0^s a 2 s ds`.
+    kinks, strengths : ndarray, shape (n_kinks,)
+        Places and strengths of the kinks, beyond each of which `a = smooth + strength (s - kink)^power`.
+    power : float
     """
 
     exponent: float
     end: float
     edges: Any
     finder: Any
+    cells: Any
     radius: Any
     integral: Any
+    kinks: Any
+    strengths: Any
+    power: float
 
 
 def power_path(exponent: float) -> Path:
     """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
-    none = np.zeros((0, 1))
-    return Path(float(exponent), 1e30, np.zeros(1), np.zeros(1, dtype=np.int64), none, none)
+    none, nothing = np.zeros((0, 1)), np.zeros(0)
+    finder = np.zeros(1, dtype=np.int64)
+    return Path(float(exponent), 1e30, np.zeros(1), finder, none, none, none, nothing, nothing, 1.5)
 
 
-def table_path(edges: Any, radius: Any, integral: Any) -> Path:
-    """Return the path of a table."""
-    bins = np.linspace(edges[0], edges[-1], 2 * len(radius) + 1)
-    finder = np.clip(np.searchsorted(edges, bins, side="right") - 1, 0, len(radius) - 1)
-    return Path(-1.0, float(edges[-1]), edges, finder.astype(np.int64), radius, integral)
+def table_path(table: Any) -> Path:
+    """Return the path of a `restitution.contact.path.PathTable`."""
+    edges, count = table.edges, len(table.radius)
+    bins = np.linspace(edges[0], edges[-1], 2 * count + 1)
+    finder = np.clip(np.searchsorted(edges, bins, side="right") - 1, 0, count - 1)
+    low, high = table.ends
+    cells = np.stack([table.origin, low, high - low], axis=1)
+    return Path(
+        -1.0, float(edges[-1]), edges, finder.astype(np.int64), cells, table.radius, table.force_integral,
+        table.kinks, table.strengths, float(table.power),
+    )  # fmt: skip
 
 
 @stage
@@ -62,8 +79,14 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
             cell = middle
         else:
             above = middle
-    width = path.edges[cell + 1] - path.edges[cell]
-    y = (max(s, 0.0) - path.edges[cell]) / width
+    origin, low, width = path.cells[cell, 0], path.cells[cell, 1], path.cells[cell, 2]
+    rho = max(s, 0.0)
+    steepness = 1.0
+    if origin >= 0.0:
+        rho = math.sqrt(max(s - origin, 0.0))
+        # At a kink the slope over rho vanishes and da/ds is finite.
+        steepness = 0.5 / max(rho, 1e-6 * width)
+    y = (rho - low) / width
     a = 0.0
     slope = 0.0
     for n in range(path.radius.shape[1] - 1, -1, -1):
@@ -72,7 +95,7 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
     integral = 0.0
     for n in range(path.integral.shape[1] - 1, -1, -1):
         integral = integral * y + path.integral[cell, n]
-    return a, integral, slope / width
+    return a, integral, slope / width * steepness
 
 
 @part

@@ -11,7 +11,7 @@ Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.approach import LAG
+from restitution.kernel.approach import KINK_TAIL, LAG
 from restitution.kernel.compile import part, stage
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
 from restitution.kernel.interpolation import interpolate_lanes, tail
@@ -20,6 +20,7 @@ from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.problem import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS, Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
+    AT_KINK,
     BACK_LENGTH,
     BACK_START,
     DELAY,
@@ -32,6 +33,7 @@ from restitution.kernel.workspace import (
     N_FACTOR,
     N_REBOUND,
     S_,
+    START,
     SUM,
     T_,
     UNKNOWN,
@@ -79,6 +81,7 @@ def rebound_element(
     largest_u = 0.0
     moved = 0.0
     factor = True
+    renewed = False
     last = False
     iterations = 0
     while True:
@@ -163,7 +166,8 @@ def rebound_element(
         moved = size if factor else moved
         contraction = max(size / previous, moved)
         left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
-        stalled = not factor and size < rounding and size > 0.25 * previous
+        slow = size > 0.25 * previous
+        stalled = slow and renewed and size < rounding
         if left <= accept or stalled:
             last = True
             factor = False
@@ -171,7 +175,8 @@ def rebound_element(
         chord = not factor
         if chord and size > 2.0 * previous and size > 1e-3:
             return -1
-        factor = chord and size > 0.25 * previous
+        factor = chord and slow
+        renewed = renewed or (factor and size < rounding)
         previous = size
     store(work.vectors[UNKNOWN], 0, u)
     store(table[S_], 1, load(past[S_], 0))
@@ -213,6 +218,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         if work.turning[F_] * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
             h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
+    kink = work.counts[N_APPROACH]
     position = 0.0
     delay = 0.0
     attempts = 0
@@ -227,11 +233,20 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
                 return CAPTURED
             return STEP_TOO_SMALL
         left = sigma_m - position
-        final = h >= 0.999 * left
-        if final:
-            h = left
-        elif h > 0.6 * left:
-            h = 0.5 * left
+        # Elements end where the approach passed a kink.
+        while kink > 0 and (work.places[AT_KINK, kink] == 0.0 or work.places[START, kink] >= left):
+            kink -= 1
+        ahead = left - work.places[START, kink] if kink > 0 else left
+        if kink > 0 and h > ahead - work.places[LENGTH, kink]:
+            # What the approach could not do in one element beyond a kink cannot be done here either.
+            beyond = work.places[LENGTH, kink]
+            h = min(h, ahead) if ahead <= 1.01 * beyond else min(h, max(0.5 * ahead, ahead - beyond))
+        ends = h >= 0.999 * ahead
+        final = ends and kink == 0
+        if ends:
+            h = ahead
+        elif h > 0.6 * ahead and kink == 0:
+            h = 0.5 * ahead
         table = work.rebound[element]
         sigma = left - h * load(scheme.c, 1)
         if final:
@@ -253,8 +268,9 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
         # known to what rounding leaves of a place in a short element.
         late = tail(scheme, duration)
+        weight = max(tolerance / (KINK_TAIL * accept), 1.0) if ends and kink > 0 else 1.0
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
-        error = max(error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
+        error = max(weight * error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
         if not error <= 1.0:
             h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
             continue
@@ -269,6 +285,9 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if final:
             break
         position += h
+        if ends:
+            position = sigma_m - work.places[START, kink]
+            kink -= 1
         element += 1
         for n in range(rows):
             work.rebound[element, n, 0] = table[n, S]

@@ -13,8 +13,9 @@ S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 UNKNOWN, RADIUS, INTEGRAL, SPEED, FORCE, DELAY, BASIS, VALUES, N_VECTORS = 0, 1, 2, 3, 4, 5, 6, 7, 9
 # Members of `matrices`: the inverse of the Jacobian, sums over the modes, what couples them, and the dashpot's inverse.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
-# Rows of `places`: where an element starts and how long it is, in sigma and in lambda.
-START, LENGTH, BACK_START, BACK_LENGTH = range(4)
+# Rows of `places`: where an element starts and how long it is, in sigma and in lambda; whether one of the approach starts
+# at a kink.
+START, LENGTH, BACK_START, BACK_LENGTH, AT_KINK, N_PLACES = range(6)
 # Members of `counts`: last element of the approach and of the rebound, factorisations.
 N_APPROACH, N_REBOUND, N_FACTOR = range(3)
 
@@ -37,7 +38,7 @@ class Work(NamedTuple):
     approach, rebound : ndarray, shape (E, 4 + 2 N, S + 1)
         Stored points, a row for each quantity. The rebound's first row is the s of the approach with the same contact
         radius, its modes are X_k and W_k.
-    places : ndarray, shape (4, E)
+    places : ndarray, shape (5, E)
     slopes : ndarray, shape (E, S)
         u = dt/dlambda at the nodes of the rebound.
     turning : ndarray, shape (4 + 2 N,)
@@ -82,7 +83,7 @@ def allocate(N: int, elements: int) -> Work:
         aligned(rows, S),
         aligned(elements, rows, S + 1),
         aligned(elements, rows, S + 1),
-        np.zeros((4, elements)),
+        np.zeros((N_PLACES, elements)),
         aligned(elements, S),
         np.zeros(rows),
         np.zeros(1),
