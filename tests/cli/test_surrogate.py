@@ -121,7 +121,7 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None
 
 
 def test_tolerance_that_is_not_met_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("restitution.surrogates.pieces.DEEPEST", 0)
+    monkeypatch.setattr("restitution.surrogates.build.DEEPEST", 0)
     answer = run("ball.toml", "--rtol", "1e-9", "--out", "ball.json")
     assert answer.exit_code == 3
     assert "NOT_ACCURATE" in answer.stderr
