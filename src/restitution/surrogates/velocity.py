@@ -274,7 +274,9 @@ class Surrogate:
         error = {name: float(positive(f"error.{name}", content["error"][name])) for name in OUTPUTS}
         velocity = velocity_range(content["velocity"])
         rtol = float(positive("rtol", content["rtol"]))
-        return cls(velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces)
+        return cls(
+            velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces
+        )
 
     @cached_property
     def _tables(self) -> dict[str, Table]:
