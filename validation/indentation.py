@@ -183,7 +183,7 @@ def pressure_radius(result: rs.IndentationResult, series: rs.PronySeries, t: flo
                 series.relaxation_modulus(t - x)
                 * sample.contact_radius.values**3
                 / 3.0
-                * sample.velocity.values
+                * sample.indentation_velocity.values
             )
             total += float(np.sum((width[:, None] * weights).ravel() * rates))
     return math.sqrt(4.0 * total / result.sample([t]).force.item())

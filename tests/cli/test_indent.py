@@ -85,7 +85,7 @@ def test_histories_hold_every_column_with_units() -> None:
     assert header == [
         "time [s]",
         "indentation_depth [m]",
-        "velocity [m/s]",
+        "indentation_velocity [m/s]",
         "force [N]",
         "contact_radius [m]",
     ]
@@ -118,8 +118,8 @@ def test_bad_input_ends_with_one_line_and_code_2() -> None:
         (("other.toml",), "other.toml: no such file"),
         (
             ("again.toml",),
-            "again.toml: depth at time = 1.1 s: the contact grows again before it has ended, which is "
-            "outside the theory",
+            "again.toml: indentation.time = 1.1 s: the contact grows again before it has ended; the theory holds "
+            "for one loading and one unloading. Fit a smooth curve to measured data first",
         ),
     ):
         answer = run(*arguments)

@@ -152,7 +152,7 @@ def test_depth_under_a_force(series, profile, history):
         series,
         profile,
         lambda t: result.sample(np.atleast_1d(t)).indentation_depth.values,
-        lambda t: result.sample(np.atleast_1d(t)).velocity.values,
+        lambda t: result.sample(np.atleast_1d(t)).indentation_velocity.values,
         knots,
         result.turning_time,
     )

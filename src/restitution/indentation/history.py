@@ -12,8 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, nonnegative, positive
+from restitution.errors import InputError
+from restitution.quantities import HISTORY
 
 Array = NDArray[np.float64]
+
+UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].unit}
 
 _DEGREE = 9
 # Error of a fitted piece over the largest value, and the most pieces.
@@ -65,25 +69,30 @@ class History:
 
         Raises
         ------
-        ValueError
+        InputError
             If these are not two columns of equal length with ascending times.
         """
-        t, v = np.atleast_1d(finite("time", time, "s")), np.atleast_1d(finite(name, values))
+        t, v = (
+            np.atleast_1d(finite("time", time, "s")),
+            np.atleast_1d(finite(name, values, UNITS.get(name, ""))),
+        )
         if t.ndim != 1 or t.shape != v.shape or t.size < 2:
-            raise ValueError(
-                f"time, {name} of shapes {t.shape}, {v.shape}: must be two columns of equal length >= 2"
-            )
+            wanted = f"must be two columns of equal length >= 2, not of shapes {t.shape}, {v.shape}"
+            raise InputError(f"time, {name}", wanted=wanted)
         steps = np.diff(t)
         if np.any(steps < 0.0):
             n = int(np.argmax(steps < 0.0)) + 1
-            raise ValueError(f"time[{n}] = {t[n]:g} s after {t[n - 1]:g} s: must ascend")
+            raise InputError("time", float(t[n]), f"must not be before {t[n - 1]:g} s", "s", index=(n,))
         jumps = steps == 0.0
         if np.any(jumps[1:] & jumps[:-1]):
-            raise ValueError(
-                f"time = {t[1:-1][jumps[1:] & jumps[:-1]][0]:g} s three times: a jump has two values"
+            n = int(np.argmax(jumps[1:] & jumps[:-1]))
+            raise InputError(
+                "time", float(t[n]), "must not stand three times; a step has two values", "s", index=(n,)
             )
         if jumps[-1]:
-            raise ValueError(f"time[-1] = {t[-1]:g} s: {name} jumps there; a jump needs a later time")
+            raise InputError(
+                "time", float(t[-1]), f"must be followed by a later one, as {name} has a step there", "s"
+            )
         t, v = _without_collinear(t, v)
         return cls(t, np.column_stack([v[:-1], np.diff(v)]))
 
@@ -105,12 +114,14 @@ class History:
 
         Raises
         ------
-        ValueError
+        InputError
             If the function is not finite, or not smooth between the times.
         """
         t = np.unique(np.atleast_1d(finite("time", time, "s")))
         if t.size < 2:
-            raise ValueError("time: must hold at least two times, between which the history is given")
+            raise InputError(
+                "time", wanted="must hold at least two times, between which the history is given"
+            )
         function = _for_arrays(function, t[:2])
         edges = _first_pieces(t)
         at_times = _checked_values(function, t, name)
@@ -133,11 +144,10 @@ class History:
             lows, highs = lows[~good], highs[~good]
             short = highs - lows <= _SHORTEST * (t[-1] - t[0])
             if np.any(short):
-                raise ValueError(f"{name}: jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
+                raise InputError(name, wanted=f"jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
             if pieces + 2 * lows.size > _MOST_PIECES:
-                raise ValueError(
-                    f"{name}: not smooth near time = {lows[0]:g} s; give a function that is smooth between few times"
-                )
+                wanted = f"must be smooth between the given times, not so near time = {lows[0]:g} s"
+                raise InputError(name, wanted=wanted)
             middles = _middles(t, lows, highs)
             lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
         starts = np.concatenate([piece[0] for piece in found])
@@ -174,9 +184,8 @@ class History:
     def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
         t = np.asarray(finite("time", time, "s"))
         if np.any((t < self.start) | (t > self.stop)):
-            raise ValueError(
-                f"time: must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
-            )
+            wanted = f"must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
+            raise InputError("time", float(t.min() if t.min() < self.start else t.max()), wanted, "s")
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
         width = self.knots[piece + 1] - self.knots[piece]
         return piece, (t - self.knots[piece]) / width, width
@@ -285,7 +294,7 @@ def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array
 
 
 def _checked_values(function: Callable[[Array], Any], times: Array, name: str) -> Array:
-    return np.asarray(finite(name, function(times)), dtype=np.float64)
+    return np.asarray(finite(name, function(times), UNITS.get(name, "")), dtype=np.float64)
 
 
 def _values(function: Callable[[Array], Any], lows: Array, highs: Array, nodes: Array, name: str) -> Array:

@@ -1,8 +1,9 @@
-"""What came of a prescribed indentation."""
+"""Result of a prescribed indentation, its largest values and its work."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -11,32 +12,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import finite, whole
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Profile
-from restitution.indentation.quadrature import largest, loop_work
+from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
+from restitution.quantities import HISTORY
 from restitution.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from restitution.indentation.exact import Solution
     from restitution.indentation.history import History
-    from restitution.material.viscoelastic import Material
+    from restitution.indentation.solve import Solution
 
 Array = NDArray[np.float64]
 
-VARIABLES = {
-    "indentation_depth": ("m", "indentation depth d"),
-    "velocity": ("m/s", "velocity v"),
-    "force": ("N", "normal force F"),
-    "contact_radius": ("m", "contact radius a"),
-}
+COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius")
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_MOST_PANELS = 4000
+# Places between two breaks at which a largest value is first looked for.
+_SHARES = np.linspace(0.0, 1.0, 9)
 
 
 class IndentationStatus(IntEnum):
-    """How an indentation ended; each member's `message` says what happened."""
+    """How an indentation ended; the `message` of each member says what happened."""
 
     SEPARATED = 0
     IN_CONTACT = 1
@@ -61,7 +63,7 @@ class IndentationResult:
     ----------
     time : array, shape (n,)
         Times t [s] at which the columns below are given.
-    indentation_depth, velocity, force, contact_radius : array, shape (n,)
+    indentation_depth, indentation_velocity, force, contact_radius : array, shape (n,)
         Depth d of the tip below the undeformed surface [m], its rate [m/s], normal force F [N], contact radius a [m]. At a
         jump or a kink of the history: what is behind it. After the contact F = a = 0; under a prescribed force d then is the
         imprint that recovers.
@@ -71,8 +73,10 @@ class IndentationResult:
         Time [s] at which the contact radius has become largest: from there on it stays or shrinks.
     status : IndentationStatus
         Whether the contact ended.
-    material, counter_material, profile, prescribed, history_given
-        The problem: `prescribed` is "depth" or "force", `history_given` the `History`.
+    contact : Contact
+        Materials and profile; `material`, `profile` and `counter_material` are short for its parts.
+    prescribed, history_given
+        "depth" or "force", and its `History`.
     rtol : float
         Tolerance of depth, force and contact radius, over their largest value.
     error : float
@@ -81,26 +85,38 @@ class IndentationResult:
 
     time: Array = field(repr=False)
     indentation_depth: Array = field(repr=False)
-    velocity: Array = field(repr=False)
+    indentation_velocity: Array = field(repr=False)
     force: Array = field(repr=False)
     contact_radius: Array = field(repr=False)
     contact_end_time: float
     turning_time: float
     status: IndentationStatus
-    material: Material
-    profile: Profile
-    counter_material: Material | None
+    contact: Contact
     prescribed: str
     history_given: History = field(repr=False)
     rtol: float
     error: float
     _solution: Solution = field(repr=False)
 
+    @property
+    def material(self) -> Material:
+        """Material of the half-space."""
+        return self.contact.material
+
+    @property
+    def counter_material(self) -> Material | None:
+        """Material of the indenter; None where it is rigid."""
+        return self.contact.counter_material
+
+    @property
+    def profile(self) -> Profile:
+        """Profile of the indenter."""
+        return self.contact.profile
+
     @cached_property
     def history(self) -> xarray.Dataset:
-        """History over `time`: indentation depth, velocity, force, contact radius, with units."""
-        columns = (self.indentation_depth, self.velocity, self.force, self.contact_radius)
-        return self._dataset(self.time, columns)
+        """History over `time`: indentation depth and velocity, force, contact radius, with units."""
+        return self._dataset(self.time, tuple(getattr(self, name) for name in COLUMNS))
 
     def sample(
         self, times: ArrayLike | None = None, *, n_points: int = 401, before: bool = False
@@ -124,7 +140,7 @@ class IndentationResult:
 
         Raises
         ------
-        ValueError
+        InputError
             If a time lies outside the prescribed history.
 
         Examples
@@ -135,20 +151,21 @@ class IndentationResult:
         >>> print(float(result.sample([0.5]).indentation_depth[0]))
         5e-07
         """
-        if n_points < 2:
-            raise ValueError(f"n_points = {n_points}: must be at least 2")
-        moments = self._solution.times(n_points) if times is None else np.atleast_1d(np.asarray(times, float))
+        whole("n_points", n_points, 2)
+        moments = (
+            self._solution.times(n_points) if times is None else np.atleast_1d(finite("time", times, "s"))
+        )
         return self._dataset(moments, self._solution.at(moments, before=before))
 
     @cached_property
     def max_force(self) -> float:
         """Largest normal force [N], which need not be at one of the times."""
-        return largest(self._solution, 2)[0]
+        return _largest(self._solution, 2)[0]
 
     @cached_property
     def max_indentation_depth(self) -> float:
         """Largest depth during contact [m]."""
-        return largest(self._solution, 0)[0]
+        return _largest(self._solution, 0)[0]
 
     @property
     def max_contact_radius(self) -> float:
@@ -165,7 +182,7 @@ class IndentationResult:
     @cached_property
     def work(self) -> float:
         """Work [J] that the indenter did until the contact, or the history, ended."""
-        return loop_work(self._solution, self.rtol)
+        return _loop_work(self._solution, self.rtol)
 
     @property
     def dissipated_work(self) -> float:
@@ -177,19 +194,23 @@ class IndentationResult:
 
     @cached_property
     def validity(self) -> Validity:
-        """Report on the assumptions of the theory, by the largest speed and the whole duration of the history."""
-        speeds = np.abs(self.velocity[np.isfinite(self.velocity)])
+        """Assumptions of the theory, each with its number, its limit and advice.
+
+        The time of the contact is that from first touch to its end, or to the end of the history.
+        """
+        speeds = np.abs(self.indentation_velocity)
+        stop = min(self.contact_end_time, self.history_given.stop)
         return validity(
-            Contact(self.material, self.profile, self.counter_material),
+            self.contact,
             max_contact_radius=self.max_contact_radius,
             max_indentation_depth=self.max_indentation_depth,
-            velocity=np.max(speeds, initial=0.0),
-            contact_time=min(float(self.time[-1]), self.contact_end_time),
+            velocity=np.max(speeds, initial=0.0, where=np.isfinite(speeds)),
+            contact_time=stop - self._solution.units.touch,
         )
 
     @property
     def warnings(self) -> list[str]:
-        """Where the assumptions of the theory are doubtful, with the numbers."""
+        """Messages of the assumptions that are doubtful."""
         return self.validity.warnings
 
     def plot(self) -> Figure:
@@ -208,10 +229,101 @@ class IndentationResult:
         import xarray as xr
 
         data = {
-            name: ("time", values, {"units": unit, "long_name": long_name})
-            for (name, (unit, long_name)), values in zip(VARIABLES.items(), columns, strict=True)
+            name: ("time", values, HISTORY[name].attributes)
+            for name, values in zip(COLUMNS, columns, strict=True)
         }
-        time = ("time", times, {"units": "s", "long_name": "time t"})
+        time = ("time", times, {**HISTORY["time"].attributes, "long_name": "time"})
         return xr.Dataset(
             data, coords={"time": time}, attrs={"prescribed": self.prescribed, "rtol": self.rtol}
         )
+
+
+def _largest(solution: Solution, column: int) -> tuple[float, float]:
+    """Largest value of a column of `Solution.at` up to the end of contact, and its time [s]."""
+    breaks = solution.breaks
+    low, high = breaks[:-1, None], breaks[1:, None]
+    times = np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]])
+    best, moment = -np.inf, float(breaks[0])
+    # Values jump at kinks: also what is before one.
+    knots = solution.history.knots
+    knots = knots[(knots > breaks[0]) & (knots <= breaks[-1])]
+    if knots.size:
+        values = solution.at(knots, before=True)[column]
+        best, moment = float(values.max()), float(knots[np.argmax(values)])
+    for _ in range(6):
+        values = solution.at(times)[column]
+        n = int(np.argmax(values))
+        if values[n] > best:
+            best, moment = float(values[n]), float(times[n])
+        times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
+    return best, moment
+
+
+def _loop_work(solution: Solution, rtol: float) -> float:
+    """Work [J] int F dd until the end of contact, or of the history; steps of the history are integrated by themselves."""
+    breaks = solution.breaks
+
+    def power(low: Array, high: Array) -> Array:
+        half = 0.5 * (high - low)
+        times = (low + half)[:, None] + half[:, None] * _NODES
+        _, rate, force, _ = solution.at(times.ravel())
+        # Under a force the rate may be infinite at touch, where the product vanishes.
+        product = np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
+        return half * (product.reshape(times.shape) @ _WEIGHTS)
+
+    steps = [_step_work(solution, place, rtol) for place in solution.steps]
+    return _adaptive(power, breaks[:-1], breaks[1:], rtol, sum(map(abs, steps))) + sum(steps)
+
+
+def _step_work(solution: Solution, place: int, rtol: float) -> float:
+    """Work [J] of a step: over the depth under a prescribed one, else over the force by parts."""
+    depth, force = solution.through(place, np.array([0.0, 1.0]))
+    column = 1 if solution.by_depth else 0
+
+    def values(low: Array, high: Array) -> Array:
+        half = 0.5 * (high - low)
+        shares = (low + half)[:, None] + half[:, None] * _NODES
+        return half * (solution.through(place, shares.ravel())[column].reshape(shares.shape) @ _WEIGHTS)
+
+    # At both ends force and depth may be powers of each other.
+    fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
+    edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
+    mean = _adaptive(values, edges[:-1], edges[1:], rtol, 0.0)
+    if solution.by_depth:
+        return float((depth[1] - depth[0]) * mean)
+    return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
+
+
+def _adaptive(
+    panels: Callable[[Array, Array], Array], low: Array, high: Array, rtol: float, scale: float
+) -> float:
+    """Integral by panels, each of which is halved until its two halves agree with it.
+
+    Parameters
+    ----------
+    panels : callable
+        Integrals over intervals, from their lower and upper ends.
+    low, high : array, shape (n,)
+        The intervals to begin with.
+    rtol : float
+        Error over the sum of the sizes of all.
+    scale : float
+        Size of what is added to the integral elsewhere.
+    """
+    span, most = float(high[-1] - low[0]), _MOST_PANELS + 2 * low.size
+    whole = panels(low, high)
+    scale += float(np.sum(np.abs(whole)))
+    total = 0.0
+    while low.size and scale > 0.0:
+        middle = 0.5 * (low + high)
+        left, right = panels(low, middle), panels(middle, high)
+        share = (high - low) / span
+        good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
+        # Narrower ones are lost in the rounding of their ends; so many are noise, which halving does not end.
+        good |= (share <= 1e-12) | (low.size > most)
+        total += float(np.sum((left + right)[good]))
+        bad = ~good
+        low, middle, high = low[bad], middle[bad], high[bad]
+        whole = np.concatenate([left[bad], right[bad]])
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    return total

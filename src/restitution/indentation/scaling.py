@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.contact.contact import Contact
+from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
-from restitution.indentation.history import History, restricted
+from restitution.errors import InputError
+from restitution.indentation.history import UNITS, History, restricted
+from restitution.kernel.memory import allocate
+from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.prescribed import DEPTH, FORCE
+from restitution.kernel.prescribed import Contact as ScaledContact
 from restitution.material.prony import PronySeries, Retardation
 
-if TYPE_CHECKING:
-    from restitution.kernel.path import Path
-    from restitution.kernel.prescribed import Contact
-
 Array = NDArray[np.float64]
+
+# Negative forces of less than this share of the largest are rounding of a return to zero.
+_NO_FORCE = 1e-13
+# Squares of depths, radii and forces must be normal numbers.
+_SMALLEST, _LARGEST = 1e-150, 1e150
 
 
 class Units(NamedTuple):
@@ -43,36 +51,27 @@ class Units(NamedTuple):
 
 
 def contact_part(history: History, name: str) -> History:
-    """History from first touch on.
-
-    Raises
-    ------
-    ValueError
-        If it starts in contact, or never comes into contact.
-    """
+    """History from first touch on; one that starts in contact or never touches is refused."""
     history = history.cut()
     ends = history.coefficients.sum(axis=1)
     # A piece does not change its sign within, and its middle is far from the rounding of its ends.
     middles = history.coefficients @ 0.5 ** np.arange(history.coefficients.shape[1])
     touching = np.flatnonzero(np.where(np.diff(history.knots) > 0.0, middles, ends) > 0.0)
-    unit = "m" if name == "depth" else "N"
     first = float(history.coefficients[0, 0])
     if first > 0.0:
-        raise ValueError(
-            f"{name} = {first:g} {unit} at the start: must be <= 0; a step has two points at the same time"
-        )
+        advice = "a curve that begins in contact needs its contact point: " if name == "depth" else ""
+        wanted = f"must be <= 0 at the start; {advice}subtract an offset, or begin with a step, two points at one time"
+        raise InputError(name, first, wanted, UNITS[name])
     if not touching.size:
-        raise ValueError(f"{name} <= 0 {unit} throughout: the bodies do not touch")
+        raise InputError(name, float(ends.max()), "must rise above 0; the bodies do not touch", UNITS[name])
     start = int(touching[0])
     if name == "force":
         least = np.minimum(ends, history.coefficients[:, 0])
-        # Rounding of a return to zero is none of the user's.
-        negative = least < -1e-13 * ends.max()
+        negative = least < -_NO_FORCE * ends.max()
         if np.any(negative):
             n = int(np.argmax(negative))
-            raise ValueError(
-                f"force = {least[n]:g} N at time = {history.knots[n + 1]:g} s: must be >= 0 (no adhesion)"
-            )
+            wanted = f"must be >= 0, as there is no adhesion; it is not at time = {history.knots[n + 1]:g} s"
+            raise InputError("force", float(least[n]), wanted, "N")
     coefficients = history.coefficients[start:].copy()
     coefficients[0, 1] += coefficients[0, 0] if history.knots[start + 1] == history.knots[start] else 0.0
     coefficients[0, 0] = 0.0
@@ -99,25 +98,9 @@ def largest_depth(series: PronySeries, profile: Profile, force: float, duration:
     return min(math.exp(high), most)
 
 
-def scaled_contact(
-    series: PronySeries, profile: Profile, history: History, name: str
-) -> tuple[Contact, Units]:
-    """Dimensionless contact, and its units.
-
-    Parameters
-    ----------
-    series : PronySeries
-        Reduced modulus.
-    profile : Profile
-        Profile with scalar parameters.
-    history : History
-        Prescribed, from first touch on.
-    name : str
-        "depth" or "force".
-    """
-    from restitution.kernel import memory
-    from restitution.kernel.prescribed import DEPTH, FORCE, Contact
-
+def scaled_contact(bodies: Contact, history: History, name: str) -> tuple[ScaledContact, Units]:
+    """Dimensionless contact, and its units; the history is prescribed from first touch on."""
+    series, profile = bodies.reduced_modulus, bodies.profile
     by_depth = name == "depth"
     touch, duration = history.start, history.stop - history.start
     peak = float(history.coefficients.sum(axis=1).max())
@@ -131,12 +114,10 @@ def scaled_contact(
     )
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * depth
-    # Squares of both are taken on the way.
-    if not all(1e-150 < value < 1e150 for value in (depth, radius, force)):
-        raise ValueError(
-            f"{name} up to {peak:g} {'m' if by_depth else 'N'}: leads to a depth of {depth:.3g} m, a contact radius of "
-            f"{radius:.3g} m and a force of {force:.3g} N; each must be in [1e-150, 1e+150]"
-        )
+    if not all(_SMALLEST < value < _LARGEST for value in (depth, radius, force)):
+        wanted = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of {force:.3g} N; "
+        wanted += f"each must be in [{_SMALLEST:g}, {_LARGEST:g}]"
+        raise InputError(name, peak, wanted, UNITS[name])
     units = Units(touch, duration, depth, radius, force, error)
     rates = duration / times
     glass, compliances, recoveries = 0.0, np.empty(0), np.empty(0)
@@ -151,11 +132,11 @@ def scaled_contact(
         history = _graded(history)
     knots = (history.knots - touch) / duration
     segments = 0 if by_depth else knots.size - 1
-    contact = Contact(
+    contact = ScaledContact(
         DEPTH if by_depth else FORCE, knots, history.coefficients / (depth if by_depth else units.force),
         series.equilibrium_modulus / typical, moduli / typical, rates, series.parallel_viscosity / typical / duration,
         float(np.min(1.0 / rates, initial=1.0)), glass, compliances, recoveries,
-        memory.allocate(recoveries, segments), memory.allocate(recoveries, segments), path,
+        allocate(recoveries, segments), allocate(recoveries, segments), path,
     )  # fmt: skip
     return contact, units
 
@@ -185,17 +166,12 @@ def scaled_retardation(series: PronySeries, units: Units) -> Retardation:
 
 
 def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
-    """Profile as the kernel takes it, with the depth as unit, the contact radius there [m], and the error of the path."""
-    from restitution.kernel.path import power_path, table_path
-
+    """Profile in units of the depth, the contact radius there [m], and the error of the table."""
     exponent: Any = profile.path_exponent
-    coefficient: Any = profile.path_coefficient
+    radius: Any = profile.contact_radius(depth)
+    if np.ndim(radius):
+        raise InputError("profile", wanted="has arrays for parameters; an indentation has one profile")
     if exponent is not None:
-        if np.ndim(exponent) or np.ndim(coefficient):
-            raise ValueError("profile: has arrays for parameters; an indentation has one profile")
-        return power_path(float(exponent)), float(profile.contact_radius(depth)), 0.0
-    from restitution.contact.path import path_table, scaled
-
-    radius = float(profile.contact_radius(depth))
+        return power_path(float(exponent)), float(radius), 0.0
     table = path_table(profile, depth)
-    return table_path(scaled(table, depth, radius)), radius, table.error
+    return table_path(scaled(table, depth, radius)), float(radius), table.error

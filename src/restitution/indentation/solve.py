@@ -1,4 +1,4 @@
-"""One indentation under a prescribed depth or force, solved."""
+"""Indentation under a prescribed depth or force, and its solution, which can be sampled at any time."""
 
 from __future__ import annotations
 
@@ -8,19 +8,34 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, positive, within
+from restitution.contact.contact import Contact
 from restitution.contact.profile import Profile
-from restitution.indentation.exact import Solution
-from restitution.indentation.history import History
+from restitution.errors import InputError
+from restitution.indentation.evolution import (
+    Reloading,
+    check_recontact,
+    depth_rounding,
+    grow_contact,
+    recover_depth,
+    scratch,
+    shrink_contact,
+)
+from restitution.indentation.history import UNITS, History
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.material.reduced_modulus import reduced_modulus
+from restitution.indentation.scaling import contact_part, scaled_contact, scaled_retardation
+from restitution.kernel.indentation import sample, through_jump
 from restitution.material.viscoelastic import Material
 
+Array = NDArray[np.float64]
 Prescribed = History | ArrayLike | Callable[[Any], Any]
 
+# Number of even times of a result where none are asked for.
 _POINTS = 401
+# Share of the tolerance for the elements, as errors of the past add up.
+_ELEMENT_SHARE = 0.05
 
 
 def indent(
@@ -62,11 +77,9 @@ def indent(
 
     Raises
     ------
-    ValueError
-        If a number is out of its range, or if the contact grows again once it has shrunk: reloading is outside the
-        theory. The message names the time.
-    TypeError
-        If a material or a profile is something else.
+    InputError
+        If an argument is out of its range or of another type. If the contact grows again once it has shrunk, the field
+        is `time` and the value the time: the theory excludes reloading.
 
     Notes
     -----
@@ -86,18 +99,16 @@ def indent(
     >>> print(f"{result.max_force:.9g} N, contact ends at {result.contact_end_time:.6f} s")
     1.38541713e-09 N, contact ends at 1.407006 s
     """
-    if not isinstance(material, Material):
-        raise TypeError(f"material = {material!r}: must be a Material")
-    if not isinstance(profile, Profile):
-        raise TypeError(f"profile = {profile!r}: must be a Profile")
-    if counter_material is not None and not isinstance(counter_material, Material):
-        raise TypeError(f"counter_material = {counter_material!r}: must be a Material")
+    contact = _contact(material, profile, counter_material)
+    if np.ndim(profile.contact_radius(0.0)):
+        raise InputError("profile", wanted="has arrays for parameters; an indentation has one profile")
     if (depth is None) == (force is None):
-        raise ValueError("depth, force: must be given one of the two")
+        wanted = "exactly one of the two must be given: depth= or force="
+        raise InputError("depth, force", wanted=wanted)
     rtol = float(within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
-    solution = Solution(_reduced_modulus(material, counter_material), profile, prescribed, name, rtol)
+    solution = Solution(contact, prescribed, name, rtol)
     times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
@@ -109,12 +120,14 @@ def indent(
     return IndentationResult(
         times, *columns, end, solution.turning_time,
         IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT,
-        material, profile, counter_material, name, prescribed, rtol, rtol + solution.path_error, solution,
+        contact, name, prescribed, rtol, rtol + solution.path_error, solution,
     )  # fmt: skip
 
 
-# Many indentations of one material are the rule; its series connection takes longer than one of them.
-_reduced_modulus = lru_cache(maxsize=32)(reduced_modulus)
+# Many indentations of one material are the rule, and its reduced modulus takes longer than one of them.
+@lru_cache(maxsize=32)
+def _contact(material: Material, profile: Profile, counter_material: Material | None) -> Contact:
+    return Contact(material, profile, counter_material)
 
 
 def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
@@ -123,7 +136,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     if isinstance(prescribed, (int, float)) and not isinstance(prescribed, bool):
         return _step(name, prescribed, time)
     if time is None:
-        raise ValueError(f"time: must be given with {name} as an array or a function")
+        raise InputError("time", wanted=f"must be given with {name} as an array or a function")
     if callable(prescribed):
         return History.from_function(prescribed, time, name=name)
     return History.from_points(time, prescribed, name=name)
@@ -131,11 +144,181 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
 
 def _step(name: str, value: float, time: ArrayLike | None) -> History:
     """One value, which prevails at once from the first time on."""
-    value = float(positive(name, value, "m" if name == "depth" else "N"))
+    value = float(positive(name, value, UNITS[name]))
     if time is None:
-        raise ValueError(
-            f"time: must be given with {name} as a number; from its first to its last value it is held"
-        )
+        wanted = f"must be given with {name} as a number, which is held from its first to its last value"
+        raise InputError("time", wanted=wanted)
     times = np.atleast_1d(finite("time", time, "s"))
     first, last = float(times.min()), float(times.max())
     return History.from_points([first, first, last], [0.0, value, value], name=name)
+
+
+class Solution:
+    """Exact solution under a prescribed history, in SI.
+
+    Parameters
+    ----------
+    contact : Contact
+        Materials and profile.
+    history : History
+        What is prescribed.
+    name : str
+        Which quantity: "depth" or "force".
+    rtol : float
+        Error of force, depth and contact radius over the largest, and of the end of contact over the duration.
+
+    Raises
+    ------
+    InputError
+        If the history is outside the theory.
+    """
+
+    def __init__(self, contact: Contact, history: History, name: str, rtol: float) -> None:
+        self.history, self._profile = history, contact.profile
+        self.by_depth = name == "depth"
+        tolerance = _ELEMENT_SHARE * rtol
+        part = contact_part(history, name)
+        deepest = float(np.min(contact.profile.max_depth))
+        if self.by_depth:
+            _check_depth(part, deepest, contact.reduced_modulus.parallel_viscosity)
+        self._contact, self.units = scaled_contact(contact, part, name)
+        work = scratch(self._contact)
+        past = grow_contact(self._contact, work, tolerance, deepest)
+        rounding, moment = depth_rounding(past)
+        if rounding > rtol * past.elements.depths[-1]:
+            wanted = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
+            wanted += "make it a step, two points at the same time"
+            raise InputError("time", self._time(moment), wanted, "s")
+        try:
+            past, places, times = shrink_contact(self._contact, past, work, rtol)
+            if self.by_depth and past.end < 1.0:
+                creep = scaled_retardation(contact.reduced_modulus, self.units)
+                check_recontact(self._contact, past, work, places, times, rtol, creep)
+        except Reloading as error:
+            raise Reloading("time", float(self._time(error.value)), error.wanted, "s") from None
+        self._past = past
+        self._recovery = recover_depth(self._contact, past, work, tolerance)
+
+    @property
+    def path_error(self) -> float:
+        """Error of forces, over the largest, that the table of the profile leaves."""
+        return self.units.error
+
+    @property
+    def turning_time(self) -> float:
+        """Time at which the contact starts to shrink [s]; the end of the history where it does not."""
+        return self._moment(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
+
+    @property
+    def max_contact_radius(self) -> float:
+        """Contact radius as the contact ceases to grow [m]."""
+        if self._contact.path.exponent == 0.0:
+            return self.units.radius
+        return float(self._profile.contact_radius(self.units.length * self._past.elements.depths[-1]))
+
+    @property
+    def end_time(self) -> float:
+        """Time at which the contact ends [s]; infinite where it outlasts the history."""
+        return self._moment(self._past.end)
+
+    def times(self, n_points: int) -> Array:
+        """Even times [s], and the knots of the history, the turning and the end of the contact."""
+        start, stop = self.history.start, self.history.stop
+        special = np.array([self.turning_time, self.end_time])
+        even = np.linspace(start, stop, n_points)
+        return np.unique(np.concatenate([even, self.history.knots, special[special <= stop]]))
+
+    @property
+    def breaks(self) -> Array:
+        """Times [s] between which force and depth are smooth, from first touch to the end of contact or history."""
+        last = min(self._past.end, 1.0)
+        parts = [
+            self._past.elements.starts,
+            self._contact.knots,
+            [self._past.turning, last],
+            self._recovery.starts,
+        ]
+        knots = np.unique(np.concatenate(parts))
+        return self._time(knots[knots <= last])
+
+    @property
+    def steps(self) -> list[int]:
+        """Places of the steps of the history up to the end of contact."""
+        knots = self._contact.knots
+        return np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)).tolist()
+
+    def through(self, place: int, shares: Array) -> tuple[Array, Array]:
+        """Depth [m] and force [N] on the way through the step at this place, at shares of it in [0, 1]."""
+        columns = np.empty((2, shares.size))
+        order = np.argsort(shares)
+        sorted_columns = np.empty((2, shares.size))
+        through_jump(
+            self._contact,
+            self._past,
+            self._recovery,
+            scratch(self._contact),
+            place,
+            shares[order],
+            sorted_columns,
+        )
+        columns[:, order] = sorted_columns
+        return columns[0] * self.units.length, columns[1] * self.units.force
+
+    def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
+        """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
+
+        At a kink or a jump what is behind it, or what is before.
+        """
+        t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
+        start, stop = self.history.start, self.history.stop
+        if t.size and (t.min() < start or t.max() > stop):
+            worst = float(t.min() if t.min() < start else t.max())
+            wanted = f"must be in [{start:g}, {stop:g}] s, where the history is given"
+            raise InputError("time", worst, wanted, "s")
+        order = np.argsort(t, kind="stable") if np.any(t[1:] < t[:-1]) else None
+        if order is not None:
+            t = t[order]
+        units = self.units
+        early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))
+        sampled = np.empty((4, t.size - early))
+        inside = np.minimum((t[early:] - units.touch) / units.time, 1.0)
+        if before:
+            inside = np.nextafter(inside, -math.inf)
+        sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
+        sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
+        # Next to nothing is a small number of either sign; there is no adhesion.
+        np.maximum(sampled[2], 0.0, out=sampled[2])
+        if early:
+            free = np.zeros((4, early))
+            if self.by_depth:
+                free[0], free[1] = self.history(t[:early]), self.history.rate(t[:early])
+                free[:, t[:early] == units.touch] = 0.0
+            sampled = np.concatenate([free, sampled], axis=1)
+        if order is not None:
+            unsorted = np.empty_like(sampled)
+            unsorted[:, order] = sampled
+            sampled = unsorted
+        return sampled[0], sampled[1], sampled[2], sampled[3]
+
+    def _moment(self, scaled: float) -> float:
+        """Time [s]; at a knot of the history the knot itself, without the rounding of the units."""
+        knots = self.history.knots
+        if scaled == math.inf:
+            return math.inf
+        same = np.flatnonzero((knots - self.units.touch) / self.units.time == scaled)
+        return float(knots[same[0]]) if same.size else float(self._time(scaled))
+
+    def _time(self, scaled: Any) -> Any:
+        # The end of the history, without the rounding of the units.
+        return np.minimum(self.units.touch + self.units.time * scaled, self.history.stop)
+
+
+def _check_depth(part: History, deepest: float, dashpot: float) -> None:
+    """Refuse a depth beyond the end of the profile, and a step where a dashpot in parallel makes its force infinite."""
+    most = float(part.coefficients.sum(axis=1).max())
+    if most > deepest:
+        raise InputError("depth", most, f"must be <= {deepest:g} m, where the profile ends", "m")
+    jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
+    if dashpot > 0.0 and jumps.size:
+        wanted = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
+        raise InputError("depth", wanted=wanted)

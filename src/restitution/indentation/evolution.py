@@ -1,36 +1,124 @@
-"""The shrinking contact: when it ends, whether it grows again, and how deep it is under a prescribed force."""
+"""Evolution of the contact: growth (Lee and Radok), shrinkage and end (Ting), recovery of the depth."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.indentation.scaling import Units, scaled_retardation
-from restitution.material.prony import PronySeries, Retardation
-
-if TYPE_CHECKING:
-    from restitution.kernel.indentation import Recovery
-    from restitution.kernel.prescribed import Contact, Scratch
-    from restitution.kernel.shrinking import Past
+from restitution.errors import InputError
+from restitution.kernel.growing import TOO_DEEP, Elements, grow, turning_point
+from restitution.kernel.indentation import Recovery, recover
+from restitution.kernel.memory import TERMS, allocate, quadrature, remember
+from restitution.kernel.prescribed import DEPTH, Contact, Scratch, segment_rates
+from restitution.kernel.shrinking import Past, end_of_contact, regrowth, remembered, rise_of_center
+from restitution.material.prony import Retardation
 
 Array = NDArray[np.float64]
 
+# Memory of 1 GB.
+_MOST_ELEMENTS = 1 << 20
+# A prescribed force is zero where it is below this share of the largest: rounding of a return to zero.
+_NO_FORCE = 1e-13
+# Rounding of a load over the sum of the moduli and the largest rate, and of a time over the duration.
+_LOAD_ROUNDING = 1e-14
+_TIME_ROUNDING = 4e-16
 
-class Reloading(ValueError):
-    """The contact grows again, or comes about again, which is outside the theory.
 
-    Attributes
-    ----------
-    time : float
-        When [s], or in units of the duration before it has been translated.
+class Reloading(InputError):
+    """The contact grows again, which the theory excludes; `value` is the time, in units of the duration or in s."""
+
+
+_GROWS = "the contact grows again before it has ended; the theory holds for one loading and one unloading. "
+_GROWS += "Fit a smooth curve to measured data first"
+_RELOADED = "the contact is over and is loaded again, which is outside the theory"
+_RECOVERED = "the contact is over and the recovering surface reaches the indenter again, "
+_RECOVERED += "which is outside the theory"
+
+
+def scratch(contact: Contact) -> Scratch:
+    """Scratch space of a contact; one at a time may use it."""
+    return Scratch(
+        np.empty(TERMS), np.empty((2, TERMS)), np.empty(contact.moduli.size), np.empty((2, TERMS + 1))
+    )
+
+
+def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
+    """Growing contact and its memory, without the end of contact.
+
+    The tolerance is that of depth and force over the largest; the profile ends at the depth `deepest` [m].
     """
+    m = contact.values.shape[0]
+    by_depth = contact.control == DEPTH
+    punch = contact.path.exponent == 0.0
+    lengths, steps = np.diff(contact.knots), contact.values[:, 1:].sum(axis=1)
+    rates, levels = np.empty((m, TERMS)), np.empty((m, TERMS))
+    first, turning = m, 1.0
+    if not by_depth:
+        segment_rates(contact, quadrature(), 0, rates, levels)
+        remember(lengths, rates, steps, contact.slope, work.sweep)
+        remember(lengths, levels, np.zeros(m), contact.level, work.sweep)
+        if not punch:
+            first, turning = turning_point(contact, work, m)
+    elif punch:
+        # The contact radius never changes, so that there is nothing to look up in the past.
+        first, turning = 0, 0.0
+    else:
+        first = _turning_segment(contact, tolerance)
+        turning = float(contact.knots[first])
+    elements = _allocated(0) if punch else _elements(contact, work, first, turning, tolerance, deepest)
+    all_lengths, all_rates, jumps = elements.lengths, elements.depth_rates, np.diff(elements.depths)
+    if by_depth and first < m:
+        segment_rates(contact, quadrature(), first, rates, levels)
+        all_lengths = np.concatenate([all_lengths, lengths[first:]])
+        all_rates = np.concatenate([all_rates, rates[: m - first]])
+        jumps = np.concatenate([jumps, steps[first:]])
+    depth = allocate(contact.rates, all_lengths.size)
+    remember(all_lengths, all_rates, jumps, depth, work.sweep)
+    integral = allocate(contact.rates, elements.lengths.size)
+    remember(elements.lengths, elements.integral_rates, np.diff(elements.integrals), integral, work.sweep)
+    return Past(elements, elements.lengths.size, depth, integral, first, turning, math.inf)
 
-    def __init__(self, message: str, time: float) -> None:
-        super().__init__(message)
-        self.time = time
+
+def _turning_segment(contact: Contact, tolerance: float) -> int:
+    """Segment in which a prescribed depth starts to fall; the falls of a fitted function's rounding are none."""
+    ends = contact.values.sum(axis=1)
+    highest = np.maximum.accumulate(ends)
+    fallen = np.flatnonzero(highest - ends > tolerance)
+    if not fallen.size:
+        return ends.size
+    return int(np.argmax(ends[: fallen[0]])) + 1
+
+
+def _allocated(room: int) -> Elements:
+    """Room for elements; the depth and Pi begin at zero."""
+    return Elements(
+        np.empty(room), np.empty(room), np.empty(room, dtype=np.int64), np.zeros(room + 1), np.zeros(room + 1),
+        np.empty((room, TERMS)), np.empty((room, TERMS)),
+    )  # fmt: skip
+
+
+def _elements(
+    contact: Contact, work: Scratch, first: int, turning: float, tolerance: float, deepest: float
+) -> Elements:
+    """Elements of the growing contact up to the turning point in the segment `first`."""
+    m = contact.values.shape[0]
+    segments = first + (1 if first < m and turning > contact.knots[first] else 0)
+    room = 4 * m + 252
+    while room <= _MOST_ELEMENTS:
+        room *= 4
+        elements = _allocated(room)
+        count = grow(contact, quadrature(), work, segments, turning, tolerance, elements)
+        if count == TOO_DEEP:
+            raise InputError(
+                "force", wanted=f"must not press the tip deeper than {deepest:g} m, where the profile ends"
+            )
+        if count >= 0:
+            return Elements(*(a[: count + 1] if a.shape == (room + 1,) else a[:count] for a in elements))
+    raise InputError(
+        "history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol"
+    )
 
 
 def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
@@ -55,46 +143,23 @@ def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array
 
 
 def end_of_force(contact: Contact) -> float:
-    """Time at which a prescribed force has fallen to zero; infinite where it does not.
-
-    Raises
-    ------
-    Reloading
-        If it rises again afterwards.
-    """
+    """Time at which a prescribed force has fallen to zero; infinite where it does not."""
     ends = contact.values.sum(axis=1)
     falls = np.cumsum(ends < contact.values[:, 0]) > 0
-    zero = np.flatnonzero(falls & (ends <= 1e-13 * ends.max()))
+    zero = np.flatnonzero(falls & (ends <= _NO_FORCE * ends.max()))
     if not zero.size:
         return math.inf
     n = int(zero[0])
-    later = np.flatnonzero(ends[n + 1 :] > 1e-13 * ends.max())
+    later = np.flatnonzero(ends[n + 1 :] > _NO_FORCE * ends.max())
     if later.size:
-        raise Reloading(
-            "the contact was over and is loaded again, which is outside the theory",
-            contact.knots[n + 1 + later[0]],
-        )
+        raise Reloading("time", float(contact.knots[n + 1 + later[0]]), _RELOADED)
     return float(contact.knots[n + 1])
 
 
 def shrink_contact(
     contact: Contact, past: Past, work: Scratch, tolerance: float
 ) -> tuple[Past, NDArray[np.int64], Array]:
-    """Find the end of contact, and check that the contact does not grow before.
-
-    Returns
-    -------
-    Past, array, array
-        With the end; the places and times that were looked at.
-
-    Raises
-    ------
-    Reloading
-        If it does.
-    """
-    from restitution.kernel.prescribed import DEPTH
-    from restitution.kernel.shrinking import end_of_contact, regrowth
-
+    """Find the end of contact, and refuse a contact that grows before; also the places and times of the check."""
     places, times = check_points(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, places, times))
@@ -112,7 +177,7 @@ def shrink_contact(
                 if found < 0:
                     break
                 low, high = float(finer[max(found - 1, 0)]), float(finer[found])
-            raise Reloading("the contact grows again before it has ended, which is outside the theory", high)
+            raise Reloading("time", high, _GROWS)
     return past, places, times
 
 
@@ -123,32 +188,11 @@ def check_recontact(
     places: NDArray[np.int64],
     times: Array,
     tolerance: float,
-    series: PronySeries,
-    units: Units,
+    creep: Retardation,
 ) -> None:
-    """Check that the recovering surface does not reach the indenter again after the contact, under a prescribed depth.
-
-    Parameters
-    ----------
-    contact, past, work
-        Of a contact that has ended.
-    places, times
-        As from `check_points`.
-    tolerance : float
-        Of the depth.
-    series, units
-        Reduced modulus, and the units of the contact.
-
-    Raises
-    ------
-    Reloading
-        If it does.
-    """
-    from restitution.kernel.shrinking import rise_of_center
-
+    """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
     if not rise_of_center(contact, past, work, places, times, tolerance, _rounding(contact, past)):
         return
-    creep = scaled_retardation(series, units)
     # A steep history is where it is only to the rounding of its times.
     slack = tolerance + 1e-15 * _steepest(contact, past)
 
@@ -171,15 +215,12 @@ def check_recontact(
                 break
             moments = moments[n - 1] + (moments[n] - moments[n - 1]) * share
             found = caught(np.full(share.size, i), moments)
-        raise Reloading(
-            "the contact was over and the recovering surface reaches the indenter again, which is outside the theory",
-            float(moments[found[0]]),
-        )
+        raise Reloading("time", float(moments[found[0]]), _RECOVERED)
 
 
 def _rounding(contact: Contact, past: Past) -> float:
     """Rounding of the rate of the load while the contact shrinks."""
-    return 1e-14 * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
+    return _LOAD_ROUNDING * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
 
 
 def depth_rounding(past: Past) -> tuple[float, float]:
@@ -187,7 +228,7 @@ def depth_rounding(past: Past) -> tuple[float, float]:
     elements = past.elements
     if past.total == 0:
         return 0.0, 0.0
-    rounding = 4e-16 * (elements.starts + elements.lengths) * elements.depth_rates[:, 0]
+    rounding = _TIME_ROUNDING * (elements.starts + elements.lengths) * elements.depth_rates[:, 0]
     worst = int(np.argmax(rounding))
     return float(rounding[worst]), float(elements.starts[worst])
 
@@ -210,8 +251,6 @@ def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation
 
     With the load gone it is a sum of exponentials at the retardation times.
     """
-    from restitution.kernel.shrinking import remembered
-
     n = int(np.searchsorted(contact.knots, past.end, side="left"))
     jumps = n + 1 < contact.knots.size and contact.knots[n] == contact.knots[n + 1] == past.end
     i = n if jumps else max(n - 1, past.first)
@@ -233,10 +272,6 @@ def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation
 
 def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float) -> Recovery:
     """Depth of the shrinking contact under a prescribed force; empty where the contact does not shrink."""
-    from restitution.kernel.indentation import Recovery, recover
-    from restitution.kernel.memory import TERMS, allocate, quadrature, remember
-    from restitution.kernel.prescribed import DEPTH
-
     count, room = 0, 512
     starts, lengths, phi = np.empty(0), np.empty(0), np.empty((0, TERMS))
     if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
@@ -253,8 +288,10 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
             if count >= 0:
                 break
             room *= 4
-            if room > 1 << 20:
-                raise ValueError("force: needs too many elements; smooth or thin the history, or loosen rtol")
+            if room > _MOST_ELEMENTS:
+                raise InputError(
+                    "force", wanted="needs too many elements; smooth or thin the history, or loosen rtol"
+                )
     level = allocate(contact.recoveries, count)
     remember(lengths[:count], phi[:count], np.zeros(count), level, work.sweep)
     return Recovery(starts[:count], lengths[:count], phi[:count], level)
