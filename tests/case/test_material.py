@@ -334,7 +334,7 @@ FILES = {
             'file = "unsaid.csv"\nbulk_modulus = inf\ndeformation = "shear"',
             ": instantaneous_modulus or equilibrium_modulus: one must be given, as the terms are relative",
         ),
-        ('file = "deck.inp"', ": youngs_modulus: must be given, as deck.inp does not say it"),
+        ('file = "deck.inp"', ".youngs_modulus: must be given, as the deck lacks it"),
         (
             'file = "relaxation.csv"\nbulk_modulus = inf',
             '.file = "relaxation.csv": number of times = 2, up to 2 s: must be >= 4, over half a decade or more',

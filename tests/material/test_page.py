@@ -25,7 +25,8 @@ def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].startswith("True ")
     assert printed[1] == "temperature = 500 K: must be in [202, 400] K, the range of the law"
-    assert printed[2].startswith("(202.0, 400.0) ")
+    assert printed[2] == "[0.35  0.439 0.5  ] [954.  30.]"
+    assert printed[3].startswith("(202.0, 400.0) ")
 
 
 @pytest.mark.parametrize("block", blocks("toml"))
