@@ -20,8 +20,9 @@ from restitution.cli import progress
 from restitution.cli.main import app
 from restitution.impact import exact
 from restitution.impact import solve as solver
-from restitution.impact.history import Trajectory
-from restitution.impact.result import EnergyBudget, ImpactResult
+from restitution.impact.result import ImpactResult
+from restitution.impact.sampling import Sampled
+from restitution.impact.solution import Trajectory
 from restitution.impact.status import SolverError, Status
 from restitution.paper import reproduction
 
@@ -91,9 +92,7 @@ def result(**changes: Any) -> ImpactResult:
         "impact": read_case("ball.toml").impact,
         "method": "exact",
         "rtol": 1e-9,
-        "notes": (),
-        "_budget": lambda: EnergyBudget(2.5e-3, 6.25e-4, 1.8e-3, 7.5e-5, 1e-12),
-        "_dense": lambda: motion,
+        "_solution": Sampled(motion, 1.8e-3, 7.5e-5),
     }
     return ImpactResult(**(values | changes))
 

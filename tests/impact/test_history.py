@@ -20,7 +20,7 @@ MIXED = Material(PronySeries(1.0, [3.0, 2.0], [1e-4, 0.5], parallel_viscosity=0.
 
 def dense(material=SOLID, profile=None, rtol=1e-12, **options):
     result = solve(Impact(material, profile or Parabola(1.0), 1.0, 1.0, **options), rtol=rtol)
-    return result, result._dense_output
+    return result, result._solution
 
 
 @pytest.mark.parametrize("profile", [Parabola(1.0), Cone(1.1), FlatPunch(0.5), Sphere(2.0)])

@@ -10,12 +10,12 @@ from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.impact.problem import Impact
-from restitution.impact.result import VARIABLES
 from restitution.impact.solve import solve
 from restitution.impact.status import SolverError, Status
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.quantities import HISTORY
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
@@ -70,9 +70,9 @@ def test_energy_adds_up(method):
 
 def test_history_has_units_and_the_ends():
     history = solve(BALL).history
-    assert set(history.data_vars) == set(VARIABLES)
-    assert all(history[name].attrs["units"] == unit for name, (unit, _) in VARIABLES.items())
-    assert all(history[name].attrs["long_name"] for name in VARIABLES)
+    assert set(history.data_vars) == set(HISTORY) - {"time"}
+    assert all(history[name].attrs["units"] == quantity.unit for name, quantity in HISTORY.items())
+    assert all(history[name].attrs["long_name"] for name in HISTORY)
     assert history.time.attrs["units"] == "s"
     assert history.sizes["time"] == 401
     assert history.attrs == {"method": "exact", "rtol": 1e-9}
@@ -88,7 +88,7 @@ def test_as_many_points_as_wanted_or_given_times():
     times = result.contact_time * np.array([0.3, 0.1])
     assert result.sample(times).time.values.tolist() == times.tolist()
     assert result.sample(times[0]).sizes["time"] == 1
-    with pytest.raises(ValueError, match=r"^n_points = 1: must be at least 2$"):
+    with pytest.raises(ValueError, match=r"^n_points = 1: must be a whole number >= 2$"):
         result.sample(n_points=1)
     with pytest.raises(ValueError, match=r"^times = -1 s: must be in \[0, "):
         result.sample([-1.0])
@@ -133,7 +133,7 @@ def test_energies_of_a_damped_oscillator():
     history = result.sample(n_points=401)
     # k = 8, c = 0.8; at the end the elements leave with what they store.
     assert history.stored_energy.values[:-1] == pytest.approx(
-        4.0 * history.indentation_depth.values[:-1] ** 2, abs=1e-11
+        4.0 * history.indentation_depth.values[:-1] ** 2, abs=1e-9 * 0.5
     )
     omega, damping = math.sqrt(8.0), 0.4 / math.sqrt(8.0)
     pace = omega * math.sqrt(1.0 - damping**2)
@@ -159,14 +159,14 @@ def test_histories_of_other_methods(method):
 
 def test_no_history_of_several_impacts_or_of_a_body_that_stays():
     several = solve(Impact(RUBBER, Parabola(0.01), 0.005, [1.0, 2.0]))
-    with pytest.raises(ValueError, match=r"^history: of one impact only, .* of shape \(2,\)$"):
+    with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of an array of shape \(2,\)$"):
         _ = several.history
-    with pytest.raises(ValueError, match=r"^history: of one impact only, and this result is of a list$"):
+    with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of a list$"):
         _ = solve([BALL]).history
     stays = solve(
         Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
     )
-    with pytest.raises(ValueError, match=r"^history: the contact has no end \(.* sinks in"):
+    with pytest.raises(ValueError, match=r"^contact_time = inf s: must end: .* sinks in"):
         _ = stays.history
 
 

@@ -19,7 +19,9 @@ _BLOCK = 500_000
 _NOISE = 1e-9
 
 
-def pressure(line_load: LineFunction, r: ArrayLike) -> Array:
+def pressure(
+    line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sharp_tip: bool = True
+) -> Array:
     """Contact pressure p(r) [Pa] under a line load.
 
     Parameters
@@ -28,6 +30,10 @@ def pressure(line_load: LineFunction, r: ArrayLike) -> Array:
         Line load q(x) = dF/dx [N/m] of the foundation, whose extent is the contact radius a.
     r : array_like
         Radii [m], >= 0, of any shape.
+    noise : float
+        Relative error of the line load; an edge load, and a slope on the axis, that are smaller are taken for zero.
+    sharp_tip : bool
+        Whether q'(0) may differ from zero, as under a conical tip.
 
     Returns
     -------
@@ -58,12 +64,13 @@ def pressure(line_load: LineFunction, r: ArrayLike) -> Array:
     scale = float(np.max(np.abs(line_load.coefficients[:, 0])))
     result = np.zeros(flat.size)
     inside = np.flatnonzero(flat < a)
+    least = noise * scale if sharp_tip else np.inf
     rows = max(1, _BLOCK // (_NODES * len(line_load.coefficients)))
     for start in range(0, inside.size, rows):
         part = inside[start : start + rows]
-        integral = _outer_cells(line_load, flat[part]) + _first_cell(line_load, flat[part], scale)
+        integral = _outer_cells(line_load, flat[part]) + _first_cell(line_load, flat[part], least)
         result[part] = -integral / math.pi
-    if abs(line_load.edge_value) > _NOISE * scale:
+    if abs(line_load.edge_value) > noise * scale:
         here = flat[inside]
         result[inside] += line_load.edge_value / (math.pi * np.sqrt((a - here) * (a + here)))
         result[flat == a] = np.copysign(np.inf, line_load.edge_value)
@@ -133,7 +140,7 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
     return np.sum(half * weights * slope / x, axis=(1, 2))
 
 
-def _first_cell(load: LineFunction, r: Array, scale: float) -> Array:
+def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
     """Integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
     end = float(load.edges[1])
     # Powers of x/end rather than Chebyshev polynomials: cells that are resolved have coefficients that fall
@@ -143,7 +150,7 @@ def _first_cell(load: LineFunction, r: Array, scale: float) -> Array:
     )
     coefficients = np.zeros(load.slope.shape[1])
     coefficients[: len(powers.coef)] = powers.coef
-    if abs(coefficients[0]) <= _NOISE * scale:
+    if abs(coefficients[0]) <= least:
         coefficients[0] = 0.0
     ratio = np.minimum(r / end, 1.0)
     root = np.sqrt(np.maximum((end - r) * (end + r), 0.0)) / end

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
-from restitution.impact.exact import Progress, outcome_columns, solve_scaled
+from restitution.impact.exact import Progress, Stored, outcome_columns, solve_scaled, solve_stored
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
+from restitution.impact.solution import Solution
 from restitution.impact.status import Status
 
 Array = NDArray[np.float64]
@@ -148,6 +149,21 @@ class Batch:
 
         return self.columns(*self.solved(run, rtol))
 
+    def solve_stored(self, rtol: float) -> tuple[dict[str, Array], Solution | None]:
+        """Solve a batch of one impact; its solution is None unless the body separated."""
+        kept: Stored | None = None
+
+        def run(block: ScaledBlock) -> Array:
+            nonlocal kept
+            outcomes, kept = solve_stored(block, rtol)
+            return outcomes
+
+        block, outcomes = self.solved(run, rtol)
+        columns = self.columns(block, outcomes)
+        if kept is None or outcomes[0, 7] != Status.SEPARATED:
+            return columns, None
+        return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
+
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
         """Scale and solve; where the table of a profile turns out too short, again with a longer one."""
         depth_factor = 4.0
@@ -190,26 +206,11 @@ class Batch:
             "status": status,
         }
         if outcomes.shape[1] > len(columns):
-            result |= self._energies(e, residual, outcomes[:, -2], outcomes[:, -1])
+            bodies = self.masses, self.velocities, self.forces
+            with np.errstate(over="ignore"):
+                unit = self.masses * self.velocities**2
+            result |= energy_budget(*bodies, e, residual, unit * outcomes[:, -2], unit * outcomes[:, -1])
         return result
-
-    def _energies(
-        self, restitution: Array, residual_depth: Array, dissipated: Array, stored: Array
-    ) -> dict[str, Array]:
-        # A row that failed is NaN, or too large to be squared.
-        with np.errstate(invalid="ignore", over="ignore"):
-            kinetic = 0.5 * self.masses * self.velocities**2
-            dissipated, stored = 2.0 * kinetic * dissipated, 2.0 * kinetic * stored
-            out = kinetic * restitution**2
-            work = self.forces * residual_depth
-            residual = (out + dissipated + stored - kinetic - work) / kinetic
-        return {
-            "kinetic_energy_in": kinetic,
-            "kinetic_energy_out": out,
-            "dissipated_energy": dissipated,
-            "stored_energy": stored,
-            "energy_residual": residual,
-        }
 
     def _rest_depth(self) -> Array:
         """Depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
@@ -225,6 +226,25 @@ class Batch:
             carries = self.profile.force_integral_at_depth(middle) >= integral
             low, high = np.where(carries, low, middle), np.where(carries, middle, high)
         return np.where(shallow, np.inf, high)
+
+
+def energy_budget(
+    mass: Any, velocity: Any, force: Any, restitution: Any, residual_depth: Any, dissipated: Any, stored: Any
+) -> dict[str, Any]:  # fmt: skip
+    """Energies [J] by name, and the residual of their balance."""
+    # A row that failed is NaN, or too large to be squared.
+    with np.errstate(invalid="ignore", over="ignore"):
+        kinetic = 0.5 * mass * velocity**2
+        out = kinetic * restitution**2
+        work = force * residual_depth
+        residual = (out + dissipated + stored - kinetic - work) / kinetic
+    return {
+        "kinetic_energy_in": kinetic,
+        "kinetic_energy_out": out,
+        "dissipated_energy": dissipated,
+        "stored_energy": stored,
+        "energy_residual": residual,
+    }
 
 
 def flat(value: Any, shape: tuple[int, ...]) -> Array:

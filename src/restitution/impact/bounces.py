@@ -18,6 +18,7 @@ from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
+from restitution.quantities import INPUTS, LENGTH, NUMBER, OUTPUTS, TIME, Quantity
 from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
 
 if TYPE_CHECKING:
@@ -54,14 +55,15 @@ _MEANING = {
 }
 
 _COLUMNS = {
-    "touch_time": ("s", "time of touch since release"),
-    "velocity": ("m/s", "impact velocity v0"),
-    "restitution_coefficient": ("1", "restitution coefficient e"),
-    "rebound_velocity": ("m/s", "rebound velocity e v0"),
-    "contact_time": ("s", "contact time"),
-    "residual_indentation_depth": ("m", "indentation depth at separation"),
-    "height": ("m", "height reached after the bounce"),
+    "touch_time": Quantity("touch_time", TIME, "time of touch since release", "$t$"),
+    "velocity": INPUTS["velocity"],
+    "restitution_coefficient": OUTPUTS["restitution_coefficient"],
+    "rebound_velocity": OUTPUTS["rebound_velocity"],
+    "contact_time": OUTPUTS["contact_time"],
+    "residual_indentation_depth": OUTPUTS["residual_indentation_depth"],
+    "height": Quantity("height", LENGTH, "height reached after the bounce", "$h$"),
 }
+_NUMBER = Quantity("bounce", NUMBER, "bounce")
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +130,9 @@ class Bounces:
     def to_dataset(self) -> xarray.Dataset:
         """All numbers over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
-        columns = {name: (getattr(self, name), *words) for name, words in _COLUMNS.items()}
-        return dataset("bounce", (np.arange(1, self.n_bounces + 1), "1", "bounce"), columns, attributes)
+        columns = {name: (getattr(self, name), quantity) for name, quantity in _COLUMNS.items()}
+        numbers = {"bounce": (np.arange(1, self.n_bounces + 1), _NUMBER)}
+        return dataset("bounce", numbers | columns, attributes)
 
     def plot(self) -> Figure:
         """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""

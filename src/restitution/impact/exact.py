@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
+    from restitution.kernel.energy import Ledger
     from restitution.kernel.path import Path
     from restitution.kernel.problem import Problem
     from restitution.kernel.workspace import Work
@@ -97,9 +100,6 @@ def solve_scaled(
             energies[start:stop] = _solve_with_budget(part, path, rtol, work, outcomes[start:stop])
         else:
             _solve_part(part, path, rtol, work, outcomes[start:stop])
-        units = np.stack([part.length, part.time])
-        lost = ~np.all((units > 0.0) & (units < np.inf), axis=0)
-        outcomes[start:stop][lost, 7] = Status.NOT_FINITE
         return stop - start
 
     done, lock = 0, Lock()
@@ -136,6 +136,9 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
         block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
     )  # fmt: skip
+    units = np.stack([block.length, block.time])
+    lost = ~np.all((units > 0.0) & (units < np.inf), axis=0)
+    outcomes[lost, 7] = Status.NOT_FINITE
 
 
 def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> Array:
@@ -153,15 +156,41 @@ def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, 
     return energies
 
 
-def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
-    from restitution.kernel.problem import Problem
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """What the kernel leaves of one impact that ended in separation.
 
-    row = block.row(n)
-    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)
+    Attributes
+    ----------
+    problem : Problem
+        What was solved.
+    work : Work
+        The stored halves, as long as they are.
+    """
+
+    problem: Problem
+    work: Work
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """Memory of the foundation and energies along both halves."""
+        from restitution.kernel.energy import allocate_ledger, energy_budget
+        from restitution.kernel.radau import radau
+
+        approach, rebound = len(self.work.approach), len(self.work.rebound)
+        ledger = allocate_ledger(self.problem.moduli.size, max(approach, rebound))
+        energy_budget(self.problem, radau(STAGES), self.work, ledger)
+        return ledger._replace(approach=ledger.approach[:approach], rebound=ledger.rebound[:rebound])
+
+    @property
+    def energies(self) -> tuple[float, float]:
+        """Energy dissipated, and energy stored by the elements as they left, in units of m v0^2."""
+        end = self.ledger.rebound[-1, :, -1]
+        return float(end[-3]), float(end[-1])
 
 
-def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]:
-    """Solve a block of one impact and return its outcome with the stored approach and rebound."""
+def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
+    """Solve a block of one impact and return its outcome, with the stored halves if it ended in separation."""
     from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME
     from restitution.kernel.workspace import allocate
 
@@ -169,7 +198,21 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Problem, Work]
     path = kernel_path(block)
     work = allocate(block.most_modes, MAX_ELEMENTS)
     _solve_part(block, path, rtol, work, outcomes)
-    return outcomes[0], _problem(block, 0, path), work
+    if outcomes[0, 7] != Status.SEPARATED:
+        return outcomes, None
+    approach, rebound = work.counts[0] + 1, work.counts[1] + 1
+    kept = work._replace(
+        approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
+        places=work.places[:, : max(approach, rebound)].copy(), slopes=work.slopes[:rebound].copy(),
+    )  # fmt: skip
+    return outcomes, Stored(_problem(block, 0, path), kept)
+
+
+def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
+    from restitution.kernel.problem import Problem
+
+    row = block.row(n)
+    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)
 
 
 def _chunks(size: int) -> Iterator[tuple[int, int]]:

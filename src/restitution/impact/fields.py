@@ -15,6 +15,7 @@ transform `[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. What a liquid k
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from restitution.checks import nonnegative
 from restitution.contact.line import LineFunction, line_function
 from restitution.contact.pressure import pressure, surface_displacement
 from restitution.impact.problem import Impact
-from restitution.impact.stored import D_, H_, S_, T_, V_, StoredImpact
+from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.material.secular import secular_roots
 
 Array = NDArray[np.float64]
@@ -35,6 +36,10 @@ Kept = dict[float, LineFunction | None]
 # Share of the contact radius before which the line load ends. Where a profile is so steep that q falls to
 # zero within it (around a flat face, at the equator of a sphere), the contact is that of a flat punch.
 _EDGE = 1e-10
+# Distance from the tip [m] at which only a cone has a depth to speak of.
+_NEAR_TIP = 1e-200
+# Error of the line load over its largest value: at least that of its fit, and over that some 1000 rtol at early times.
+_NOISE, _MOST_NOISE = 1e-9, 1e-3
 # Times whose line functions are kept, so that a second call does not fit them again.
 _KEPT = 64
 
@@ -46,12 +51,14 @@ class ImpactFields:
     ----------
     impact : Impact
         A single impact.
-    stored : StoredImpact
+    solution : Solution
         Its solution.
+    rtol : float
+        The tolerance at which it was solved.
     """
 
-    def __init__(self, impact: Impact, stored: StoredImpact) -> None:
-        self._stored = stored
+    def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
+        self._solution = solution
         self._profile = impact.profile
         series = impact.reduced_modulus
         self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
@@ -61,14 +68,17 @@ class ImpactFields:
         self._compliances = 1.0 / roots.slopes
         self._coupling = roots.terms[:, ::-1] * self._moduli
         self._flow = series.flow_viscosity if series.is_liquid else np.inf
-        turning = stored.approach_at(np.array([stored.sigma_m]))[0]
-        self._deepest = float(turning[S_])
+        self._deepest = solution.deepest
+        # A cone has a slope g'(0), all other profiles have not.
+        self._sharp = float(self._profile.transform(_NEAR_TIP)) > 1e-9 * _NEAR_TIP
+        self._noise = min(max(_NOISE, 1e3 * rtol), _MOST_NOISE)
         self._loads: Kept = {}
         self._displacements: Kept = {}
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
-        return self._over_times(self._loads, self.line_load, pressure, r, t)
+        field = partial(pressure, noise=self._noise, sharp_tip=self._sharp)
+        return self._over_times(self._loads, self.line_load, field, r, t)
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
@@ -76,30 +86,32 @@ class ImpactFields:
 
     def line_load(self, t: float) -> LineFunction | None:
         """Line load q(x) [N/m] of the foundation at the time t [s]; None where nothing is in contact."""
-        time = t / self._stored.units.time
-        if not 0.0 < time < self._stored.end:
+        time = t / self._solution.units.time
+        if not 0.0 < time < self._solution.end:
             return None
         state, edge, s = self._state(time)
         if edge <= 0.0:
             return None
-        length = self._stored.units.length
+        length = self._solution.units.length
         memory = state[H_ + 1 :] * length
 
         def load(x: Array) -> Array:
             touched, memory_then = self._touch(x)
-            decay = np.exp(-np.maximum(time * self._stored.units.time - touched, 0.0)[:, None] / self._times)
+            decay = np.exp(
+                -np.maximum(time * self._solution.units.time - touched, 0.0)[:, None] / self._times
+            )
             u = state[D_] * length - self._depth(np.minimum(x, edge), s)
             branches = (memory - decay * memory_then) @ self._moduli
-            velocity = state[V_] * length / self._stored.units.time
+            velocity = state[V_] * length / self._solution.units.time
             return self._spring * u + self._dashpot * velocity + branches
 
-        ends = self._stored.approach.columns[:, 0, S_]
+        ends = self._solution.approach.columns[:, 0, S_]
         extent = edge if self._profile.path_exponent == 0.0 else edge * (1.0 - _EDGE)
         return line_function(load, extent, breakpoints=self._radii(ends[ends < s]))
 
     def line_displacement(self, t: float) -> LineFunction | None:
         """Displacement u(x) [m] of the foundation at the time t [s]; None where nothing was touched yet."""
-        stored = self._stored
+        stored = self._solution
         time = t / stored.units.time
         if time <= 0.0:
             return None
@@ -113,7 +125,7 @@ class ImpactFields:
             u[left] = self._recovering(x[left], t)
             return u
 
-        if time <= stored.turning_time:
+        if t <= stored.turning_time:
             return line_function(displacement, edge, breakpoints=self._radii(np.zeros(1)))
 
         approach, rebound = stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_]
@@ -142,9 +154,9 @@ class ImpactFields:
 
     def _state(self, time: float) -> tuple[Array, float, float]:
         """Columns of the motion at a scaled time, the contact radius [m] and the s of the approach at it."""
-        stored = self._stored
+        stored = self._solution
         moment = np.array([min(time, stored.end)])
-        half = stored.approach if time <= stored.turning_time else stored.rebound
+        half = stored.approach if time * stored.units.time <= stored.turning_time else stored.rebound
         places = stored.find(half, T_, moment)
         state = stored.interpolate(half.columns, *places)[0]
         if half is stored.approach:
@@ -158,26 +170,26 @@ class ImpactFields:
 
     def _radii(self, s: Array) -> Array:
         """Contact radii [m] at s."""
-        return np.asarray(self._profile.contact_radius(s**2 * self._stored.units.length))
+        return np.asarray(self._profile.contact_radius(s**2 * self._solution.units.length))
 
     def _depth(self, x: Array, s: float) -> Array:
         """Depths g [m] at which the elements at x [m] are touched, for those touched up to s."""
         # An exact sphere far in has rounded to its equator, where g is infinite.
-        return np.minimum(self._profile.transform(x), s**2 * self._stored.units.length)
+        return np.minimum(self._profile.transform(x), s**2 * self._solution.units.length)
 
     def _touch(self, x: Array) -> tuple[Array, Array]:
         """Instants t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
-        stored = self._stored
+        stored = self._solution
         state = stored.interpolate(stored.approach.columns, *self._touch_places(x))
         return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
 
     def _touch_places(self, x: Array) -> tuple[NDArray[np.intp], Array]:
-        s = np.sqrt(self._depth(x, self._deepest) / self._stored.units.length)
-        return self._stored.find(self._stored.approach, S_, s)
+        s = np.sqrt(self._depth(x, self._deepest) / self._solution.units.length)
+        return self._solution.find(self._solution.approach, S_, s)
 
     def _recovering(self, x: Array, t: float) -> Array:
         """Displacement [m] at the time t [s] of elements at x [m] that have left."""
-        stored = self._stored
+        stored = self._solution
         time, length = stored.units.time, stored.units.length
         places = self._touch_places(x)
         then = stored.interpolate(stored.approach.columns, *places)

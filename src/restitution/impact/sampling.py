@@ -1,4 +1,4 @@
-"""Methods that follow one impact in steps: what they leave, in SI."""
+"""Methods that follow one impact in steps: the paper's elements, and the reference through SciPy."""
 
 from __future__ import annotations
 
@@ -8,52 +8,41 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.impact.batch import Batch
-from restitution.impact.history import Trajectory
 from restitution.impact.problem import Impact
-from restitution.impact.result import EnergyBudget
+from restitution.impact.solution import Trajectory
 
 
 class Sampled(NamedTuple):
-    """One impact, and the motion that was sampled.
+    """The motion that was sampled, and the energies.
 
     Attributes
     ----------
-    fields : dict of str to float
-        Members of an `ImpactResult`, and the status.
     trajectory : Trajectory
         The samples.
     dissipated, stored : float
-        Energies [J]; NaN where the method does not find them.
-    impact : Impact
+        Energies at the end [J]; NaN where the method does not compute them.
     """
 
-    fields: dict[str, Any]
     trajectory: Trajectory
-    dissipated: float
-    stored: float
-    impact: Impact
-
-    def budget(self) -> EnergyBudget:
-        """Where the energy went."""
-        kinetic = 0.5 * float(self.impact.mass) * float(self.impact.velocity) ** 2
-        out = kinetic * self.fields["restitution_coefficient"] ** 2
-        work = float(self.impact.external_force) * self.fields["residual_indentation_depth"]
-        residual = (out + self.dissipated + self.stored - kinetic - work) / kinetic
-        return EnergyBudget(kinetic, out, self.dissipated, self.stored, residual)
+    dissipated: float = math.nan
+    stored: float = math.nan
 
 
-def by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> Sampled:
-    """Solve one impact by the paper's elements and explicit Euler."""
+def by_elements(
+    impact: Impact, n_elements: int | None, time_step: float | None
+) -> tuple[dict[str, Any], Sampled]:
+    """Solve one impact by the paper's elements and explicit Euler; return outputs by name and the samples."""
     from restitution.impact.elements import solve_elements
 
     solution = solve_elements(
         impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step
     )
-    return _sampled(impact, solution, (1.0, 1.0, 1.0, 1.0, 1.0), solution.dissipated, solution.stored)
+    fields, trajectory = _in_si(solution, (1.0, 1.0, 1.0, 1.0, 1.0))
+    return fields, Sampled(trajectory, float(solution.dissipated), float(solution.stored))
 
 
-def by_reference(impact: Impact, rtol: float) -> Sampled:
-    """Solve one impact by the reduced equations through SciPy."""
+def by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]:
+    """Solve one impact by the reduced equations through SciPy; return outputs by name and the samples."""
     from restitution.impact.reference import solve_reference
 
     row = Batch.from_impact(impact).scaled().row(0)
@@ -63,19 +52,16 @@ def by_reference(impact: Impact, rtol: float) -> Sampled:
         return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
 
     solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
-    force = float(impact.mass) * float(impact.velocity) / row.time
-    units = (row.time, row.length, float(impact.velocity), force, row.radius)
-    return _sampled(impact, solution, units, math.nan, math.nan)
+    velocity = float(impact.velocity)
+    force = float(impact.mass) * velocity / row.time
+    fields, trajectory = _in_si(solution, (row.time, row.length, velocity, force, row.radius))
+    return fields, Sampled(trajectory)
 
 
-def _sampled(
-    impact: Impact,
-    solution: Any,
-    units: tuple[float, float, float, float, float],
-    dissipated: float,
-    stored: float,
-) -> Sampled:
-    """Motion given in units of time, length, velocity, force and contact radius."""
+def _in_si(
+    solution: Any, units: tuple[float, float, float, float, float]
+) -> tuple[dict[str, Any], Trajectory]:
+    """Outputs and motion, given in units of time, length, velocity, force and contact radius."""
     time, length, velocity, force, radius = units
     trajectory = Trajectory(
         solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
@@ -90,4 +76,4 @@ def _sampled(
         "residual_indentation_depth": solution.residual_indentation_depth * length,
         "status": int(solution.status),
     }
-    return Sampled(fields, trajectory, float(dissipated), float(stored), impact)
+    return fields, trajectory

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import positive, within
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
-from restitution.impact.exact import Progress, solve_scaled, solve_stored
-from restitution.impact.history import DenseOutput
+from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
-from restitution.impact.result import BUDGET, EnergyBudget, ImpactResult
+from restitution.impact.result import ImpactResult, shaped, solve_columns
+from restitution.impact.sampling import Sampled, by_elements, by_reference
+from restitution.impact.solution import Solution
 from restitution.impact.status import SolverError, Status
 from restitution.material.standard_solid import reduced_standard_solid
 
@@ -214,86 +215,37 @@ def _solve_exact(
     progress: Progress | None,
 ) -> ImpactResult:
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
-    columns = _columns(impact, rtol, workers, progress)
-    status = columns["status"]
-    if not shape and status[0] == Status.TOO_DEEP and isinstance(impact, Impact):
+    solution = None
+    if shape or isinstance(impact, list):
+        columns = solve_columns(impact, rtol, workers=workers, progress=progress)
+    else:
+        columns, solution = Batch.from_impact(impact).solve_stored(rtol)
         most = float(impact.profile.max_depth)
-        if math.isfinite(most):
+        if columns["status"][0] == Status.TOO_DEEP and math.isfinite(most):
             raise InputError(
                 "profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper"
             )
-    _judge(status, errors or ("warn" if shape else "raise"))
-
-    def budget() -> EnergyBudget:
-        found = _columns(impact, rtol, workers, None, energy=True)
-        return EnergyBudget(*(shaped(found[name], shape) for name in BUDGET))
-
-    def dense() -> DenseOutput:
-        if not isinstance(impact, Impact):
-            raise ValueError("history: of one impact only, and this result is of a list")
-        if shape:
-            raise ValueError(f"history: of one impact only, and this result is an array of shape {shape}")
-        return _dense_output(impact, rtol)
-
-    fields = {name: values for name, values in columns.items() if name != "rebound_velocity"}
-    return _result(impact, "exact", rtol, fields, shape, budget, dense)
-
-
-def _columns(
-    impact: Impact | list[Impact],
-    rtol: float,
-    workers: int | None,
-    progress: Progress | None,
-    *,
-    energy: bool = False,
-) -> dict[str, Array]:
-    """Outcomes of impacts by name, raveled."""
-    if isinstance(impact, Impact):
-        batch = Batch.from_impact(impact)
-        return batch.solve(rtol, workers=workers, progress=progress, energy=energy)
-    columns: dict[str, Array] = {}
-    done = 0
-
-    def advance(finished: int, _: int) -> None:
         if progress is not None:
-            progress(done + finished, len(impact))
-
-    for places, batch in Batch.from_impacts(impact):
-        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy)
-        for name, values in solved.items():
-            columns.setdefault(name, np.empty(len(impact)))[places] = values
-        done += batch.size
-    return columns
-
-
-def _dense_output(impact: Impact, rtol: float) -> DenseOutput:
-    from restitution.impact.exact import STAGES
-    from restitution.kernel.radau import radau
-
-    block = Batch.from_impact(impact).solved(lambda block: solve_scaled(block, rtol), rtol)[0]
-    outcome, _, work = solve_stored(block, rtol)
-    status = Status(int(outcome[7]))
-    if status != Status.SEPARATED:
-        raise ValueError(f"history: the contact has no end ({status.message})")
-    return DenseOutput(block.row(0), radau(STAGES), work, float(impact.mass), float(impact.velocity))
+            progress(1, 1)
+    _judge(columns["status"], errors or ("warn" if shape else "raise"))
+    del columns["rebound_velocity"]
+    return _result(impact, "exact", rtol, columns, solution, shape)
 
 
 def _result(
     impact: Impact | list[Impact],
     method: str,
     rtol: float | None,
-    fields: dict[str, Array],
-    shape: tuple[int, ...],
-    budget: Any,
-    dense: Any,
+    fields: dict[str, Any],
+    solution: Solution | Sampled | None,
+    shape: tuple[int, ...] = (),
     notes: tuple[str, ...] = (),
 ) -> ImpactResult:
     numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
     status = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     return ImpactResult(
-        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes,
-        _budget=budget, _dense=dense,
+        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution,
     )  # fmt: skip
 
 
@@ -301,21 +253,11 @@ def _solve_by_sampling(
     impact: Impact, method: Method, rtol: float, n_elements: int | None, time_step: float | None
 ) -> ImpactResult:
     """Solve one impact by the element method or the reference."""
-    from restitution.impact.sampling import by_elements, by_reference
-
     if impact.shape:
         raise ValueError(
             f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}"
         )
     if method == "elements":
-        found = by_elements(impact, n_elements, time_step)
-        return _result(impact, method, None, found.fields, (), found.budget, lambda: found.trajectory)
-    found = by_reference(impact, rtol)
+        return _result(impact, method, None, *by_elements(impact, n_elements, time_step))
     note = "energy: this method computes neither the dissipated nor the stored energy (NaN)"
-    return _result(impact, method, rtol, found.fields, (), found.budget, lambda: found.trajectory, (note,))
-
-
-def shaped(values: Any, shape: tuple[int, ...]) -> Any:
-    """A column in the shape of the impacts; a float for a single one."""
-    flat = np.asarray(values, dtype=np.float64)
-    return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])
+    return _result(impact, method, rtol, *by_reference(impact, rtol), notes=(note,))

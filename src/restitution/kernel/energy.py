@@ -11,8 +11,13 @@ By parts, so that da/dsigma, singular at blunt tips, does not appear: `P_k = a H
 
     dH_k = -(H_k/tau_k) dt + dd,  dY_k = -(Y_k/tau_k) dt + a dd,  dZ_k = -(2 Z_k/tau_k) dt + 2 a H_k dd.
 
-In the rebound P_k and Q_k are those of the instant t1 with the same contact radius, times X_k and X_k^2. H_k is
-integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes.
+In the rebound P_k and Q_k are those of the instant t1 with the same contact radius, times X_k and X_k^2, which gives
+
+    int_0^a w_k^2 dx = 2 H_k Y_k - Z_k                                     in the approach,
+    int_0^a w_k^2 dx = a (H_k - X_k H1_k)^2 + X_k (2 H_k Y1_k - X_k Z1_k)  in the rebound.
+
+H_k is integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes. Mode 0 is the spring in
+parallel: it never decays, and its H is the depth. All is kept along both halves, for histories and fields.
 """
 
 from typing import Any, NamedTuple
@@ -20,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import kernel, part, stage
-from restitution.kernel.dense import combine, invert, lagrange, lagrange_lanes, times
+from restitution.kernel.dense import combine, invert, lagrange_lanes, times
 from restitution.kernel.interpolation import interpolate, interpolate_lanes, product
 from restitution.kernel.lanes import WIDTH, at_least, load, store, total
 from restitution.kernel.path import radii_and_integrals
@@ -29,7 +34,6 @@ from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     BACK_LENGTH,
     BACK_START,
-    BASIS,
     COUPLING,
     LENGTH,
     MODES_,
@@ -42,41 +46,40 @@ from restitution.kernel.workspace import (
     Work,
 )
 
-# Rows of `nodes`: depth, stored energy per length of an element that leaves, its slope.
-D, DENSITY, SLOPE, N_ROWS = range(4)
-
 
 class Ledger(NamedTuple):
-    """Scratch space of the energy budget for N modes and E elements of S = 8 stages.
+    """Memory and energies along an impact of N modes, E elements in each half, of S = 8 stages.
 
     Attributes
     ----------
-    memory : ndarray, shape (E, 3 N, S + 1)
-        H_k, Y_k, Z_k along the approach.
-    history : ndarray, shape (N, S + 1)
-        H_k along an element of the rebound.
-    nodes : ndarray, shape (3, S + 1)
-    past : ndarray, shape (3 N, S)
+    approach : ndarray, shape (E, 3 (N + 1) + 1, S + 1)
+        H_k, Y_k, Z_k of each mode in turn; last the energy dissipated.
+    rebound : ndarray, shape (E, N + 4, S + 1)
+        H_k; then the energy dissipated, the energy per length of an element that leaves, and `int a` over it.
+    slope : ndarray, shape (S + 1,)
+        Slope of the energy per length.
+    past : ndarray, shape (3 (N + 1), S)
         The memory at the instants t1 of a rebound element's nodes.
-    present : ndarray, shape (3 N,)
-        The memory at the turning point.
+    present : ndarray, shape (3 (N + 1) + 1,)
+        The approach's rows at the turning point.
     """
 
-    memory: Any
-    history: Any
-    nodes: Any
+    approach: Any
+    rebound: Any
+    slope: Any
     past: Any
     present: Any
 
 
 def allocate_ledger(N: int, elements: int) -> Ledger:
-    """Scratch space of the energy budget."""
+    """Room for the energy budget."""
+    rows = 3 * (N + 1)
     return Ledger(
-        np.zeros((elements, 3 * N, WIDTH + 1)),
-        np.zeros((N, WIDTH + 1)),
-        np.zeros((N_ROWS, WIDTH + 1)),
-        np.zeros((3 * N, WIDTH)),
-        np.zeros(3 * N),
+        np.zeros((elements, rows + 1, WIDTH + 1)),
+        np.zeros((elements, N + 4, WIDTH + 1)),
+        np.zeros(WIDTH + 1),
+        np.zeros((rows, WIDTH)),
+        np.zeros(rows + 1),
     )
 
 
@@ -96,33 +99,24 @@ def _propagated(scheme: Any, work: Any, source: Any, h: float, start: float) -> 
     return times(work.matrices[COUPLING], start + h * times(scheme.columns, source))
 
 
-@part
-def _integral(scheme: Any, work: Any, values: Any, h: float, end: float) -> float:
-    """Integral from 0 to `end` of the polynomial with these values at the nodes of an element of length h."""
-    basis = work.vectors[BASIS]
-    lagrange(scheme.c, scheme.weights, WIDTH + 1, end, basis)
-    return h * total(load(basis, 1) * times(scheme.columns, values))
-
-
 @stage
-def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> float:
-    """Energy dissipated during the approach; leaves the memory in the ledger."""
-    memory = ledger.memory
-    dissipated = 0.0
+def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> None:
+    """Fill the ledger along the approach, and its state at the turning point."""
+    N = problem.moduli.shape[0]
     for element in range(work.counts[N_APPROACH] + 1):
-        table = work.approach[element]
+        table, memory = work.approach[element], ledger.approach[element]
+        for n in range(memory.shape[0]):
+            memory[n, 0] = ledger.approach[element - 1, n, WIDTH] if element > 0 else 0.0
         h = work.places[LENGTH, element]
         s, v = load(table[S_], 1), load(table[V_], 1)
         a = radii_and_integrals(problem.path, s, work.vectors[VALUES:])[0]
         pace = 2.0 * s
-        power = problem.viscosity * (a * v * v * pace)
-        for k in range(problem.moduli.shape[0]):
-            rows = memory[element, 3 * k : 3 * k + 3]
-            for n in range(3):
-                rows[n, 0] = memory[element - 1, 3 * k + n, WIDTH] if element > 0 else 0.0
+        source = pace * v
+        power = problem.viscosity * (a * v * source)
+        for k in range(N + 1):
+            rows = memory[3 * k : 3 * k + 3]
             # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
-            rate = 1.0 / problem.times[k]
-            source = pace * v
+            rate = 1.0 / problem.times[k - 1] if k > 0 else 0.0
             _decay_matrix(scheme, work, pace, rate, h)
             H = _propagated(scheme, work, source, h, rows[0, 0])
             Y = _propagated(scheme, work, source * a, h, rows[1, 0])
@@ -131,18 +125,13 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> f
             store(rows[0], 1, H)
             store(rows[1], 1, Y)
             store(rows[2], 1, Z)
-            power = power + (problem.moduli[k] * rate) * ((2.0 * (H * Y) - Z) * pace)
-        end = min((work.turning_place[0] - work.places[START, element]) / h, 1.0)
-        dissipated += _integral(scheme, work, power, h, end)
-    return dissipated
-
-
-@part
-def _slope_of_density(scheme: Scheme, nodes: Any) -> None:
-    """Write d(density)/dlambda over the length of the element into `nodes[SLOPE]`."""
-    density = nodes[DENSITY]
-    for i in range(WIDTH + 1):
-        nodes[SLOPE, i] = product(scheme.derivative[i], density)
+            if k > 0:
+                power = power + (problem.moduli[k - 1] * rate) * ((2.0 * (H * Y) - Z) * pace)
+        lost = memory[3 * (N + 1)]
+        store(lost, 1, lost[0] + h * times(scheme.columns, power))
+    last = work.counts[N_APPROACH]
+    x = (work.turning_place[0] - work.places[START, last]) / work.places[LENGTH, last]
+    interpolate(scheme, work, ledger.approach[last], min(x, 1.0), ledger.present)
 
 
 @stage
@@ -155,9 +144,9 @@ def _last_element(
     velocity and the density, comes from the nodes, the contact radius and what belongs to it from its own place.
     """
     N = problem.moduli.shape[0]
-    past, history, nodes = ledger.past, ledger.history, ledger.nodes
+    past = ledger.past
     element = work.counts[N_REBOUND]
-    table, slopes = work.rebound[element], work.slopes[element]
+    table, slopes, history = work.rebound[element], work.slopes[element], ledger.rebound[element]
     weights = load(scheme.A[WIDTH - 1], 0)
     dissipated = 0.0
     stored = 0.0
@@ -168,7 +157,7 @@ def _last_element(
         high = 1.0 if n == parts - 1 else 0.5 * (low + 1.0)
         x = low + (high - low) * load(scheme.c, 1)
         there = at_least(sigma - h * x, 0.0)
-        interpolate_lanes(scheme, work, ledger.memory, there, place, past)
+        interpolate_lanes(scheme, work, ledger.approach, there, place, past)
         place = interpolate_lanes(scheme, work, work.approach, there, place, work.past)
         a = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[0]
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
@@ -177,11 +166,11 @@ def _last_element(
         v = combine(work.basis, WIDTH + 1, table[V_])
         power = problem.viscosity * (a * v * v)
         for k in range(N):
-            H = combine(work.basis, WIDTH + 1, history[k])
+            H = combine(work.basis, WIDTH + 1, history[k + 1])
             X = combine(work.basis, WIDTH + 1, table[MODES_ + 2 * k])
-            power = power + (problem.moduli[k] / problem.times[k]) * _squares(past, k, a, H, X)
+            power = power + (problem.moduli[k] / problem.times[k]) * _squares(past, k + 1, a, H, X)
         dissipated += h * (high - low) * total(weights * power * pace)
-        stored += (high - low) * total(weights * a * combine(work.basis, WIDTH + 1, nodes[SLOPE]))
+        stored += (high - low) * total(weights * a * combine(work.basis, WIDTH + 1, ledger.slope))
         low = high
     return dissipated, stored
 
@@ -189,77 +178,75 @@ def _last_element(
 @part
 def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
     """Integral of w_k^2 over the elements in contact."""
-    H1 = load(past[3 * k], 0)
-    P = a * H1 - load(past[3 * k + 1], 0)
-    Q = a * (H1 * H1) - load(past[3 * k + 2], 0)
-    return a * (H * H) - 2.0 * (H * X * P) + X * X * Q
+    left = H - X * load(past[3 * k], 0)
+    return a * (left * left) + X * (2.0 * (H * load(past[3 * k + 1], 0)) - X * load(past[3 * k + 2], 0))
 
 
 @stage
-def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during the rebound, and stored by the elements as they are left; after `_approach`."""
+def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> None:
+    """Fill the ledger along the rebound, after the approach."""
     N = problem.moduli.shape[0]
-    nodes, memory, past, present = ledger.nodes, ledger.memory, ledger.past, ledger.present
+    past = ledger.past
     sigma_m = work.turning_place[0]
     last = work.counts[N_REBOUND]
     place = work.counts[N_APPROACH]
-    x = (sigma_m - work.places[START, place]) / work.places[LENGTH, place]
-    interpolate(scheme, work, memory[place], x, present)
-    for k in range(N):
-        ledger.history[k, WIDTH] = present[3 * k]
-    weights = load(scheme.A[WIDTH - 1], 0)
-    dissipated = 0.0
-    stored = 0.0
-    nodes[D, WIDTH] = work.turning[S_] ** 2
-    nodes[DENSITY, WIDTH] = 0.0
+    first = ledger.rebound[0]
+    for k in range(1, N + 1):
+        first[k, 0] = ledger.present[3 * k]
+    first[0, 0] = work.turning[S_] ** 2
+    first[N + 1, 0] = ledger.present[3 * (N + 1)]
+    first[N + 2, 0] = 0.0
+    first[N + 3, 0] = 0.0
     for element in range(last + 1):
-        table = work.rebound[element]
+        table, rows = work.rebound[element], ledger.rebound[element]
+        if element > 0:
+            for n in range(rows.shape[0]):
+                rows[n, 0] = ledger.rebound[element - 1, n, WIDTH]
         h = work.places[BACK_LENGTH, element]
-        nodes[D, 0], nodes[DENSITY, 0] = nodes[D, WIDTH], nodes[DENSITY, WIDTH]
         start = sigma_m - work.places[BACK_START, element]
         sigma = start - h * load(scheme.c, 1)
         if element == last:
             sigma = at_least(sigma, 0.0)
-        interpolate_lanes(scheme, work, memory, sigma, place, past)
+        interpolate_lanes(scheme, work, ledger.approach, sigma, place, past)
         place = interpolate_lanes(scheme, work, work.approach, sigma, place, work.past)
         s1, v, pace = load(work.past[S_], 0), load(table[V_], 1), load(work.slopes[element], 0)
         a = radii_and_integrals(problem.path, s1, work.vectors[VALUES:])[0]
         source = pace * v
         power = problem.viscosity * (a * v * v)
-        d = nodes[D, 0] + h * times(scheme.columns, source)
+        d = rows[0, 0] + h * times(scheme.columns, source)
+        store(rows[0], 1, d)
         density = (0.5 * problem.equilibrium) * ((d - s1 * s1) * (d - s1 * s1))
         for k in range(N):
             rate = 1.0 / problem.times[k]
-            history = ledger.history[k]
-            history[0] = history[WIDTH]
             _decay_matrix(scheme, work, pace, rate, h)
-            H = _propagated(scheme, work, source, h, history[0])
-            store(history, 1, H)
+            H = _propagated(scheme, work, source, h, rows[k + 1, 0])
+            store(rows[k + 1], 1, H)
             X = load(table[MODES_ + 2 * k], 1)
-            power = power + (problem.moduli[k] * rate) * _squares(past, k, a, H, X)
-            left = H - X * load(past[3 * k], 0)
+            power = power + (problem.moduli[k] * rate) * _squares(past, k + 1, a, H, X)
+            left = H - X * load(past[3 * k + 3], 0)
             density = density + (0.5 * problem.moduli[k]) * (left * left)
-        store(nodes[D], 1, d)
-        store(nodes[DENSITY], 1, density)
-        _slope_of_density(scheme, nodes)
+        lost, leaving, released = rows[N + 1], rows[N + 2], rows[N + 3]
+        store(leaving, 1, density)
+        for i in range(WIDTH + 1):
+            ledger.slope[i] = product(scheme.derivative[i], leaving)
         # Leaving elements store - int density da = int a d(density): no singular a'(s), and with a flat core.
-        if element < last:
-            dissipated += h * total(weights * power * pace)
-            stored += total(weights * a * load(nodes[SLOPE], 1))
-        else:
+        store(lost, 1, lost[0] + h * times(scheme.columns, power * pace))
+        store(released, 1, released[0] + times(scheme.columns, a * load(ledger.slope, 1)))
+        if element == last:
             end = _last_element(problem, scheme, work, ledger, start, h)
-            dissipated += end[0]
-            stored += end[1]
-    return dissipated, stored
+            lost[WIDTH] = lost[0] + end[0]
+            released[WIDTH] = released[0] + end[1]
 
 
 @kernel
 def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during an impact and stored at its end, in units of m v0^2.
+    """Energy dissipated during an impact and stored at its end, in units of m v0^2; the ledger holds both halves.
 
     `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
     `solve_block`: whoever does not ask for the energy does not wait for its compilation.
     """
-    before = _approach(problem, scheme, work, ledger)
-    after, stored = _rebound(problem, scheme, work, ledger)
-    return before + after, stored
+    _approach(problem, scheme, work, ledger)
+    _rebound(problem, scheme, work, ledger)
+    N = problem.moduli.shape[0]
+    rows = ledger.rebound[work.counts[N_REBOUND]]
+    return rows[N + 1, WIDTH], rows[N + 3, WIDTH]

@@ -1,0 +1,303 @@
+"""The stored solution of one impact: approach, rebound and memory of the foundation, from the one solve.
+
+The element of the foundation touched at t0(x) has in branch k the elongation
+`w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0)`, `H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`; see
+`restitution.kernel.energy`, which integrates the memory H_k and the energies once for the budget, the history and the
+fields.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.checks import finite
+from restitution.contact.path import evaluate
+from restitution.errors import InputError
+from restitution.impact.exact import STAGES, Stored
+from restitution.impact.scaling import ScaledImpact
+
+if TYPE_CHECKING:
+    from restitution.kernel.radau import Scheme
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+# Columns of a half: s, v, t, F, then the memory H_k, of which the first, without decay, is the depth.
+S_, V_, T_, F_, D_ = 0, 1, 2, 3, 4
+H_ = 4
+
+
+class Trajectory(NamedTuple):
+    """Motion from first touch to separation, arrays of shape (n,); members are `restitution.quantities.HISTORY`.
+
+    Attributes
+    ----------
+    time : array
+        t [s]; the last entry is the instant of separation.
+    indentation_depth : array
+        d [m].
+    indentation_velocity : array
+        v = d' [m/s], negative on the way back.
+    force : array
+        Normal force F [N].
+    contact_radius : array
+        a [m].
+    kinetic_energy : array, optional
+        Of the body [J].
+    stored_energy, dissipated_energy : array, optional
+        In the springs, and by the dashpots, of the foundation [J]; elements that have left contact count with what
+        they stored then. Of the exact method alone.
+    """
+
+    time: Array
+    indentation_depth: Array
+    indentation_velocity: Array
+    force: Array
+    contact_radius: Array
+    kinetic_energy: Array | None = None
+    stored_energy: Array | None = None
+    dissipated_energy: Array | None = None
+
+
+class Half(NamedTuple):
+    """Elements of the approach or of the rebound, scaled; E elements, S + 1 points.
+
+    Attributes
+    ----------
+    starts, lengths : array, shape (E,)
+        Elements in sigma or in lambda.
+    columns : array, shape (E, S + 1, n)
+        s, v, t, F, H_k; in the rebound s is that of the approach with the same contact radius.
+    energies : array, shape (E, S + 1, m)
+        Approach: Y_k, Z_k, the energy dissipated. Rebound: the energy dissipated, that per length of an element
+        that leaves, and `int a` over it.
+    share : float
+        Part of the last element that belongs to the half: that of the approach reaches past the turning point.
+    """
+
+    starts: Array
+    lengths: Array
+    columns: Array
+    energies: Array
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Motion of one impact that ended in separation, and the memory of its foundation, as polynomials over elements.
+
+    Attributes
+    ----------
+    units : ScaledImpact
+        The impact without units, and the units; scaled numbers below are in these.
+    mass, velocity : float
+        [kg], [m/s].
+    stored : Stored
+        What the kernel left.
+    """
+
+    units: ScaledImpact
+    mass: float
+    velocity: float
+    stored: Stored
+
+    @property
+    def energy_unit(self) -> float:
+        """Unit of the energies m v0^2 [J]."""
+        return self.mass * self.velocity**2
+
+    @property
+    def sigma_m(self) -> float:
+        """Length of the approach in sigma."""
+        return float(self.stored.work.turning_place[0])
+
+    @property
+    def deepest(self) -> float:
+        """Largest s, the square root of the scaled depth."""
+        return float(self.stored.work.turning[S_])
+
+    @property
+    def end(self) -> float:
+        """Scaled time of separation."""
+        return float(self.stored.work.rebound[-1, T_, -1])
+
+    @property
+    def contact_time(self) -> float:
+        """Contact time [s]."""
+        return self.end * self.units.time
+
+    @property
+    def turning_time(self) -> float:
+        """Time [s] at which the indentation is deepest."""
+        return float(self.stored.work.turning[T_]) * self.units.time
+
+    @cached_property
+    def scheme(self) -> Scheme:
+        """Collocation scheme of the kernel."""
+        from restitution.kernel.radau import radau
+
+        return radau(STAGES)
+
+    @cached_property
+    def rates(self) -> Array:
+        """Rates of decay 1/tau_k; the first is that of the spring in parallel, 0."""
+        return np.append(0.0, 1.0 / self.units.times)
+
+    @cached_property
+    def moduli(self) -> Array:
+        """Moduli of the branches; the first is that of the spring in parallel."""
+        return np.append(self.units.equilibrium, self.units.moduli)
+
+    @cached_property
+    def approach(self) -> Half:
+        """The approach, over sigma."""
+        work, memory = self.stored.work, self.stored.ledger.approach
+        n = len(memory)
+        starts, lengths = work.places[0, :n], work.places[1, :n]
+        order = [memory[:, k:-1:3] for k in range(3)]
+        columns = np.concatenate([work.approach[:, : F_ + 1], order[0]], axis=1)
+        energies = np.concatenate([order[1], order[2], memory[:, -1:]], axis=1)
+        share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
+        return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(energies, 1, 2), share)
+
+    @cached_property
+    def rebound(self) -> Half:
+        """The rebound, over lambda."""
+        work, memory = self.stored.work, self.stored.ledger.rebound
+        n = len(memory)
+        columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-3]], axis=1)
+        return Half(
+            work.places[2, :n], work.places[3, :n], np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -3:], 1, 2), 1.0
+        )  # fmt: skip
+
+    def times(self, n_points: int) -> Array:
+        """Return `n_points` times [s] from first touch to separation, as dense as the solver's own steps."""
+        work = self.stored.work
+        knots = np.concatenate([work.approach[:, T_, 0], work.rebound[:, T_, 0], [self.end]])
+        knots = np.unique(np.clip(knots, 0.0, self.end))
+        # Half of the points evenly over time, half over steps: thin layers and long creep are both seen.
+        passed = 0.5 * (np.linspace(0.0, 1.0, knots.size) + knots / self.end)
+        times = np.interp(np.linspace(0.0, 1.0, n_points), passed, knots) * self.units.time
+        times[-1] = self.contact_time
+        return times
+
+    def at(self, times: ArrayLike) -> Trajectory:
+        """Motion and energies at the given times [s], from 0 to the contact time.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside the contact.
+        """
+        moments = within_contact(times, self.contact_time)
+        t = np.minimum(moments / self.units.time, self.end)
+        motion, energies = np.empty((t.size, 4)), np.empty((t.size, 2))
+        coming = t <= float(self.stored.work.turning[T_])
+        places = self.find(self.approach, T_, t[coming])
+        state = self.interpolate(self.approach.columns, *places)
+        motion[coming] = np.column_stack([state[:, S_] ** 2, state[:, V_], state[:, F_], state[:, S_]])
+        Y, Z, lost = np.split(
+            self.interpolate(self.approach.energies, *places), (self.rates.size, 2 * self.rates.size), 1
+        )
+        # At the first touch nothing but rounding is left of the difference.
+        squares = np.maximum(2.0 * state[:, H_:] * Y - Z, 0.0)
+        energies[coming] = np.column_stack([0.5 * squares @ self.moduli, lost])
+
+        places = self.find(self.rebound, T_, t[~coming])
+        state = self.interpolate(self.rebound.columns, *places)
+        sigma = np.maximum(self.sigma_m - self.position(self.rebound, *places), 0.0)
+        sigma[t[~coming] >= self.end] = 0.0
+        squares, density, s1 = self._foundation(state, sigma)
+        motion[~coming] = np.column_stack([state[:, D_], state[:, V_], state[:, F_], s1])
+        lost, _, released = self.interpolate(self.rebound.energies, *places).T
+        kept = 0.5 * squares @ self.moduli + released - self.radius(s1) * density
+        energies[~coming] = np.column_stack([kept, lost])
+
+        velocity = motion[:, 1] * self.velocity
+        return Trajectory(
+            np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
+            np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
+            self.radius(motion[:, 3]) * self.units.radius, 0.5 * self.mass * velocity**2,
+            energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
+        )  # fmt: skip
+
+    def _foundation(self, state: Array, sigma: Array) -> tuple[Array, Array, Array]:
+        """Integrals of w_k^2, energy per length at the edge of contact, and s, where the approach was at sigma."""
+        places, n = self.places(self.approach, sigma), self.rates.size
+        past = self.interpolate(self.approach.columns, *places)
+        Y, Z = np.split(self.interpolate(self.approach.energies, *places)[:, : 2 * n], 2, axis=1)
+        decay = np.exp(np.minimum((past[:, T_] - state[:, T_])[:, None] * self.rates, 0.0))
+        edge = state[:, H_:] - decay * past[:, H_:]
+        s = np.where(sigma > 0.0, np.maximum(past[:, S_], 0.0), 0.0)
+        squares = self.radius(s)[:, None] * edge**2 + decay * (2.0 * state[:, H_:] * Y - decay * Z)
+        return squares, 0.5 * edge**2 @ self.moduli, s
+
+    def basis(self, x: Array) -> Array:
+        """Lagrange basis on the points of an element at x in [0, 1], shape (n, S + 1)."""
+        c = self.scheme.c
+        below, above = np.ones((c.size, x.size)), np.ones((c.size, x.size))
+        for j in range(1, c.size):
+            below[j] = below[j - 1] * (x - c[j - 1])
+            above[-1 - j] = above[-j] * (x - c[-j])
+        basis = np.ascontiguousarray((below * above).T) * self.scheme.weights
+        # Exactly one at a node.
+        return basis / basis.sum(axis=1, keepdims=True)
+
+    def interpolate(self, columns: Array, element: Places, x: Array) -> Array:
+        """Values of columns, shape (E, S + 1, n), at the places x in elements."""
+        basis, rows = self.basis(x)[..., None], columns[element]
+        # One after the other, so that the bits of a point do not depend on the number of points.
+        total = basis[:, 0] * rows[:, 0]
+        for j in range(1, rows.shape[1]):
+            total += basis[:, j] * rows[:, j]
+        return total
+
+    def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
+        """Elements, and places in them, at which a rising column takes the given values."""
+        table = half.columns[..., column]
+        element = np.clip(np.searchsorted(table[:, 0], values, side="right") - 1, 0, len(table) - 1)
+        rows = table[element]
+        end = np.where(element == len(table) - 1, half.share, 1.0)
+        low, high = np.zeros(values.size), end
+        for _ in range(54):
+            middle = 0.5 * (low + high)
+            late = np.einsum("pj,pj->p", self.basis(middle), rows) > values
+            high = np.where(late, middle, high)
+            low = np.where(late, low, middle)
+        place = np.where(values <= rows[:, 0], 0.0, np.where(high == end, end, 0.5 * (low + high)))
+        return element, place
+
+    def approach_at(self, sigma: Array) -> Array:
+        """Columns of the approach at sigma, shape (n, 5 + N)."""
+        return self.interpolate(self.approach.columns, *self.places(self.approach, sigma))
+
+    def places(self, half: Half, position: Array) -> tuple[Places, Array]:
+        """Elements that hold a position in sigma or lambda, and the places in them."""
+        element = np.clip(np.searchsorted(half.starts, position, side="right") - 1, 0, half.starts.size - 1)
+        return element, (position - half.starts[element]) / half.lengths[element]
+
+    def position(self, half: Half, element: Places, x: Array) -> Array:
+        """Position in sigma or lambda of places in elements."""
+        return half.starts[element] + x * half.lengths[element]
+
+    def radius(self, s: Array) -> Array:
+        """Scaled contact radius at s, the square root of the scaled depth, any shape."""
+        units = self.units
+        if units.table is None:
+            return np.maximum(s, 0.0) ** units.exponent
+        return evaluate(units.table, s * units.length**0.5)[0] / units.radius
+
+
+def within_contact(times: ArrayLike, contact_time: float) -> Array:
+    """Times [s], shape (n,), if all lie within the contact."""
+    moments = np.atleast_1d(np.asarray(finite("times", times, "s"), dtype=np.float64))
+    outside = (moments < 0.0) | (moments > contact_time * (1.0 + 1e-12))
+    if np.any(outside):
+        wanted = f"must be in [0, {contact_time:g}] s, the duration of contact"
+        raise InputError("times", float(moments[outside][0]), wanted, "s")
+    return moments
