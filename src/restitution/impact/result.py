@@ -440,5 +440,10 @@ def _interpolated(trajectory: Trajectory, times: ArrayLike | None) -> Trajectory
     if times is None:
         return trajectory
     t = within_contact(times, float(trajectory.time[-1]))
-    columns = (np.interp(t, trajectory.time, values) for values in trajectory[1:5] if values is not None)
-    return Trajectory(t, *columns)
+    columns = trajectory._asdict()
+    return Trajectory(
+        **{
+            name: None if values is None else np.interp(t, trajectory.time, values)
+            for name, values in columns.items()
+        }
+    )
