@@ -247,7 +247,7 @@ def test_the_pressure_is_drawn_when_it_is_wanted(folder: Path, monkeypatch: pyte
     from restitution.plot import impact as pictures
 
     drawn: list[Any] = []
-    monkeypatch.setattr(pictures, "overview", lambda result, times: drawn.append(times))
+    monkeypatch.setattr(pictures, "overview", lambda result, times, **_: drawn.append(times))
     monkeypatch.setattr("restitution.plot.style.save_figure", lambda figure, path: None)
     fake(monkeypatch)
     at = ("--pressure-at", "0.5 ms", "--pressure-at", "1e-3")
