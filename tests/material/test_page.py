@@ -11,6 +11,7 @@ from restitution.material.fit import fit_prony
 from restitution.material.readers import read_material
 
 PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text(encoding="utf-8")
+WORDS = " ".join(PAGE.split())
 
 
 def blocks(language):
@@ -67,9 +68,9 @@ def test_table_of_the_dynamic_data(shared_reference):
         assert series.n_branches == int(row[0])
         assert misfits == pytest.approx([float(number) for number in row[1:]], abs=6e-5)
     ratio = fits[0].series.loss_modulus(omega) / data.loss_modulus
-    assert f"at {(ratio < 0.7).sum()} of the {omega.size} frequencies" in PAGE
-    assert f"{(ratio[omega < 1.0] < 0.7).sum()} of them below 1 rad/s" in PAGE
-    assert f"at worst {100.0 * (1.0 - ratio.min()):.0f} %" in PAGE
+    assert f"at {(ratio < 0.7).sum()} of the {omega.size} frequencies" in WORDS
+    assert f"{(ratio[omega < 1.0] < 0.7).sum()} of them below 1 rad/s" in WORDS
+    assert f"at worst {100.0 * (1.0 - ratio.min()):.0f} %" in WORDS
     for decade, lowness in ((0, 0.16), (3, 0.10), (6, 0.13)):
         inside = (omega >= 10.0**decade) & (omega < 10.0 ** (decade + 3))
         assert 1.0 - ratio[inside].mean() == pytest.approx(lowness, abs=6e-3)

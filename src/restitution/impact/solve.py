@@ -19,7 +19,7 @@ from restitution.impact.result import ImpactResult, shaped, solve_columns
 from restitution.impact.sampling import Sampled, by_elements, by_reference
 from restitution.impact.solution import Solution
 from restitution.impact.status import SolverError, Status
-from restitution.material.standard_solid import reduced_standard_solid
+from restitution.material.reduced_modulus import reduced_standard_solid
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "elements", "reference"]

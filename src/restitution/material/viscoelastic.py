@@ -217,13 +217,6 @@ class Material:
         transient = np.exp(-t[..., None] / roots.times) @ (3.0 * at_roots / roots.slopes)
         return np.where(t == 0, self.instantaneous_poisson_ratio, self.poisson_ratio + transient)[()]
 
-    @property
-    def slowest_wave_speed(self) -> float | None:
-        """Shear wave speed [m/s] at equilibrium, instantaneous for a liquid; see `wave_speed`."""
-        if self.density is None:
-            return None
-        return math.sqrt((self.shear.equilibrium_modulus or self.shear.instantaneous_modulus) / self.density)
-
     def wave_speed(self, time: ArrayLike) -> Any:
         """Speed sqrt(G(t)/rho) [m/s] of shear waves, the slowest ones, at the modulus that acts at a time t [s].
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.prony import PronySeries
-from restitution.material.standard_solid import reduced_standard_solid
+from restitution.material.reduced_modulus import reduced_standard_solid
 from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
 from restitution.sweeps.combination import Columns, combinations
 
