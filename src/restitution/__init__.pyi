@@ -18,6 +18,7 @@ from .impact.bounces import bounces as bounces
 from .impact.bounces import drop as drop
 from .impact.collision import Body as Body
 from .impact.collision import collision as collision
+from .impact.elements import element_history as element_history
 from .impact.problem import Impact as Impact
 from .impact.result import ImpactResult as ImpactResult
 from .impact.scaling import dimensionless_groups as dimensionless_groups

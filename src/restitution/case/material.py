@@ -264,7 +264,11 @@ class FileSection(MaterialSection):
             covered = self.file.window
         kind = agreed_deformation(self.file.deformation, self.deformation)
         shear, bulk = shear_and_bulk(series, kind, self.bulk_modulus, self.poisson_ratio)
-        return Material(shear, bulk, source=self.file.source, window=covered, assumptions=assumptions)
+        derivation = None if fit is None else "fit"
+        source = self.file.source
+        return Material(
+            shear, bulk, source=source, window=covered, assumptions=assumptions, derivation=derivation
+        )
 
 
 def _model_section(entry: MaterialModel) -> type[ModelSection]:

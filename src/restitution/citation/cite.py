@@ -65,10 +65,9 @@ _SOURCES = {
     "steel": ("en1993",),
     "tungsten": ("kaye1995",),
 }
-# What the assumptions of a material say that it was made by.
-_ASSUMED = {
-    "fractional model": ("mainardi2010", "fractional model"),
-    "fitted to the data": ("lawson1974", "Prony fit by non-negative least squares"),
+_DERIVATIONS = {
+    "fractional": ("mainardi2010", "fractional model"),
+    "fit": ("lawson1974", "Prony fit by non-negative least squares"),
 }
 _OWN = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
 
@@ -187,9 +186,8 @@ def _(subject: Material) -> Iterator[Reason]:
     for name, keys in _SOURCES.items():
         if _is(subject, library.get(name)):
             yield from ((key, f"data of {name}") for key in keys)
-    for words, reason in _ASSUMED.items():
-        if subject.assumptions is not None and words in subject.assumptions:
-            yield reason
+    if subject.derivation is not None:
+        yield _DERIVATIONS[subject.derivation]
     shift = subject.shift
     if shift is not None and subject.temperature != shift.reference_temperature:
         if isinstance(shift, WLF):

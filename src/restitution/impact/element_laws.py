@@ -40,9 +40,13 @@ class ElementLaw(Protocol):
         """Energy per length [J/m] that the springs store."""
         ...
 
+    def inner(self, n: int) -> dict[str, Array]:
+        """Inner displacements [m] of the first n elements, by name."""
+        ...
+
 
 class StandardSolidElement:
-    """Equations (7) and (8) of the paper: standard solid in shear, elastic in bulk.
+    """Equations (8) of the paper: standard solid in shear, elastic in bulk.
 
     Parameters
     ----------
@@ -80,7 +84,7 @@ class StandardSolidElement:
         """Step u1, u2, u3 in time."""
         n, ginf, g1, k0 = u.size, self.ginf, self.g1, self.k0
         u1, u2, u3 = self.u1[:n], self.u2[:n], self.u3[:n]
-        # From the first of (7), u3 = u2 + lag after the step; from the second, u1; then, from the third, u2.
+        # From the first of (8), u3 = u2 + lag after the step; from the second, u1; then, from the third, u2.
         lag = u3 - u2 - (step * g1 / self.eta) * u3
         u1 += du - (step * g1 / self.eta) * (u1 - u2)
         if math.isinf(k0):
@@ -111,6 +115,10 @@ class StandardSolidElement:
         if not math.isinf(self.k0):
             energy += (self.ginf / 3.0 + self.k0) * (u2 - u) ** 2 + (self.g1 / 3.0) * (u2 - u1) ** 2
         return 2.0 * energy
+
+    def inner(self, n: int) -> dict[str, Array]:
+        """Displacements u1, u2, u3."""
+        return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
 
 
 class MaxwellElement:
@@ -153,6 +161,10 @@ class MaxwellElement:
     def energy(self, u: Array) -> Array:
         """Energy per length of all springs."""
         return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
+
+    def inner(self, n: int) -> dict[str, Array]:
+        """Return nothing: the branches have no place in the paper's element."""
+        return {}
 
 
 def element_law(material: Material, counter_material: Material | None, series: PronySeries) -> ElementLaw:

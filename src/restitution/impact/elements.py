@@ -7,16 +7,21 @@ Coefficient for Viscoelastic Spheres in Low-Velocity Normal Impacts, eqs. (7) to
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import positive
+from restitution.checks import positive, whole
+from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.element_laws import element_law, padded
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
+from restitution.quantities import HISTORY
+
+if TYPE_CHECKING:
+    import xarray
 
 Array = NDArray[np.float64]
 
@@ -90,15 +95,16 @@ def solve_elements(
 
     Notes
     -----
-    Each element at x has the displacement `u = d - g(x)` from the step on in which `d >= g(x)`, with the
-    transform g of the profile (eq. 4), and, on the paper's material (standard solid, elastic in bulk), inner
-    displacements u1, u2, u3::
+    Each element at x has a displacement u from the step on in which `d >= g(x)`, with the transform g of the
+    profile (eq. 4), and, on the paper's material (standard solid, elastic in bulk), inner displacements
+    u1, u2, u3::
 
-        0 = eta (u3' - u2') + G1 u3                                                       (7)
+        u = d - g(x)                                                                      (7)
+        0 = eta (u3' - u2') + G1 u3                                                       (8)
         0 = (eta/3)(u1' - u') + (G1/3)(u1 - u2)
         0 = G1 u3 + Ginf u2 + (Ginf/3 + K0)(u2 - u) + (G1/3)(u2 - u1)
-        F = 4 dx (Ginf u2 + G1 u3)                                                        (8)
-        m d'' = force - sum F                                                             (9)
+        F = 4 dx (Ginf u2 + G1 u3)
+        m d'' = external force - sum F                                                    (9)
 
     In the incompressible form `u2 = u`. An element whose force would turn negative carries zero force and has
     left contact for good; when all have, the impact is over. On any other material an element is the reduced
@@ -118,24 +124,115 @@ def solve_elements(
     >>> print(round(found.restitution_coefficient, 4), round(found.restitution_error, 5))  # exactly 0.434356
     0.4347 0.00035
     """
-    if isinstance(n_elements, bool) or not hasattr(n_elements, "__index__"):
-        raise TypeError(f"n_elements = {n_elements!r}: must be an integer")
-    if not _FEWEST <= n_elements <= _MOST:
-        raise ValueError(f"n_elements = {n_elements}: must be in [{_FEWEST}, {_MOST}]")
-    if impact.shape != ():
-        raise ValueError(f"impact has shape {impact.shape}: must be a single one for the method of elements")
-    given = None if time_step is None else float(positive("time_step", time_step, "s"))
-    foundation = _Foundation(impact)
-    sizes = foundation.measure(n_elements)
-    step = min(sizes.fitting_step(n_elements), 0.5 * sizes.limit) if given is None else given
-    sizes.admit(n_elements, step, automatic=given is None)
-    spacing = 2.0 * sizes.radius / n_elements
+    foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
     found = foundation.march(spacing, step)
     if 2.0 * step > sizes.limit:
         return found
     half = foundation.march(2.0 * spacing, 2.0 * step)
     difference = abs(found.restitution_coefficient - half.restitution_coefficient)
     return found._replace(restitution_error=difference)
+
+
+class _Snapshot(NamedTuple):
+    """Elements in contact, or once in contact, at an instant: which touch, displacement, inner ones, line load."""
+
+    step: int
+    touching: Array
+    columns: dict[str, Array]
+
+
+def element_history(
+    impact: Impact, *, n_elements: int = 800, time_step: float | None = None, n_times: int = 200
+) -> xarray.Dataset:
+    """Displacements and forces of the elements of the paper's model over time.
+
+    Parameters
+    ----------
+    impact : Impact
+        A single impact (no arrays).
+    n_elements, time_step
+        See `solve_elements`.
+    n_times : int
+        About how many instants are kept, >= 2.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `time` [s] and `position` [m], the distance x > 0 of an element from the axis; each stands for its mirror
+        image as well. `displacement` u, on the paper's material also the inner displacements `u1`, `u2`, `u3` [m], NaN
+        while an element is not in contact, and its `force` F [N], zero then. Twice the sum of the forces is that of
+        the contact.
+
+    Raises
+    ------
+    InputError
+        As `solve_elements`, and if `n_times` is below 2.
+
+    Notes
+    -----
+    Equations (7) and (8) of the paper; see `solve_elements`.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
+    >>> impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
+    >>> elements = element_history(impact, n_elements=50)
+    >>> sorted(elements.data_vars)
+    ['displacement', 'force', 'u1', 'u2', 'u3']
+    """
+    import xarray as xr
+
+    whole("n_times", n_times, 2)
+    foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
+    snapshots: list[_Snapshot] = []
+    every = max(1, round(sizes.duration / (step * n_times)))
+    foundation.march(spacing, step, snapshots, every)
+    count = max(one.touching.size for one in snapshots)
+    names = [
+        "displacement",
+        *(name for name in snapshots[-1].columns if name not in ("displacement", "force")),
+    ]
+    data = {name: np.full((len(snapshots), count), np.nan) for name in names}
+    data["force"] = np.zeros((len(snapshots), count))
+    for row, one in enumerate(snapshots):
+        for name, column in one.columns.items():
+            data[name][row, : one.touching.size][one.touching] = column[one.touching]
+    words = {"displacement": "displacement u of an element", "force": "force F of an element"}
+    described = {
+        name: (
+            ("time", "position"),
+            values,
+            {
+                "units": "N" if name == "force" else "m",
+                "long_name": words.get(name, f"inner displacement {name}"),
+            },
+        )
+        for name, values in data.items()
+    }
+    time = ("time", step * np.array([float(one.step) for one in snapshots]), HISTORY["time"].attributes)
+    position = (
+        "position",
+        (np.arange(count) + 0.5) * spacing,
+        {"units": "m", "long_name": "distance x from the axis"},
+    )
+    attributes = {"spacing": spacing, "time_step": step, "references": "Willert et al., eqs. (7) and (8)"}
+    return xr.Dataset(described, {"time": time, "position": position}, attributes)
+
+
+def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundation, float, float, _Sizes]:
+    """Check the options; return the foundation, the spacing [m], the time step [s] and the sizes of a coarse run."""
+    whole("n_elements", n_elements, _FEWEST, _MOST)
+    if impact.shape != ():
+        raise InputError(
+            "impact.shape", impact.shape, "must be () for the method of elements: a single impact"
+        )
+    given = None if time_step is None else float(positive("time_step", time_step, "s"))
+    foundation = _Foundation(impact)
+    sizes = foundation.measure(n_elements)
+    step = min(sizes.fitting_step(n_elements), 0.5 * sizes.limit) if given is None else given
+    sizes.admit(n_elements, step, automatic=given is None)
+    return foundation, 2.0 * sizes.radius / n_elements, step, sizes
 
 
 class _Sizes(NamedTuple):
@@ -196,8 +293,13 @@ class _Foundation:
             depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf)
         )
 
-    def march(self, spacing: float, step: float) -> ElementsSolution:
-        """Explicit Euler; elements at (i + 1/2) dx, each of which stands for its mirror image as well."""
+    def march(
+        self, spacing: float, step: float, snapshots: list[_Snapshot] | None = None, every: int = 1
+    ) -> ElementsSolution:
+        """Explicit Euler; elements at (i + 1/2) dx, each of which stands for its mirror image as well.
+
+        The states of the elements at every so many steps are added to `snapshots`.
+        """
         transform = self.impact.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
@@ -229,6 +331,9 @@ class _Foundation:
             force = 2.0 * spacing * float(line_load @ touching)
             dissipated += 2.0 * spacing * step * float(law.dissipation(displacement, v) @ touching)
             radius = spacing * int(np.count_nonzero(touching))
+            if snapshots is not None and len(rows) % every == 0:
+                columns = {"displacement": displacement.copy(), "force": spacing * line_load, **law.inner(n)}
+                snapshots.append(_Snapshot(len(rows), touching.copy(), columns))
             rows.append((d, v, force, radius))
             if n > 0 and radius == 0.0:
                 return self.solution(rows, step, Status.SEPARATED, dissipated, stored)

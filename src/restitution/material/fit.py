@@ -112,6 +112,7 @@ class PronyFit:
             source=self.data.source or None,
             window=self.window,
             assumptions=assumptions,
+            derivation="fit",
         )
 
     def plot(self) -> Figure:

@@ -283,7 +283,7 @@ class FractionalMaterial:
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
         terms = material.shear.n_branches
         assumptions = f"{terms} Prony terms stand for the fractional model, relative error {error:.1e}"
-        return replace(material, assumptions=assumptions)
+        return replace(material, assumptions=assumptions, derivation="fractional")
 
     def approximation(self, window: tuple[float, float], rtol: float | None = None) -> ApproximateMaterial:
         """Material of Prony series, of prescribed and verified relative error within a window of time [s].

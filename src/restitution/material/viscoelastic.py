@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,8 @@ from restitution.pictures import draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Derivation = Literal["fit", "fractional"]
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -47,6 +49,9 @@ class Material:
         Shortest and longest time [s] for which the moduli hold, at `temperature`.
     assumptions
         Assumptions made beyond the source.
+    derivation
+        How the moduli were derived from the source, for `restitution.cite`: "fit" of a Prony series to data, a
+        "fractional" model, or None.
 
     Raises
     ------
@@ -71,6 +76,7 @@ class Material:
     source: str | None
     window: tuple[float, float] | None
     assumptions: str | None
+    derivation: Derivation | None
 
     def __init__(
         self,
@@ -84,6 +90,7 @@ class Material:
         source: str | None = None,
         window: tuple[float, float] | None = None,
         assumptions: str | None = None,
+        derivation: Derivation | None = None,
     ) -> None:
         shear = _series("shear", shear)
         if shear.is_zero:
@@ -107,6 +114,7 @@ class Material:
             source=source,
             window=window,
             assumptions=assumptions,
+            derivation=derivation,
         )
 
     def plot(self) -> Figure:

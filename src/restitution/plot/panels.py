@@ -266,6 +266,11 @@ def _along(ax: Axes, output: xr.DataArray, x: str) -> Values:
 def _frame(ax: Axes, across: Values, values: Values, name: Any) -> None:
     ax.set_xscale(across.scale)
     ax.set_yscale(values.scale)
+    from matplotlib.ticker import NullFormatter
+
+    if across.logarithmic and np.nanmax(across.values) >= 9.9 * np.nanmin(across.values):
+        # The decades say enough, and labels between them overlap.
+        ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(across.label)
     ax.set_ylabel(values.label)
     ax.grid(True)
