@@ -66,4 +66,4 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"quickstart": [], "validation": [], "changelog": []}
+html_sidebars = {"quickstart": [], "reproduction": [], "validation": [], "changelog": []}

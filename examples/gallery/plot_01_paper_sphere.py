@@ -19,20 +19,21 @@ e = rs.standard_solid_restitution(np.array(ratios)[:, None], 1e-3, p3)
 fig, ax = plt.subplots(layout="constrained")
 for nu, curve in zip(ratios, e, strict=True):
     ax.semilogx(p3, curve, label=rf"$\nu = {nu:g}$")
-ax.set_xlabel("$p_3$")
+ax.set_xlabel("dimensionless viscosity $p_3$")
 ax.set_ylabel("restitution coefficient $e$")
 ax.set_title(r"$\log_{10} p_2 = -3$")
 ax.legend()
 
 # %%
-# Close to incompressibility the rebound depends on the compressibility more, not less. The same impact in SI units,
-# of bodies that have these three numbers:
+# The Poisson ratio is that of the relaxed material. Under a sudden load the same material has another one, which is
+# negative for all compressible curves here. One impact in SI units, of bodies that have the three numbers:
 
 equilibrium, branch, radius, mass, velocity = 1e6, 1e9, 0.01, 0.03, 2.0
 viscosity = 10.0 / (velocity * radius / (mass**2 * equilibrium**3)) ** 0.2
 rubber = rs.standard_solid(equilibrium, branch, viscosity, poisson_ratio=0.49)
 impact = rs.Impact(material=rubber, profile=rs.Parabola(radius), mass=mass, velocity=velocity)
 print(rs.dimensionless_groups(impact))
+print(f"instantaneous Poisson ratio {rubber.instantaneous_poisson_ratio:.2f}")
 result = rs.solve(impact)
 print(f"e = {result.restitution_coefficient:.9f}")
 

@@ -12,11 +12,13 @@ import restitution as rs
 from restitution.plot.history import energy_area, force_indentation
 
 # %%
-# The paper's solid with :math:`\nu = 0.3`, :math:`p_2 = 0.01` and :math:`p_3 = 3`, as a sphere of 1 kg and 1 m radius
-# on a soft block at 1 m/s: all units are one.
+# The paper's solid with :math:`\nu = 0.3`, :math:`p_2 = 0.01` and :math:`p_3 = 3`, and a ball of 5 g and 10 mm radius
+# at 1 m/s.
 
-solid = rs.standard_solid(1.0, 100.0, 3.0, poisson_ratio=0.3)
-result = rs.solve(rs.Impact(solid, rs.Parabola(radius=1.0), mass=1.0, velocity=1.0))
+equilibrium, radius, mass, velocity = 1e6, 0.01, 0.005, 1.0
+viscosity = 3.0 * (mass**2 * equilibrium**3 / (velocity * radius)) ** 0.2
+solid = rs.standard_solid(equilibrium, 100.0 * equilibrium, viscosity, poisson_ratio=0.3)
+result = rs.solve(rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity))
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained")
 force_indentation(left, result.history)

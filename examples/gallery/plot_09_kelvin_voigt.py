@@ -33,7 +33,7 @@ upper.semilogx(p3, law, "--", label="one force law throughout")
 upper.set_ylabel("restitution coefficient $e$")
 upper.legend()
 lower.loglog(p3, np.abs(1.0 - law / exact))
-lower.set_xlabel("$p_3$")
+lower.set_xlabel("dimensionless viscosity $p_3$")
 lower.set_ylabel("relative difference of $e$")
 
 # %%

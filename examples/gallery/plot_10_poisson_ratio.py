@@ -18,7 +18,7 @@ for p3 in (0.1, 1.0, 10.0):
     assumed = rs.standard_solid_restitution(0.5, 1e-3, p3)
     ax.loglog(0.5 - nu, np.abs(assumed / e - 1.0), label=f"$p_3 = {p3:g}$")
 ax.invert_xaxis()
-ax.set_xlabel(r"$\frac{1}{2} - \nu$")
+ax.set_xlabel(r"$\frac{1}{2} - \nu$ (incompressible to the right)")
 ax.set_ylabel(r"relative error of $e$ from assuming $\nu = \frac{1}{2}$")
 ax.set_title(r"$\log_{10} p_2 = -3$")
 ax.legend()

@@ -58,7 +58,7 @@ upper.set_ylabel("restitution coefficient $e$")
 upper.set_ylim(0.0, 1.0)
 upper.legend()
 lower.plot(exponents, sphere - punch, "s", markersize=4, color="C2")
-lower.set_ylabel("sphere less punch")
+lower.set_ylabel(r"$e_\mathrm{sphere} - e_\mathrm{punch}$")
 lower.set_xlabel(r"exponent $\alpha$")
 
 # %%

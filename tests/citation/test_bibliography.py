@@ -81,7 +81,9 @@ def test_every_entry_is_among_the_references_of_the_documents() -> None:
         keys = [
             key
             for key, text in entries().items()
-            if (fields := parse(text)[2]) and plain(fields["title"]) in plain(bullet)
+            if (fields := parse(text)[2])
+            and plain(fields["title"]) in plain(bullet)
+            and fields.get("year", "") in bullet
         ]
         # The documents name works that no problem uses, and that have no entry.
         if not keys:

@@ -1,4 +1,5 @@
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -275,3 +276,16 @@ def test_collapse_shows_spread_against_tolerance() -> None:
         )
     assert "spread" in spread.get_xlabel()
     assert "tolerance" in [text.get_text() for text in spread.get_legend().get_texts()]
+
+
+def test_the_page_of_the_documents_runs_and_shows_every_figure(capsys: pytest.CaptureFixture[str]) -> None:
+    docs = Path(__file__).resolve().parents[2] / "docs"
+    page = (docs / "reproduction.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    (shown,) = re.findall(r"^```text\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
+    exec(compile(code, "reproduction.md", "exec"), {})
+    assert capsys.readouterr().out == shown
+    drawn = re.findall(r"_static/(figure_\w+)\.(?:png|svg)$", page.replace("\r", ""), flags=re.MULTILINE)
+    assert set(drawn) == {*FIGURES, "figure_1", "figure_2"}
+    for name in re.findall(r"_static/[\w.]+", page):
+        assert (docs / name).is_file(), name
