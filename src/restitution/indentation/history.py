@@ -201,7 +201,8 @@ class History:
         pieces: list[Array] = []
         for n, c in enumerate(self.coefficients):
             zeros = _zeros(c) if bends[n] else []
-            places = [0.0, *sorted({*zeros, *(_zeros(slopes[n]) if bends[n] else [])}), 1.0]
+            turns = _zeros(slopes[n]) if bends[n] else []
+            places = [0.0, *sorted(set(zeros + turns)), 1.0]
             for low, high in pairwise(places):
                 piece = restricted(c, low, high)
                 # Rounding must not leave a value of either sign where the history is zero.
