@@ -3,6 +3,7 @@
 `pytest benchmarks/test_surrogate.py` writes `surrogate.md`, the table of the page on surrogates.
 """
 
+import runpy
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,14 +15,15 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.surrogates import make, standard_solid
+from restitution.surrogates import standard_solid
 from restitution.surrogates.velocity import OUTPUTS
 
 POINTS = 20_000
 KERNEL_POINTS = 500
 RANGE = (1e-3, 10.0)
 TABLE = Path(__file__).parent / "surrogate.md"
-DATA = Path(make.__file__).parent / "data" / "standard_solid.npz"
+PLANE = runpy.run_path(str(Path(__file__).parents[1] / "validation" / "standard_solid_surrogate.py"))
+DATA = Path(standard_solid.__file__).parent / "data" / "standard_solid.npz"
 
 # Processor time, so that it matters little what else the machine does.
 pytestmark = pytest.mark.benchmark(timer=time.process_time)
@@ -78,10 +80,10 @@ def over_velocity(name: str, folder: Path) -> Subject:
 
 def over_plane(name: str, groups: tuple[Any, Any, Any]) -> Subject:
     """Interpolant of the paper's plane at random points, or over a picture."""
-    points = make.random_groups(50_000, seed=21)
+    points = PLANE["random_groups"](50_000, seed=21)
     exact = rs.standard_solid_restitution(*points, rtol=1e-9)
     measured = float(np.abs(rs.standard_solid_surrogate(*points) - exact).max())
-    some = [part[:KERNEL_POINTS] for part in make.random_groups(POINTS, seed=2)]
+    some = [part[:KERNEL_POINTS] for part in PLANE["random_groups"](POINTS, seed=2)]
     with np.load(DATA) as data:
         pieces = len(data["levels"])
     return Subject(
@@ -96,7 +98,7 @@ def subjects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Subject]:
     folder = tmp_path_factory.mktemp("surrogates")
     side = np.logspace(-3, 1, 150)[:, None], np.logspace(-2, 2, 150)
     made = [over_velocity(name, folder) for name in IMPACTS]
-    made.append(over_plane("e(nu, p2, p3), random points", make.random_groups(POINTS, seed=2)))
+    made.append(over_plane("e(nu, p2, p3), random points", PLANE["random_groups"](POINTS, seed=2)))
     made.append(over_plane("e(nu, p2, p3), a picture of 150 x 150", (0.45, *side)))
     return {subject.name: subject for subject in made}
 

@@ -5,9 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
-from restitution.files import whole_file
+from restitution.errors import InputError
+from restitution.files import whole_file, write_table
 
 
 def test_partial_file_is_beside_the_target_and_hidden(tmp_path: Path) -> None:
@@ -109,3 +113,30 @@ def test_errors_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No space left") as caught, whole_file(tmp_path / "data.nc"):
         raise OSError(28, "No space left on device")
     assert caught.value.filename == str(tmp_path / "data.nc")
+
+
+def test_a_table_is_long_and_has_units_and_words(tmp_path: Path) -> None:
+    result = xr.Dataset(
+        {"force": (("time", "ball"), [[1.0, 2.0], [3.0, np.nan]], {"units": "N"})},
+        {
+            "time": ("time", [0.0, 0.1], {"units": "s"}),
+            "ball": ["a, b", "c"],
+            "mass": ((), 5.0, {"units": "kg"}),
+        },
+    )
+    for suffix in (".csv", ".nc"):
+        assert write_table(result, tmp_path / f"t{suffix}") == tmp_path / f"t{suffix}"
+    rows = pd.read_csv(tmp_path / "t.csv")
+    assert sorted(rows.columns) == ["ball", "force [N]", "mass [kg]", "time [s]"]
+    assert rows["force [N]"].fillna(-1.0).tolist() == [1.0, 2.0, 3.0, -1.0]
+    assert rows["ball"].tolist() == ["a, b", "c"] * 2
+    xr.testing.assert_identical(xr.open_dataset(tmp_path / "t.nc").load(), result)
+    write_table(result.isel(time=0, ball=0), tmp_path / "one.csv")
+    assert pd.read_csv(tmp_path / "one.csv")["force [N]"].tolist() == [1.0]
+
+
+@pytest.mark.parametrize("name", ["t.txt", "t", "t.zarr", "t.csv.gz"])
+def test_other_kinds_of_tables_are_refused_with_the_list(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"\.csv or \.nc"):
+        write_table(xr.Dataset(), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []

@@ -12,6 +12,7 @@ from .contact.profile import Parabola as Parabola
 from .contact.sphere import Sphere as Sphere
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
+from .files import write_table as write_table
 from .impact import closed_forms as closed_forms
 from .impact.bounces import Bounces as Bounces
 from .impact.bounces import bounces as bounces

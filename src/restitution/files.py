@@ -7,10 +7,15 @@ import secrets
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from restitution.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+TABLES = (".csv", ".nc")
+"""Suffixes of the files that `write_table` writes."""
 
 PARTIAL = ".*.part"
 """Pattern of the names of partial files."""
@@ -104,3 +109,59 @@ def write_netcdf(dataset: xr.Dataset, path: Path | str) -> None:
     content = dataset.to_netcdf(None, engine="h5netcdf")
     with whole_file(path) as partial:
         partial.write_bytes(content)
+
+
+def write_table(dataset: xr.Dataset, path: Path | str) -> Path:
+    """Write a result as a table: CSV or NetCDF, whole or not at all.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A history, the result of a sweep, samples of a surrogate.
+    path : path-like
+        The file, in an existing folder. `.csv`: a row for each point, with the units in the header. `.nc`: NetCDF with all
+        dimensions and attributes.
+
+    Returns
+    -------
+    pathlib.Path
+        `path`.
+
+    Raises
+    ------
+    InputError
+        If the name ends otherwise.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import xarray as xr
+    >>> force = xr.Dataset(
+    ...     {"force": ("time", [0.0, 2.5], {"units": "N"})}, {"time": ("time", [0.0, 1e-3], {"units": "s"})}
+    ... )
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print(write_table(force, f"{folder}/force.csv").read_text())
+    time [s],force [N]
+    0.0,0.0
+    0.001,2.5
+    <BLANKLINE>
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in TABLES:
+        raise InputError("path", str(path), f"must end in {' or '.join(TABLES)}")
+    if suffix == ".nc":
+        write_netcdf(dataset, path)
+        return path
+    # A dataset without dimensions is one row.
+    rows: Any = (dataset if dataset.sizes else dataset.expand_dims("point")).to_dataframe().reset_index()
+    if "point" not in dataset.dims:
+        rows = rows.drop(columns="point", errors="ignore")
+    rows = rows[[*(name for name in dataset.coords), *dataset.data_vars]]
+    units = {name: dataset[name].attrs.get("units", "") for name in rows.columns}
+    rows.columns = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
+    with whole_file(path) as partial:
+        rows.to_csv(partial, index=False, lineterminator="\n")
+    return path

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from typer.testing import CliRunner, Result
 
 import restitution as rs
@@ -121,9 +122,22 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None
 
 
 def test_tolerance_that_is_not_met_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("restitution.surrogates.pieces.DEEPEST", 0)
+    monkeypatch.setattr("restitution.surrogates.build.DEEPEST", 0)
     answer = run("ball.toml", "--rtol", "1e-9", "--out", "ball.json")
     assert answer.exit_code == 3
     assert "NOT_ACCURATE" in answer.stderr
     assert "rtol = 1e-09" in answer.stderr
     assert not Path("ball.json").exists()
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_a_table_of_it(suffix: str) -> None:
+    assert run("ball.toml", "--velocity", "10mm/s", "1", "--out", f"e{suffix}").exit_code == 0
+    if suffix == ".csv":
+        head, first, *_ = Path("e.csv").read_text().splitlines()
+        assert head == "velocity [m/s],restitution_coefficient [1],contact_time [s],max_force [N]"
+        v, e, *_ = map(float, first.split(","))
+    else:
+        table = xr.open_dataset("e.nc")
+        v, e = float(table.velocity[0]), float(table.restitution_coefficient[0])
+    assert (v, e) == (0.01, rs.Surrogate.load("saved.json")(0.01))

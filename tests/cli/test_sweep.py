@@ -210,3 +210,13 @@ def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> No
 def test_what_is_refused(arguments: tuple[str, ...], message: str) -> None:
     assert message in refused(*arguments)
     assert not list(Path().glob("*.zarr"))
+
+
+def test_a_table_in_place_of_a_store() -> None:
+    answer = run("sweep", "sweep.toml", "--out", "ev.csv")
+    assert answer.exit_code == 0
+    head, *rows = Path("ev.csv").read_text().splitlines()
+    assert {"velocity [m/s]", "radius [m]", "restitution_coefficient [1]"} <= set(head.split(","))
+    assert len(rows) == 24
+    assert refused("sweep", "sweep.toml", "--out", "ev.xlsx").startswith("--out ev.xlsx: must end in .zarr")
+    assert not Path("ev.xlsx").exists()

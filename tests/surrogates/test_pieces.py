@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from restitution.surrogates.lookup import compiled, scalar_function, table, value, values
-from restitution.surrogates.pieces import DEGREE, NotMet, build_pieces
+from restitution.surrogates.build import DEGREE, NotMet, build_pieces
+from restitution.surrogates.evaluation import scalar_function, table, value, values
 
 
 def difference(approximate, exact):
@@ -102,11 +102,12 @@ def test_most_is_not_exceeded():
 
 
 @pytest.mark.plain
-def test_without_a_folder_for_machine_code_it_is_compiled_anew(monkeypatch):
-    from numba.core.dispatcher import Dispatcher
+def test_a_narrow_peak_between_the_points_of_a_piece_is_found():
+    # As wide as a fiftieth of the interval: the points of one piece alone see next to nothing of it.
+    def sample(x):
+        return (1e-4 * np.exp(-(((x - 0.4321) / 2e-3) ** 2)))[None]
 
-    def refuse(*_):
-        raise RuntimeError("cannot cache function: no locator available")
-
-    monkeypatch.setattr(Dispatcher, "enable_caching", refuse)
-    assert compiled(lambda x: 2.0 * x)(3.0) == 6.0
+    pieces, error = build_pieces(sample, difference, -1.0, 1.0, 1e-6)
+    points = np.linspace(-1.0, 1.0, 20_001)
+    found = np.array([look_up(pieces, 0, x) for x in points])
+    assert np.abs(found - sample(points)[0]).max() <= error[0] <= 1e-6

@@ -7,6 +7,7 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -21,6 +22,7 @@ from restitution.impact.closed_forms import (
     elastic_max_indentation_depth,
     flat_punch_maxwell_restitution,
 )
+from restitution.surrogates.velocity import _hash
 from strategies import logarithmic, materials
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
@@ -55,8 +57,8 @@ def test_error_is_met_where_it_was_not_measured(impact: rs.Impact, rtol: float) 
         error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, floor)
         assert error.max() <= rtol
         assert made.error[name] <= rtol
-        # What is stated is what is there, and other points see little more than those that measured it.
-        assert error.max() <= 2.0 * made.error[name]
+        # What is stated holds at points that did not measure it.
+        assert error.max() <= made.error[name]
 
 
 def test_shallow_impacts_on_a_profile_from_a_table_are_as_good_as_deep_ones() -> None:
@@ -141,9 +143,7 @@ def test_compiled_form_in_a_loop_is_the_same_to_the_last_bit(ball: rs.Surrogate)
     v = drawn(1e-3, 10.0, 1000)
     assert np.array_equal(loop(v), ball.contact_time(v))
     assert time(0.7) == ball.contact_time(0.7)
-    with pytest.raises(
-        ValueError, match=r"output = 'depth': must be one of restitution_coefficient, contact_"
-    ):
+    with pytest.raises(rs.InputError, match="output = 'depth'"):
         ball.compiled("depth")
 
 
@@ -185,7 +185,8 @@ def test_own_velocity_of_the_impact_does_not_matter(ball: rs.Surrogate) -> None:
 
 def test_doubts_of_the_theory_are_handed_on(ball: rs.Surrogate) -> None:
     (warning,) = ball.warnings
-    assert warning.startswith("small strain: max(a/R, d/a) reaches ")
+    assert warning.startswith("small strain: ")
+    assert ball.validity["small_strain"].exceeded
     assert rs.surrogate(BALL, (1e-3, 1e-2)).warnings == []
 
 
@@ -210,9 +211,9 @@ def test_liquid_that_is_sunk_into_is_refused() -> None:
 
 
 def test_tolerance_that_is_not_met_is_said_with_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.surrogates import pieces
+    from restitution.surrogates import build
 
-    monkeypatch.setattr(pieces, "DEEPEST", 0)
+    monkeypatch.setattr(build, "DEEPEST", 0)
     with pytest.raises(rs.SolverError) as caught:
         rs.surrogate(KINK, (1e-3, 10.0), 1e-6)
     assert caught.value.status is rs.Status.NOT_ACCURATE
@@ -235,11 +236,11 @@ def test_body_that_goes_through_its_profile_is_told() -> None:
     [
         ((BALL, (1.0, 0.1)), ValueError, r"velocity = \(1.0, 0.1\): must be the lowest and the highest"),
         ((BALL, (1.0, 1.0)), ValueError, r"velocity = \(1.0, 1.0\): must be the lowest and the highest"),
-        ((BALL, 1.0), ValueError, r"velocity = 1.0: must be the lowest and the highest"),
+        ((BALL, 1.0), ValueError, r"velocity = 1: must be the lowest and the highest"),
         ((BALL, (0.0, 1.0)), ValueError, r"velocity\[0\] = 0 m/s: must be finite and > 0"),
         ((BALL, (0.1, math.inf)), ValueError, r"velocity\[1\] = inf m/s: must be finite and > 0"),
         ((BALL, (0.1, 1.0), 1e-11), ValueError, r"rtol = 1e-11: must be in \[1e-10, 0.01\]"),
-        ((replace(BALL, mass=[1.0, 2.0]),), ValueError, r"impact: has shape \(2,\) beside its velocity"),
+        ((replace(BALL, mass=[1.0, 2.0]),), ValueError, r"impact: must be a single impact, .* shape \(2,\)"),
         ((RUBBER,), TypeError, "must be an Impact"),
     ],
 )
@@ -284,33 +285,71 @@ def test_file_is_whole_or_what_it_was(
     assert [entry.name for entry in tmp_path.iterdir()] == ["ball.json"]
 
 
+def rehashed(content: dict[str, Any]) -> dict[str, Any]:
+    """As a program writes a file by itself, its hash included."""
+    return content | {"sha256": _hash({key: one for key, one in content.items() if key != "sha256"})}
+
+
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "field"),
     [
-        ({"format": "something"}, "is not a restitution surrogate over velocity"),
-        ({"format_version": 1}, r"format_version = 1: must be 2; it was written by version 0.1.0"),
-        ({"velocity": None}, "velocity = None: must be a real number"),
-        ({"velocity": [2.0, 1.0]}, "must be the lowest and the highest"),
-        ({"log_velocity_edges": [0.0, 0.3, 1.0, 2.0]}, "log_velocity_edges: must"),
-        ({"log_velocity_edges": [0.0, 1.0]}, "log_velocity_edges: must increase, and fit the coefficients"),
-        ({"chebyshev_coefficients_of_log": {}}, "'restitution_coefficient' is missing"),
-        ({"error": None}, "ball.json: "),
+        ({"format": "something"}, ""),
+        ({"format_version": 1}, "format_version"),
+        ({"format_version": True}, "format_version"),
+        ({"velocity": None}, "velocity"),
+        ({"velocity": [2.0, 1.0]}, "velocity"),
+        # Nothing may be extrapolated by an edited range.
+        ({"velocity": [1e-3, 1000.0]}, "velocity"),
+        ({"log_velocity_edges": [0.0, 0.3, 1.0, 2.0]}, "log_velocity_edges"),
+        ({"log_velocity_edges": [math.log(1e-3), 0.0, math.log(10.0)]}, "chebyshev_coefficients_of_log"),
+        ({"chebyshev_coefficients_of_log": {}}, ""),
+        (
+            {"chebyshev_coefficients_of_log": {name: [[]] for name in OUTPUTS}},
+            "chebyshev_coefficients_of_log",
+        ),
+        (
+            {"chebyshev_coefficients_of_log": {name: [[[1.0]]] for name in OUTPUTS}},
+            "chebyshev_coefficients_of_log",
+        ),
+        ({"error": None}, ""),
+        ({"error": dict.fromkeys(OUTPUTS, -1.0)}, "error.restitution_coefficient"),
+        ({"error": dict.fromkeys(OUTPUTS, "1e999")}, "error.restitution_coefficient"),
+        ({"rtol": -5}, "rtol"),
+        ({"validity": 3}, ""),
+        ({"problem": 3}, ""),
     ],
 )
 def test_other_files_are_refused_in_one_line(
-    ball: rs.Surrogate, tmp_path: Path, change: dict[str, object], message: str
+    ball: rs.Surrogate, tmp_path: Path, change: dict[str, object], field: str
 ) -> None:
     path = ball.save(tmp_path / "ball.json")
-    path.write_text(json.dumps(json.loads(path.read_text()) | change))
-    with pytest.raises(ValueError, match=message) as caught:
+    path.write_text(json.dumps(rehashed(json.loads(path.read_text()) | change)))
+    with pytest.raises(rs.InputError) as caught:
         rs.Surrogate.load(path)
+    assert caught.value.field == field
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
 
 
+def test_every_edited_number_is_noticed(ball: rs.Surrogate, tmp_path: Path) -> None:
+    path = ball.save(tmp_path / "ball.json")
+    text = path.read_text()
+    places = [n for n, letter in enumerate(text) if letter.isdigit()]
+    for n in np.random.default_rng(1).choice(places, 300):
+        edited = text[:n] + str((int(text[n]) + 1) % 10) + text[n + 1 :]
+        if json.loads(edited) == json.loads(text):
+            continue  # A seventeenth digit that makes no difference.
+        path.write_text(edited)
+        with pytest.raises(rs.InputError):
+            rs.Surrogate.load(path)
+    # Another layout of the same numbers is the same file.
+    path.write_text(json.dumps(dict(reversed(json.loads(text).items()))))
+    assert rs.Surrogate.load(path)(0.5) == ball(0.5)
+
+
 def test_files_that_are_not_json(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
-    for text in ("{", "[1, 2]", ""):
+    for text in ("{", "[1, 2]", "", "[" * 100_000):
         path.write_text(text)
         with pytest.raises(ValueError, match=r"x\.json: is not a"):
             rs.Surrogate.load(path)
@@ -342,7 +381,7 @@ def test_any_material_between_zero_and_one_and_the_same_from_its_file(
     assert np.all(np.diff(force[order]) > -2.0 * rtol * force.max())
     again = rs.Surrogate.load(made.save(tmp_path / "any.json"))
     assert (again.velocity, again.rtol, again.error) == (made.velocity, made.rtol, made.error)
-    assert (again.validity, again.problem) == (made.validity, made.problem)
+    assert (again.warnings, again.problem) == (made.warnings, made.problem)
     for name, values in zip(OUTPUTS, (e, time, force), strict=True):
         assert np.array_equal(getattr(again, name)(v), values)
     assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()

@@ -55,7 +55,9 @@ def bounce(
         for line in problem.notes(found):
             tell("note", line, "cyan")
     if out is not None:
-        tables.write_dataset(found.to_dataset(), out)
+        from restitution.files import write_table
+
+        write_table(found.to_dataset(), out)
     if plot is not None:
         from restitution.plot.bounces import overview
         from restitution.plot.style import save_figure

@@ -61,7 +61,9 @@ def indent(
         for line in problem.notes():
             tell("note", line, "cyan")
     if history is not None:
-        tables.write_dataset(result.sample(n_points=problem.n_points), history)
+        from restitution.files import write_table
+
+        write_table(result.sample(n_points=problem.n_points), history)
     if plot is not None:
         from restitution.plot.indentation import overview
         from restitution.plot.style import save_figure

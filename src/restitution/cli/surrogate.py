@@ -45,7 +45,10 @@ def surrogate(
         typer.Option(help=f"Largest relative error. Default: {_RTOL:g}.", show_default=False),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.json", help="Save it.", show_default=False)
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Save it, .json; or a table of it, .csv or .nc.", show_default=False
+        ),
     ] = None,
     at: Annotated[
         list[str] | None,
@@ -62,8 +65,10 @@ def surrogate(
 
     The velocity of the case file does not matter.
     """
+    from restitution.files import TABLES, write_table
+
     tables.check_target("--plot", plot, tables.PICTURES)
-    tables.check_target("--out", out, (_SAVED,))
+    tables.check_target("--out", out, (_SAVED, *TABLES))
     with user_input():
         from restitution.quantities import VELOCITY
 
@@ -75,7 +80,10 @@ def surrogate(
             made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
-        made.save(out)
+        if out.suffix.lower() == _SAVED:
+            made.save(out)
+        else:
+            write_table(made.sample(), out)
     if json:
         tables.write_json(_content(made, rows), made)
     else:

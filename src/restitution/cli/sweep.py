@@ -34,7 +34,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; 
 
 # Places of the quantities of the paper's problem, and their options.
 _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
-_STORES = (".zarr", "")
+_RESULTS = (".zarr", ".csv", ".nc")
 _POINTS = 80
 # A map is made in memory, and no picture shows more.
 _MOST_POINTS = 2000
@@ -47,7 +47,12 @@ def sweep(
         Path, typer.Argument(metavar="SWEEP.toml", help="Case file with axes.", show_default=False)
     ],
     out: Annotated[
-        Path, typer.Option(metavar="RESULT.zarr", help="Zarr store for the results.", show_default=False)
+        Path,
+        typer.Option(
+            metavar="RESULT.zarr",
+            help="Zarr store for the results; or a table, .csv or .nc, which is made in memory.",
+            show_default=False,
+        ),
     ],
     dask: Annotated[
         str | None,
@@ -63,17 +68,16 @@ def sweep(
 
     Ctrl-C, and worse, lose at most the chunks in work: the same command goes on where it was.
     """
-    if out.suffix.lower() not in _STORES:
-        raise BadInput(
-            f"--out {out}: must end in .zarr; it becomes a folder, from which `restitution plot` and "
-            "`restitution.open_sweep` read"
-        )
+    if out.suffix.lower() != ".zarr":
+        check_target("--out", out, _RESULTS)
     with user_input():
         from restitution.case.sweep import read_sweep
+        from restitution.files import TABLES, write_table
         from restitution.sweeps.run import run
 
         plan = read_sweep(file)
         there: int | None = None
+        is_table = out.suffix.lower() in TABLES
         start = time.monotonic()
         with progress_bar("sweeping", rate="impacts/s") as bar:
 
@@ -83,15 +87,19 @@ def sweep(
                 bar(done, total)
 
             try:
-                run(
+                dataset = run(
                     plan,
-                    out=out,
+                    out=None if is_table else out,
                     engine="threads" if dask is None else "dask",
                     cluster=dask,
                     workers=workers,
                     progress=progress,
                 )
+                if is_table:
+                    write_table(dataset, out)
             except KeyboardInterrupt:
+                if is_table:
+                    raise
                 tell("note", f"{out}: the same command resumes", "cyan")
                 raise
     seconds = time.monotonic() - start

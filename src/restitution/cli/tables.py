@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import sys
@@ -18,8 +17,6 @@ from restitution.errors import InputError
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from restitution.impact.result import ImpactResult
     from restitution.quantities import Dimension
 
@@ -212,21 +209,9 @@ def write_history(result: ImpactResult, path: Path, title: str = "") -> None:
         "material": impact.material.name or repr(impact.material),
         "profile": repr(impact.profile),
     }
-    write_dataset(result.history.assign_attrs(attributes), path)
+    from restitution.files import write_table
 
-
-def write_dataset(table: xr.Dataset, path: Path) -> None:
-    """Write columns over one dimension, whole or not at all: NetCDF, or CSV with the units in the header."""
-    from restitution.files import whole_file, write_netcdf
-
-    if path.suffix.lower() == ".nc":
-        write_netcdf(table, path)
-        return
-    columns = [*table.coords.values(), *table.data_vars.values()]
-    with whole_file(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(f"{column.name} [{column.attrs['units']}]" for column in columns)
-        rows.writerows(zip(*(column.values.tolist() for column in columns), strict=True))
+    write_table(result.history.assign_attrs(attributes), path)
 
 
 def write_plot(

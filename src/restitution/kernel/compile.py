@@ -132,7 +132,7 @@ def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and keep its machine code where that is possible."""
-    compiled: Any = _cached(numba.njit(**_FLAGS)(function), function)
+    compiled: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # What numba's own code calls for types of arguments that it has not met.
         compiled._compile_for_args = _with_room(compiled._compile_for_args)
@@ -144,10 +144,11 @@ def stage(function: Callable[..., Any]) -> Any:
 
     One giant function takes twice as long to compile; so do wrappers for calls from Python.
     """
-    return _cached(numba.njit(**_INNER, **_FLAGS)(function), function)
+    return cached(numba.njit(**_INNER, **_FLAGS)(function), function)
 
 
-def _cached(compiled: Any, function: Callable[..., Any]) -> Any:
+def cached(compiled: Any, function: Callable[..., Any]) -> Any:
+    """Keep the machine code of a compiled function until a source in its folder changes."""
     if not config.DISABLE_JIT and cache_folder() is not None:
         compiled._cache = _KernelCache(function)
     return compiled

@@ -1,7 +1,8 @@
-"""Surrogates over the velocity: sampled with the exact method until their error is met."""
+"""Construction of surrogates over the velocity: Chebyshev pieces, halved until their error is small enough."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -10,21 +11,46 @@ from numpy.typing import NDArray
 
 from restitution import validity
 from restitution.checks import within
+from restitution.errors import InputError, InputTypeError
+from restitution.impact.batch import Batch
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
-from restitution.surrogates.pieces import NotMet, build_pieces
-from restitution.surrogates.velocity import OUTPUTS, Surrogate, velocity_range
+from restitution.surrogates.evaluation import Pieces
+from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Surrogate, velocity_range
 
 Array = NDArray[np.float64]
+Piece = tuple[int, int]
+
+DEGREE = 12
+MOST = 512
+"""Degree of the series, and the most pieces."""
 
 # Below this e its error is absolute, as that of the solver is.
 _SMALL = 1e-3
-# So much better than the interpolants are the solves that make and judge them.
+# The solves that make and judge interpolants are more accurate by this factor, down to the least tolerance.
 _FINER = 1e-4
 _FINEST = 1e-12
 # Velocities this far apart share the table of a profile.
 _TABLE_RATIO = 8.0
+
+# Random points in each piece, and over the whole interval, that only measure the error.
+_FRESH = 32
+_JUDGES = 1024
+# The error has narrow peaks where the kernel changes its steps. At 10 000 velocities the largest was up to 1.6 times
+# that at 1024 (validation/surrogate_error.md).
+_BETWEEN_POINTS = 2.0
+
+_ANGLES = np.linspace(0.0, np.pi, DEGREE + 1)
+# Ends included, so that neighbours agree where they meet.
+_NODES = np.cos(_ANGLES)
+# Half-way between the nodes, where the error of the interpolant is largest.
+_BETWEEN = np.cos(0.5 * (_ANGLES[1:] + _ANGLES[:-1]))
+# The first and the last node and coefficient count half.
+_HALVES = np.where(np.arange(DEGREE + 1) % DEGREE == 0, 0.5, 1.0)
+_TO_COEFFICIENTS = (
+    2.0 / DEGREE * _HALVES[:, None] * np.cos(np.outer(np.arange(DEGREE + 1), _ANGLES)) * _HALVES
+)
 
 
 def surrogate(
@@ -53,11 +79,11 @@ def surrogate(
     Returns
     -------
     Surrogate
-        Call it with velocities; `.error` is what was measured at velocities not used to build it.
+        Call it with velocities; `.error` is twice what was measured at velocities not used to build it.
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range, or the body does not separate at a velocity of the range.
     SolverError
         If a solve fails, or the tolerance is not met by 512 pieces, or by one of 1/4096 of the range: the message says
@@ -75,13 +101,14 @@ def surrogate(
     True
     """
     if not isinstance(impact, Impact):
-        raise TypeError(f"impact = {impact!r}: must be an Impact")
+        raise InputTypeError("impact", impact, "must be an Impact")
     low, high = velocity_range(velocity)
     tolerance = cast("float", within("rtol", rtol, 1e-10, 1e-2))
     shape = replace(impact, velocity=1.0).shape
     if shape:
-        raise ValueError(f"impact: has shape {shape} beside its velocity; a surrogate takes a single impact")
-
+        raise InputError(
+            "impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity"
+        )
     accuracy = max(_FINER * tolerance, _FINEST)
     reports: list[validity.Validity] = []
 
@@ -117,8 +144,6 @@ def surrogate(
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
     """Solve an impact at an array of speeds."""
-    from restitution.impact.batch import Batch
-
     if impacts.profile.path_exponent is not None:
         return Batch.from_impact(impacts).solve(accuracy, workers=workers)
     # The error of a profile's table is relative to its deepest impact: 1e-7 of a shallow one beside one far deeper.
@@ -163,7 +188,136 @@ def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, fl
     advice = (
         f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
     )
-    raise ValueError(
-        f"velocity = {list(velocity)} m/s: must be a range in which the body separates; at {speeds[first]:.6g} m/s: "
-        f"{status.name}: {status.message}{advice}"
+    raise InputError(
+        "velocity",
+        list(velocity),
+        f"must be a range in which the body separates; at {speeds[first]:.6g} m/s: "
+        f"{status.name}: {status.message}{advice}",
+        "m/s",
     )
+
+
+class NotMet(Exception):
+    """The tolerance was not met.
+
+    Attributes
+    ----------
+    function : int
+        Which function.
+    place : float
+        Where, in its variable.
+    error : float
+        Error there.
+    """
+
+    def __init__(self, function: int, place: float, error: float) -> None:
+        super().__init__(f"error {error:.2g} of function {function} at {place:g}")
+        self.function, self.place, self.error = function, place, error
+
+
+def build_pieces(
+    sample: Callable[[Array], Array],
+    deviation: Callable[[Array, Array], Array],
+    low: float,
+    high: float,
+    tolerance: float,
+    report: Callable[[int, int], None] | None = None,
+) -> tuple[Pieces, Array]:
+    """Interpolate functions piece by piece, halving pieces until the error is below the tolerance.
+
+    Parameters
+    ----------
+    sample : callable
+        Takes points, shape (n,), and returns values, shape (n_function, n).
+    deviation : callable
+        Takes approximate and exact values and returns the error of each, in their shape.
+    low, high : float
+        The interval.
+    tolerance : float
+        Largest error allowed.
+    report : callable, optional
+        Called with (pieces that meet it, all pieces) after each round.
+
+    Returns
+    -------
+    pieces : Pieces
+        The interpolants.
+    error : array, shape (n_function,)
+        Twice the largest error at points that made no interpolant: half-way between those that did, at 32 random ones in
+        each piece, and at 1024 random ones over the interval.
+
+    Raises
+    ------
+    NotMet
+        If it is still missed after a piece was halved twelve times, or by 512 pieces.
+    """
+    rng = np.random.default_rng(20)
+    # Pieces as (level, place): place times 2^-level of the interval is where they begin.
+    open_: list[Piece] = [(0, 0)]
+    done: dict[Piece, Array] = {}
+    worst: dict[Piece, Array] = {}
+    while open_:
+        following: list[Piece] = []
+
+        def judge(piece: Piece, errors: Array, points: Array, following: list[Piece] = following) -> bool:
+            """Whether the errors of a piece at some points, shape (n_function, n), are small; if not, halve it."""
+            errors = _BETWEEN_POINTS * np.nan_to_num(errors, nan=np.inf)
+            if np.all(errors <= tolerance):
+                worst[piece] = np.maximum(worst.get(piece, 0.0), errors.max(axis=1))
+                return True
+            level, place = piece
+            if level == DEEPEST or len(done) + len(following) > MOST:
+                function, at = np.unravel_index(np.argmax(errors), errors.shape)
+                raise NotMet(int(function), float(points[at]), float(errors[function, at]))
+            following += [(level + 1, 2 * place), (level + 1, 2 * place + 1)]
+            return False
+
+        levels, places = np.array(open_).T
+        width = (high - low) * 0.5**levels
+        left = low + width * places
+        drawn = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
+        fixed = np.broadcast_to(np.concatenate([_NODES, _BETWEEN]), (len(open_), 2 * DEGREE + 1))
+        local = np.hstack([fixed, drawn])
+        # Rounding must not carry a point out of the interval.
+        points = np.clip(left[:, None] + 0.5 * width[:, None] * (local + 1.0), low, high)
+        values = sample(points.ravel()).reshape(-1, *points.shape)
+        coefficients = values[:, :, : DEGREE + 1] @ _TO_COEFFICIENTS.T
+        tested = slice(DEGREE + 1, None)
+        errors = deviation(_series(local[:, tested], coefficients), values[:, :, tested])
+        for n, piece in enumerate(open_):
+            if judge(piece, errors[:, n], points[n, tested]):
+                done[piece] = coefficients[:, n]
+        if not following:
+            # All pieces together are judged once more, at points spread evenly over the interval.
+            pieces = _joined(done, low, high)
+            points = low + (high - low) * (np.arange(_JUDGES) + rng.uniform(0.0, 1.0, _JUDGES)) / _JUDGES
+            points = np.clip(points, low, high)
+            owner = np.clip(np.searchsorted(pieces.edges, points, side="right") - 1, 0, len(done) - 1)
+            middle, half = 0.5 * (pieces.edges[1:] + pieces.edges[:-1]), 0.5 * np.diff(pieces.edges)
+            local = np.clip((points - middle[owner]) / half[owner], -1.0, 1.0)
+            approximate = _series(local[:, None], pieces.coefficients[:, owner])[:, :, 0]
+            errors = deviation(approximate, sample(points))
+            for n, piece in enumerate(_ordered(done)):
+                mine = owner == n
+                if mine.any() and not judge(piece, errors[:, mine], points[mine]):
+                    del done[piece]
+        open_ = following
+        if report is not None:
+            report(len(done), len(done) + len(open_))
+    return _joined(done, low, high), np.max([worst[piece] for piece in done], axis=0)
+
+
+def _series(local: Array, coefficients: Array) -> Array:
+    """Values of series at local points, shape (n_piece, n), of coefficients, shape (n_function, n_piece, DEGREE + 1)."""
+    basis = np.cos(np.arange(DEGREE + 1) * np.arccos(local)[..., None])
+    return np.einsum("pcd,fpd->fpc", basis, coefficients)
+
+
+def _ordered(done: dict[Piece, Array]) -> list[Piece]:
+    return sorted(done, key=lambda piece: piece[1] * 0.5 ** piece[0])
+
+
+def _joined(done: dict[Piece, Array], low: float, high: float) -> Pieces:
+    ordered = _ordered(done)
+    lefts = [low + (high - low) * place * 0.5**level for level, place in ordered]
+    return Pieces(np.array([*lefts, high]), np.stack([done[piece] for piece in ordered], axis=1))

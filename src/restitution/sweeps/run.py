@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from restitution.checks import within
-from restitution.errors import RestitutionWarning
+from restitution.errors import InputError, RestitutionWarning
+from restitution.files import TABLES
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.sweeps.dataset import Memory
@@ -156,6 +157,9 @@ def run(
         raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
     if out is not None and not isinstance(out, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise TypeError(f"out = {out!r}: must be a path")
+    if out is not None and Path(out).suffix.lower() in TABLES:
+        wanted = "must be the folder of a Zarr store; write_table writes the result as a table"
+        raise InputError("out", str(out), wanted)
     if engine == "dask":
         from restitution.sweeps.cluster import check_cluster
 
