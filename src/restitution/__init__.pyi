@@ -71,5 +71,6 @@ from .sweeps.distribution import Uniform as Uniform
 from .sweeps.run import sweep as sweep
 from .sweeps.samples import Samples as Samples
 from .sweeps.store import open_sweep as open_sweep
+from .validity import Validity as Validity
 
 __version__: str

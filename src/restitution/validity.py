@@ -19,8 +19,6 @@ from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
 from restitution.contact.sphere import Sphere
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
@@ -134,11 +132,11 @@ class Validity:
     @classmethod
     def from_dict(cls, checks: dict[str, dict[str, Any]]) -> Validity:
         """Return the report of which `to_dict` returned the content."""
-        limits = {kind: check["threshold"] for kind, check in checks.items()}
-        limits = {kind: tuple(one) if isinstance(one, (list, tuple)) else one for kind, one in limits.items()}
-        return cls(
-            tuple(Check(kind, **check | {"threshold": limits[kind]}) for kind, check in checks.items())
-        )
+        kinds: list[Any] = [{"kind": kind, **check} for kind, check in checks.items()]
+        for check in kinds:
+            if isinstance(check["threshold"], list):
+                check["threshold"] = tuple(check["threshold"])
+        return cls(tuple(Check(**check) for check in kinds))
 
     def __str__(self) -> str:
         """Return the report as a table, with advice on what is doubtful."""
@@ -160,8 +158,8 @@ class Numbers(NamedTuple):
     """What the report compares, one value for each contact, NaN where it is not known.
 
     The first seven are the quantities `restitution.quantities.VALIDITY`. The others are for the messages: flags as 0 and
-    1, times [s], the static Poisson ratio and K/G0 of the same body, and how much denser than its material the ball of
-    the reduced mass and radius may be.
+    1, times [s], the static Poisson ratio of the same body, and how much denser than its material a ball of the reduced
+    mass and radius may be.
     """
 
     strain_number: Array
@@ -180,7 +178,6 @@ class Numbers(NamedTuple):
     window_high: Array
     density_factor: Array
     poisson_ratio: Array
-    modulus_ratio: Array
     density_missing: Array
 
 
@@ -228,10 +225,8 @@ def numbers(
 
     Notes
     -----
-    Small strain: max(a/R, d/a) (Tabor 1951). Waves: the energy that a point force with the history of a Hertz impact
-    radiates into a deep half-space, ``4.685 beta(nu) F_max^2/(rho c^3 T)``, over the kinetic energy; c is the shear wave
-    speed at the modulus G'(omega = 1/T), beta is Lamb's integral (Hunter 1957). Half-space: a/h. Window: the times from
-    a third of d/v0, some T/10, to T.
+    Small strain: max(a/R, d/a) (Tabor 1951). Half-space: a/h. Waves: see `restitution.contact.radiation`. Window: the
+    times from a third of d/v0, some T/10, to T.
     """
     profile = contact.profile
     tip = profile.radius if isinstance(profile, (Parabola, Sphere)) else math.nan
@@ -242,7 +237,7 @@ def numbers(
         )
     )
     low, high = contact.window or (math.nan, math.nan)
-    glass, static, ratio = _least_poisson_ratio(contact.materials)
+    least = min(contact.materials, key=lambda one: one.instantaneous_poisson_ratio)
     with np.errstate(all="ignore"):
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
@@ -254,7 +249,7 @@ def numbers(
             speed / waves.speed,
             np.minimum(waves.energy / (0.5 * mass * speed**2), 1.0),
             np.maximum(low / shortest, time / high),
-            np.where(np.isnan(time), math.nan, glass),
+            np.where(np.isnan(time), math.nan, least.instantaneous_poisson_ratio),
             mass / (4.0 / 3.0 * math.pi * tip**3),
             np.isfinite(tip),
             (radius > tip) | (depth > tip),
@@ -264,8 +259,7 @@ def numbers(
             low,
             high,
             _PAIR if len(contact.materials) > 1 else 1.0,
-            static,
-            ratio,
+            least.poisson_ratio,
             any(material.density is None for material in contact.materials),
         )
     return Numbers(*(np.broadcast_to(np.asarray(one, dtype=np.float64), time.shape) for one in found))
@@ -357,7 +351,8 @@ def _poisson_ratio(numbers: Numbers) -> Check:
     # A negative static one is a choice.
     exceeded = value < min(static, 0.0)
     text = f"static {static:.4g}, instantaneous {value:.3g} ({'<' if exceeded else '>='} {min(static, 0.0):.3g}), "
-    text += f"K/G0 = {numbers.modulus_ratio[worst]:.3g}"
+    ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
+    text += f"K/G0 = {ratio:.3g}"
     advice = "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
     return _check("poisson_ratio", name, value, 0.0, exceeded, text, advice)
 
@@ -396,17 +391,6 @@ def _worst(values: Array) -> int | None:
     """Index of the largest value; None where there is none."""
     known = ~np.isnan(values)
     return int(np.argmax(np.where(known, values, -np.inf))) if known.any() else None
-
-
-def _least_poisson_ratio(materials: tuple[Material, ...]) -> tuple[float, float, float]:
-    """Instantaneous and static Poisson ratio and K/G0 of the body with the lowest instantaneous one."""
-    material = min(materials, key=lambda one: one.instantaneous_poisson_ratio)
-    shear, bulk = material.shear, material.bulk
-    ratio = math.inf
-    if isinstance(bulk, PronySeries):
-        glass, hydrostatic = shear.instantaneous_modulus, bulk.instantaneous_modulus
-        ratio = 0.0 if math.isinf(glass) else hydrostatic / glass if glass else math.inf
-    return material.instantaneous_poisson_ratio, material.poisson_ratio, ratio
 
 
 def _row(check: Check) -> tuple[str, str, str, str]:

@@ -86,4 +86,5 @@ def radiation(poisson_ratio: ArrayLike) -> Array:
     >>> print(radiation(0.5).round(4))
     0.1035
     """
-    return np.polynomial.polynomial.polyval(np.asarray(poisson_ratio, dtype=np.float64), _RADIATION)
+    values = np.polynomial.polynomial.polyval(np.asarray(poisson_ratio), _RADIATION)
+    return np.asarray(values, dtype=np.float64)

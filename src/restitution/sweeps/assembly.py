@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
+from restitution.impact.problem import Impact
+from restitution.quantities import VALIDITY
 from restitution.sweeps.combination import Columns, combinations
 from restitution.sweeps.material import Bodies, changed_impact, material_rows
 from restitution.sweeps.template import NUMBERS, Prepared, Template, profile_names
+from restitution.validity import columns as numbers_by_name
+from restitution.validity import numbers
 
 Array = NDArray[Any]
 Places = NDArray[np.intp]
@@ -78,6 +82,41 @@ class Assembly:
                 found.append((places[inner], part))
         yield from Batch.joined(found)
 
+    def validity(self, columns: Columns, n: int, found: Columns, tick: Tick) -> dict[str, Array]:
+        """Numbers of the validity report at each point.
+
+        Parameters
+        ----------
+        columns : dict of str to array, shape (n,)
+            Values of all quantities.
+        n : int
+            Number of points.
+        found : dict of str to array, shape (n,)
+            `restitution.validity.COLUMNS` of the impacts there.
+        tick : callable
+            Called now and then with 0; ends the work by raising.
+
+        Returns
+        -------
+        dict of str to array, shape (n,)
+            `restitution.quantities.VALIDITY` by name; NaN where one is not known.
+        """
+        judged = {name: np.full(n, np.nan) for name in VALIDITY}
+        for places, values in combinations({name: columns[name] for name in self._built}, n):
+            try:
+                prepared = self._prepare(values)
+                own = {name: column[places] for name, column in columns.items() if name not in self._built}
+                own = own if prepared.derive is None else prepared.derive(own)
+            except ValueError:
+                continue
+            for inner, impact in _impacts(prepared, own, places.size, tick):
+                there = places[inner]
+                outputs = {name: column[there] for name, column in found.items()}
+                report = numbers(impact.contact, **outputs, velocity=impact.velocity, mass=impact.mass)
+                for name, column in numbers_by_name(report).items():
+                    judged[name][there] = column
+        return judged
+
     def _prepare(self, values: dict[str, Any]) -> Prepared:
         # Objects come from lists that live as long as the sweep: their identity is theirs alone.
         key = tuple(value if isinstance(value, float) else id(value) for value in values.values())
@@ -88,6 +127,25 @@ class Assembly:
                 self._remembered.clear()
             self._remembered[key] = known
         return known
+
+
+def _impacts(prepared: Prepared, columns: Columns, n: int, tick: Tick) -> Iterator[tuple[Places, Impact]]:
+    """Impacts of one pair of materials each, with arrays of all other numbers."""
+    impact, names = prepared.impact, profile_names(prepared.impact)
+    arrays = {*NUMBERS, *(names if impact.profile.path_exponent is not None else ())}
+    for places, values in combinations({k: v for k, v in columns.items() if k not in arrays}, n):
+        tick(0)
+        own = {name: column[places] for name, column in columns.items() if name in arrays} | {
+            name: value for name, value in values.items() if name in names
+        }
+        try:
+            material = {name: value for name, value in values.items() if name not in names}
+            changed = changed_impact(impact, material, prepared.held)
+            shape = {name: own.pop(name) for name in names if name in own}
+            profile: Any = changed.profile
+            yield places, replace(changed, profile=replace(profile, **shape), **own)
+        except ValueError:
+            continue
 
 
 def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: bool) -> Iterator[Part]:

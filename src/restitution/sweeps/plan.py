@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
+from restitution.quantities import VALIDITY
 from restitution.sweeps.assembly import Assembly
 from restitution.sweeps.description import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.schema import ENERGY, STATUS
 from restitution.sweeps.template import Template
+from restitution.validity import COLUMNS
 
 Array = NDArray[Any]
 Tick = Callable[[int], None]
@@ -132,12 +134,20 @@ class Plan:
         for start in range(0, points.size, _BLOCK):
             stop = min(start + _BLOCK, points.size)
             counted = 0
+            wanted = COLUMNS if set(VALIDITY).intersection(self.outputs) else ()
+            found = {name: np.full(stop - start, np.nan) for name in wanted}
             for places, part in self.assembly.parts(points.part(start, stop), stop - start, tick):
                 columns = self._solve(part, tick)
-                for name in self.outputs:
+                for name in set(columns).intersection(self.outputs):
                     results[name][start + places] = columns[name]
                 status[start + places] = columns[STATUS]
+                for name in found:
+                    found[name][places] = columns[name]
                 counted += places.size
+            if found:
+                judged = self.assembly.validity(points.part(start, stop), stop - start, found, tick)
+                for name in set(VALIDITY).intersection(self.outputs):
+                    results[name][start:stop] = judged[name]
             # Points that are not admissible are done too.
             tick(stop - start - counted)
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from restitution import checks as validation
 from restitution.impact.status import Status
+from restitution.quantities import VALIDITY
 
 
 class Variable(NamedTuple):
@@ -119,6 +120,7 @@ OUTPUTS = {
         Variable("dissipated_energy", "J", "energy dissipated", r"$E_\mathrm{d}$"),
         Variable("stored_energy", "J", "energy still stored", r"$E_\mathrm{s}$"),
         Variable("energy_residual", "1", "residual of the energy balance", r"$r$"),
+        *(Variable(one.name, one.unit or "1", one.words, one.symbol) for one in VALIDITY.values()),
     )
 }
 """What a sweep can compute."""

@@ -1,0 +1,56 @@
+"""The numbers of the validity report as variables of a sweep: those of single results."""
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.quantities import VALIDITY
+
+RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1100.0)
+BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
+OUTPUTS = ("restitution_coefficient", *VALIDITY)
+
+
+@pytest.mark.parametrize(
+    ("base", "axes"),
+    [
+        (BALL, {"velocity": [0.1, 3.0], "radius": [0.005, 0.02]}),
+        (BALL, {"poisson_ratio": [0.3, 0.45], "mass": [0.001, 0.01], "viscosity": [1e2, 1e4]}),
+        (rs.Impact(RUBBER, rs.Sphere(0.01), 0.005, 1.0), {"velocity": [0.1, 3.0], "radius": [0.005, 0.02]}),
+        (lambda modulus: rs.Impact(rs.Material(modulus, 1e9), rs.Cone(1.2), 0.005, 1.0), {"modulus": [1e5, 1e6]}),
+    ],
+)  # fmt: skip
+def test_numbers_are_those_of_single_results(base, axes):
+    table = rs.sweep(base, axes, OUTPUTS)
+    names = list(axes)
+    for index in np.ndindex(*table.restitution_coefficient.shape):
+        values = {name: axes[name][i] for name, i in zip(names, index, strict=True)}
+        report = rs.solve(impact_at(base, values) if isinstance(base, rs.Impact) else base(**values)).validity
+        for kind, name in (
+            ("small_strain", "strain_number"),
+            ("poisson_ratio", "instantaneous_poisson_ratio"),
+        ):
+            assert float(table[name][index]) == pytest.approx(report[kind].value, rel=1e-9)
+        if report["waves"].value is not None:
+            assert float(table.radiated_energy_ratio[index]) == pytest.approx(report["waves"].value, rel=1e-6)
+
+
+def impact_at(base, values):
+    from restitution.sweeps.material import changed_impact
+
+    material = {name: values[name] for name in ("poisson_ratio", "viscosity") if name in values}
+    changed = changed_impact(base, material, "bulk_modulus")
+    kind = type(base.profile)
+    return rs.Impact(
+        changed.material,
+        kind(values.get("radius", 0.01)),
+        values.get("mass", 0.005),
+        values.get("velocity", 1.0),
+    )
+
+
+def test_they_have_units_and_words():
+    table = rs.sweep(BALL, {"velocity": [1.0, 2.0]}, ["mean_density", "strain_number"])
+    assert table.mean_density.attrs["units"] == "kg/m^3"
+    assert table.strain_number.attrs["units"] == "1"
+    assert float(table.mean_density[0]) == pytest.approx(0.005 / (4 / 3 * np.pi * 0.01**3))
