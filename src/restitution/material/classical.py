@@ -45,7 +45,7 @@ def standard_solid(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def elastic(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def maxwell(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Examples
     --------
@@ -184,7 +184,7 @@ def kelvin_voigt(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def burgers(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Notes
     -----
@@ -270,7 +270,7 @@ def generalised_maxwell(
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
 
     Examples
     --------

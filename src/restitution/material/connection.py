@@ -1,4 +1,4 @@
-"""Series connection of Prony series: what stands behind each other adds its compliances."""
+"""Series connection of Prony series, in which the compliances add."""
 
 from __future__ import annotations
 

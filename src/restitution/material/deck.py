@@ -26,11 +26,11 @@ class ViscoelasticDeck:
     shear, bulk
         Relative terms; None where the deck has none, which means elastic.
     youngs_modulus, poisson_ratio
-        E [Pa] and nu [-], None where the deck does not say. Decks carry no units: SI is taken.
+        E [Pa] and nu [-], None where the deck lacks them. Decks carry no units; SI is assumed.
     long_term
         Whether E and nu are those of long times (and not instantaneous).
     density
-        [kg/m3], None where the deck does not say.
+        [kg/m3], None where the deck lacks it.
     name
         Name of the material in the deck.
     source

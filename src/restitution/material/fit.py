@@ -49,7 +49,7 @@ class PronyFit:
     residuals
         (fit - data)/data, of dynamic data complex and relative to the magnitude, shape (n,).
     data
-        What was fitted.
+        The data.
     """
 
     series: PronySeries

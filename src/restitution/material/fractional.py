@@ -25,7 +25,7 @@ _P = ParamSpec("_P")
 
 
 class Window(NamedTuple):
-    """Times within which a Prony series has to stand for a fractional model.
+    """Times within which a Prony series approximates a fractional model.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Window(NamedTuple):
 
 
 class PronyApproximation(NamedTuple):
-    """Prony series that stands for another relaxation function within a window of time.
+    """Prony series that approximates another relaxation function within a window of time.
 
     Attributes
     ----------
@@ -255,7 +255,7 @@ class FractionalMaterial:
     density
         Mass density [kg/m3].
     name
-        What to call the material.
+        Name of the material.
     rtol
         Relative error of the Prony series that stand for it, in [1e-10, 0.1].
 

@@ -1,4 +1,4 @@
-"""What files say of a viscoelastic material: measured tables and Prony terms, in SI."""
+"""Measured tables and Prony terms of a material, in SI."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class RelaxationTable:
     modulus
         Relaxation moduli [Pa], positive, shape (n,).
     deformation
-        "tension", "shear", "bulk", or None where the file does not say.
+        "tension", "shear", "bulk", or None where the file does not state it.
     source
         Name of the file.
     notes
@@ -55,7 +55,7 @@ class DynamicTable:
     storage_modulus, loss_modulus
         Moduli [Pa], positive and non-negative, shape (n,).
     deformation
-        "tension", "shear", "bulk", or None where the file does not say.
+        "tension", "shear", "bulk", or None where the file does not state it.
     source
         Name of the file.
     notes
@@ -83,9 +83,9 @@ class PronyTerms:
     relative
         Whether the moduli are shares of the instantaneous modulus.
     deformation
-        "tension", "shear", "bulk", or None where the file does not say.
+        "tension", "shear", "bulk", or None where the file does not state it.
     instantaneous_modulus, equilibrium_modulus
-        R_0 and R_inf [Pa], None where the file does not say.
+        R_0 and R_inf [Pa], None where the file does not state them.
     source
         Name of the file.
     notes

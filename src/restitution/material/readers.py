@@ -1,4 +1,4 @@
-"""Files of viscoelastic materials, told apart by their content."""
+"""Reader of files of viscoelastic materials; the content decides the kind."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _MAX_ITERATIONS = 120
 
 
 class SecularRoots(NamedTuple):
-    """Roots of S(-lambda) = 0 with what residues at them need, none of it spoilt by cancellation.
+    """Roots of S(-lambda) = 0 and the terms of the residues there, free of cancellation.
 
     Attributes
     ----------

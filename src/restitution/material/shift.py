@@ -1,4 +1,4 @@
-"""Time-temperature shift: how much slower or faster a material relaxes at another temperature."""
+"""Time-temperature shift: the ratio of the relaxation times at two temperatures."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class WLF:
     c2
         C2 > 0 [K].
     temperature_range
-        Lowest and highest temperature [K] for which the law is meant; without it, all above the Vogel
+        Lowest and highest admissible temperature [K]; without it, all above the Vogel
         temperature T0 - C2.
 
     Raises
