@@ -137,7 +137,7 @@ class _Snapshot(NamedTuple):
     """Elements in contact, or once in contact, at an instant: which touch, displacement, inner ones, line load."""
 
     step: int
-    touching: Array
+    touching: NDArray[np.bool_]
     columns: dict[str, Array]
 
 

@@ -128,8 +128,12 @@ def draw_error(dataset: xr.Dataset) -> Figure:
         right.set_ylabel("")
         style.panel_letters([left, right])
         figure.suptitle(rf"error of taking $\nu = {nu:g}$ as incompressible", fontsize=11)
-        signed = {"cmap": style.DIVERGING, "norm": TwoSlopeNorm(0.0, vmin=-100.0, vmax=150.0), "fmt": _signed}
-        above = {"cmap": "YlOrBr", "norm": LogNorm(0.1, 1e4, clip=True)}
+        signed: dict[str, Any] = {
+            "cmap": style.DIVERGING,
+            "norm": TwoSlopeNorm(0.0, vmin=-100.0, vmax=150.0),
+            "fmt": _signed,
+        }
+        above: dict[str, Any] = {"cmap": "YlOrBr", "norm": LogNorm(0.1, 1e4, clip=True)}
         contour_map(
             left, x, y, error, _ERROR_LEVELS, colorbar=words[0], labels_at=_ERROR_LABELS, **signed
         )  # fmt: skip
@@ -339,7 +343,7 @@ def draw_terms(dataset: xr.Dataset) -> Figure:
             for terms, color, dashes in zip(dataset["terms"].values, colors, ("-", "--", "-."), strict=True):
                 curve = dataset["restitution_coefficient"].sel(poisson_ratio=nu, terms=terms)
                 label = "one relaxation time" if terms == 1 else f"{terms} relaxation times"
-                look = {"linestyle": dashes} | markers(curve.size)
+                look: dict[str, Any] = {"linestyle": dashes} | markers(curve.size)
                 ax.plot(dataset["p3"].values, curve.values, color=color, label=label, **look)
             words = "incompressible" if nu == 0.5 else rf"$\nu = {nu:g}$"
             ax.set_title(rf"{words}, $\log_{{10}}\,p_2 = {np.log10(float(dataset['p2'])):g}$", fontsize=9)

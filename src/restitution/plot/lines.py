@@ -111,7 +111,9 @@ def curve_family(
         raise InputError("labels", len(labels), f"must have {len(rows)} entries, one for each curve")
     colors = family_colors(len(rows))
     for number, (row, label, color) in enumerate(zip(rows, labels, colors, strict=True)):
-        look = {"linestyle": _DASHES[number % len(_DASHES)], "linewidth": 1.5} | markers(x.size, number)
+        look: dict[str, Any] = {"linestyle": _DASHES[number % len(_DASHES)], "linewidth": 1.5} | markers(
+            x.size, number
+        )
         ax.plot(x, row, color=color, label=label, **look)
     if limit is not None:
         rows = np.vstack([rows, limit])
@@ -125,8 +127,9 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     """Write a label on each curve where the other curves and the labels are furthest away, least room first."""
     from matplotlib.patheffects import withStroke
 
-    ax.figure.draw_without_rendering()
-    point = ax.figure.dpi / 72.0
+    figure: Any = ax.figure
+    figure.draw_without_rendering()
+    point = figure.dpi / 72.0
     places = np.linspace(0, x.size - 1, min(x.size, 400)).astype(int)
     shown = np.stack(
         [ax.transData.transform(np.column_stack([x[places], row[places]])) / point for row in rows]
