@@ -37,10 +37,9 @@ STRAIN_LIMIT = 0.2
 SIZE_LIMIT = 0.05
 # Share of the energy that waves carry away; e falls by half of it at most.
 RADIATION_LIMIT = 0.05
-# Velocity over wave speed, where no mass is known that would give the share of the energy.
+# Velocity over wave speed, where no mass is known.
 SPEED_LIMIT = 0.01
-# A ball of less is lighter than any foam, one of more is heavier than osmium. The reduced mass and radius of two equal
-# balls have four times their density.
+# From below any foam to above osmium. Two equal balls have four times their density by reduced mass and radius.
 DENSITY_LIMITS = (1.0, 3e4)
 _PAIR = 4.0
 # A contact resembles half a period, omega = pi/T: times near T/3, which is d/v0. Its beginning is three times faster.
