@@ -297,10 +297,12 @@ class Case:
             )
 
     def notes(self, result: ImpactResult | Bounces) -> list[str]:
-        """What was assumed about the materials of what `solve` or `bounces` returned."""
+        """Remarks on the files of the materials, and what was assumed about the materials of a result."""
         impact = result.impact
         assert isinstance(impact, Impact)
-        return notes_on(impact.material, impact.counter_material)
+        files = [getattr(part, "file", None) for part in (self.sections.material, self.sections.partner)]
+        remarks = [note for file in files for note in getattr(file, "notes", ())]
+        return list(dict.fromkeys(remarks)) + notes_on(impact.material, impact.counter_material)
 
 
 def notes_on(material: Material, counter: Material | None) -> list[str]:

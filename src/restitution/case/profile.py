@@ -152,7 +152,7 @@ def _type(value: Any) -> Any:
 def _known_type(value: Any) -> Any:
     if not isinstance(value, dict):
         return value
-    if _type(value) not in SECTIONS:
+    if _type(value) not in list(SECTIONS):
         names = ", ".join(f'"{name}"' for name in SECTIONS)
         refuse(f"must be one of {names}", "type", value["type"])
     if "type" not in value:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from restitution.cli import tables
-from restitution.cli.exit_codes import BadInput, user_input
+from restitution.cli.exit_codes import BadInput, tell, user_input
 from restitution.errors import InputError
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
@@ -32,6 +32,12 @@ class Report:
     series: dict[str, PronySeries] = field(default_factory=dict[str, PronySeries])
     window: tuple[float, float] | None = None
     data: RelaxationTable | DynamicTable | ShiftTable | None = None
+    content: Any = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks of the reader of the file, such as units that were assumed."""
+        return getattr(self.content, "notes", ())
 
     @property
     def relative(self) -> bool:
@@ -70,6 +76,8 @@ def show(
     else:
         for report in reports:
             _print(report)
+            for note in report.notes:
+                tell("note", note, "cyan")
     if plot is not None:
         _draw(reports, plot)
 
@@ -126,6 +134,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
             report = _of_terms(content, source)
         case ViscoelasticDeck():
             report = _of_deck(content, source)
+    report.content = content
     return [report if law is None or kelvin is None else _shifted(report, law, kelvin)]
 
 
@@ -190,7 +199,7 @@ def _shifted(report: Report, law: ShiftTable, kelvin: float) -> Report:
     if "window_s" in report.facts:
         facts["window_s"] = window
     series = {name: one.scaled(1.0, time_factor=factor) for name, one in report.series.items()}
-    return Report(report.title, report.facts | facts, series, window, data)
+    return Report(report.title, report.facts | facts, series, window, data, report.content)
 
 
 def _of_material(
@@ -307,6 +316,8 @@ def _window(series: Mapping[str, PronySeries]) -> tuple[float, float] | None:
 
 def _content(report: Report) -> dict[str, Any]:
     content = {key: value for key, value in report.facts.items() if value is not None}
+    if report.notes:
+        content["notes"] = list(report.notes)
     pascals = "" if report.relative else "_Pa"
     for name, one in report.series.items():
         content[f"prony_{name}"] = {

@@ -55,6 +55,10 @@ class Retardation(NamedTuple):
     retardation_times: Array
 
 
+# Rates are inverse times.
+_SHORTEST = 1e-300
+
+
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class PronySeries:
     """Relaxation modulus R(t) = R_inf + eta delta(t) + sum R_k exp(-t/tau_k) [Pa].
@@ -107,6 +111,9 @@ class PronySeries:
         dashpot = _scalar("parallel_viscosity", parallel_viscosity, "Pa s")
         moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
         times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
+        if times.size and times.min() < _SHORTEST:
+            wanted = f"must be >= {_SHORTEST:g} s, so that a double holds its inverse"
+            raise InputError("relaxation_times", float(times.min()), wanted, "s")
         if moduli.ndim != 1 or times.shape != moduli.shape:
             shapes = f"{moduli.shape} and {times.shape}"
             raise InputError(
