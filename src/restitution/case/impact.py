@@ -135,7 +135,7 @@ class CaseFile(Section):
 
     title: Annotated[str | None, Field(description="what the case is; printed above the table")] = None
     body: BodySection
-    profile: AnyProfile = SECTIONS["parabola"]()
+    profile: AnyProfile = SECTIONS["parabola"].model_validate({})
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
     counter_body: CounterBodySection | None = None

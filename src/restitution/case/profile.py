@@ -26,7 +26,7 @@ from restitution.case.quantity import fields_of, to_si
 from restitution.case.section import Section, folder_of, refuse
 
 # Importing a profile registers it.
-from restitution.contact import flat_ended, power_law, sphere, tabulated  # noqa: F401  pyright: ignore[reportUnusedImport]
+from restitution.contact import flat_ended, power_law, sphere, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.contact.tabulated import Tabulated
@@ -46,10 +46,14 @@ class ProfileSection(Section):
     profile: ClassVar[type[Profile]]
     type: str
 
+    def number(self, key: str) -> Any:
+        """Value of a key that follows from the constructor."""
+        return getattr(self, key)
+
     @property
     def needs_body_radius(self) -> bool:
         """Whether the radius is that of the body."""
-        return self.profile.body_radius and self.radius is None
+        return self.profile.body_radius and self.number("radius") is None
 
     @model_validator(mode="after")
     def _check(self) -> ProfileSection:
@@ -77,7 +81,7 @@ class PowerLawSection(ProfileSection):
 
     def build(self, body_radius: float | None) -> Profile:
         """Profile in SI."""
-        exponent, value = float(self.exponent), self.coefficient
+        exponent, value = float(self.number("exponent")), self.coefficient
         if isinstance(value, str):
             power = 1.0 - exponent
             unit = Dimension(f"coefficient of r^{exponent:g}", f"m^({power:g})", f"50 m^({power:g})")
@@ -103,7 +107,7 @@ class TabulatedSection(ProfileSection):
 
     def build(self, body_radius: float | None) -> Profile:
         """Profile in SI."""
-        r, f = self.r, self.f
+        r, f = self.number("r"), self.number("f")
         if self.file is not None:
             for key in self.given("r", "f"):
                 refuse("stands in the file already; leave one of the two out", key)
