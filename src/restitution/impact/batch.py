@@ -17,6 +17,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution
 from restitution.impact.status import Status
+from restitution.kernel.outcome import MAX_DEPTH, STATUS
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -160,7 +161,7 @@ class Batch:
 
         block, outcomes = self.solved(run, rtol)
         columns = self.columns(block, outcomes)
-        if kept is None or outcomes[0, 7] != Status.SEPARATED:
+        if kept is None or outcomes[0, STATUS] != Status.SEPARATED:
             return columns, None
         return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
 
@@ -172,16 +173,18 @@ class Batch:
             outcomes = run(block)
             if block.table is None:
                 return block, outcomes
-            deep = (outcomes[:, 7] == Status.TOO_DEEP) | (outcomes[:, 2] > 1.0)
+            deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
-                depth = np.where(np.isfinite(outcomes[:, 2]), outcomes[:, 2], 1.0) * block.length
+                depth = (
+                    np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0) * block.length
+                )
                 # The joints of a profile from few points may be too sharp for any table of it.
                 rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
                 outcomes[rough, :7] = np.nan
-                outcomes[rough, 7] = Status.NOT_ACCURATE
+                outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes
             outcomes[deep, :7] = np.nan
-            outcomes[deep, 7] = Status.TOO_DEEP
+            outcomes[deep, STATUS] = Status.TOO_DEEP
             if block.length[0] >= float(self.profile.max_depth) or depth_factor > 1e4:  # type: ignore[union-attr]
                 return block, outcomes
             depth_factor *= 8.0

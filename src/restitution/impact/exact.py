@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.impact.status import Status
+from restitution.kernel.outcome import OUTCOME, STATUS
 from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
@@ -84,9 +85,9 @@ def solve_scaled(
     Returns
     -------
     array, shape (n, 9) or (n, 11)
-        Columns `restitution.kernel.impact.OUTCOME`, scaled; then the energies in units of m v0^2.
+        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME
+    from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
 
     path = kernel_path(block)
@@ -151,7 +152,7 @@ def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, 
     ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS)
     for n in range(block.size):
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
-        if outcomes[n, 7] == Status.SEPARATED:
+        if outcomes[n, STATUS] == Status.SEPARATED:
             energies[n] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
     return energies
 
@@ -191,14 +192,14 @@ class Stored:
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
     """Solve a block of one impact and return its outcome, with the stored halves if it ended in separation."""
-    from restitution.kernel.impact import MAX_ELEMENTS, OUTCOME
+    from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)
     work = allocate(block.most_modes, MAX_ELEMENTS)
     _solve_part(block, path, rtol, work, outcomes)
-    if outcomes[0, 7] != Status.SEPARATED:
+    if outcomes[0, STATUS] != Status.SEPARATED:
         return outcomes, None
     approach, rebound = work.counts[0] + 1, work.counts[1] + 1
     kept = work._replace(
@@ -230,6 +231,4 @@ def is_ready() -> bool:
 
 def outcome_columns(outcomes: Any) -> dict[str, Array]:
     """Name the columns of an outcome."""
-    from restitution.kernel.impact import OUTCOME
-
     return {name: outcomes[:, n] for n, name in enumerate(OUTCOME)}

@@ -2,19 +2,21 @@
 
 from enum import IntEnum
 
+from restitution.kernel import outcome
+
 
 class Status(IntEnum):
     """How an impact ended; each member's `message` says what happened and what to do."""
 
-    SEPARATED = 0
-    SINKS_IN = 1
-    CAPTURED = 2
-    TOO_MANY_STEPS = 3
-    STEP_TOO_SMALL = 4
-    NOT_FINITE = 5
-    NOT_ACCURATE = 6
-    TOO_DEEP = 7
-    INADMISSIBLE = 8
+    SEPARATED = outcome.SEPARATED
+    SINKS_IN = outcome.SINKS_IN
+    CAPTURED = outcome.CAPTURED
+    TOO_MANY_STEPS = outcome.TOO_MANY_STEPS
+    STEP_TOO_SMALL = outcome.STEP_TOO_SMALL
+    NOT_FINITE = outcome.NOT_FINITE
+    NOT_ACCURATE = outcome.NOT_ACCURATE
+    TOO_DEEP = outcome.TOO_DEEP
+    INADMISSIBLE = outcome.INADMISSIBLE
 
     @property
     def message(self) -> str:

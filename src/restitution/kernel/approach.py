@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import part, stage
+from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
 from restitution.kernel.interpolation import crossing, interpolate, tail
 from restitution.kernel.kinks import (
@@ -22,16 +23,16 @@ from restitution.kernel.kinks import (
     passed,
 )
 from restitution.kernel.lanes import WIDTH, absolute, largest, load, smallest, spread, store
-from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
-from restitution.kernel.problem import (
+from restitution.kernel.outcome import (
     CAPTURED,
     SEPARATED,
     SINKS_IN,
     STEP_TOO_SMALL,
     TOO_DEEP,
     TOO_MANY_STEPS,
-    Problem,
 )
+from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
+from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
@@ -159,23 +160,16 @@ def approach_element(
         size = largest(absolute(step)) / max(s0, largest(s))
         if not size < 1.0:
             return -1
-        # The inverses are frozen, so that chord steps contract no faster than the unknown has moved since, which a first
-        # one may hide. After a full step nothing is known but its size.
         moved = size if factor else moved
-        contraction = max(size / previous, moved)
-        left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
-        slow = size > 0.25 * previous
-        stalled = slow and renewed and size < ROUNDING
-        if left <= accept or stalled:
-            # One more round refines the modes with the final s: left out, e is off by 2e-8.
+        verdict = newton_verdict(size, previous, moved, factor, renewed, ROUNDING, accept)
+        if verdict == DIVERGED:
+            return -1
+        if verdict == CONVERGED:
+            # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
             last = True
             factor = False
             continue
-        # Chord steps with the frozen inverses, until they contract too slowly.
-        chord = not factor
-        if chord and size > 2.0 * previous and size > 1e-3:
-            return -1
-        factor = chord and slow
+        factor = verdict == FACTOR
         renewed = renewed or (factor and size < ROUNDING)
         previous = size
     v = v0 - h * times(A, g)
@@ -351,7 +345,7 @@ def approach(
         # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
         error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
         if not error <= 1.0:
-            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
+            h *= shrunk(error, exponent)
             missed = 0
             continue
         if target >= 0:
@@ -389,7 +383,7 @@ def approach(
             work.counts[N_APPROACH] = element - 1
             work.turning_place[0] = sigma
             return SINKS_IN if stops else CAPTURED
-        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+        h *= grown(error, exponent)
         behind = target
         if target >= 0:
             h = max(h, unhindered)

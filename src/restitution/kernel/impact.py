@@ -7,8 +7,24 @@ from restitution.kernel.approach import FIRST, approach
 from restitution.kernel.compile import kernel, stage
 from restitution.kernel.dense import combine, lagrange_lanes
 from restitution.kernel.lanes import WIDTH, load, total
+from restitution.kernel.outcome import (
+    CAPTURED,
+    CONTACT_TIME,
+    FACTORISATIONS,
+    MAX_DEPTH,
+    MAX_FORCE,
+    MAX_RADIUS,
+    RESIDUAL_DEPTH,
+    RESTITUTION,
+    SEPARATED,
+    SINKS_IN,
+    STATUS,
+    TOO_DEEP,
+    TOO_MANY_STEPS,
+    TURNING_TIME,
+)
 from restitution.kernel.path import Path, radius_and_integral
-from restitution.kernel.problem import CAPTURED, SEPARATED, SINKS_IN, TOO_DEEP, TOO_MANY_STEPS, Problem
+from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import rebound
 from restitution.kernel.workspace import (
@@ -28,18 +44,6 @@ from restitution.kernel.workspace import (
 MAX_ELEMENTS = 2000
 # How often a solve that fails is tried, each time with a finer tolerance.
 _TRIALS = 5
-# Columns of an outcome.
-OUTCOME = (
-    "restitution_coefficient",
-    "contact_time",
-    "max_indentation_depth",
-    "max_force",
-    "max_contact_radius",
-    "residual_indentation_depth",
-    "turning_time",
-    "status",
-    "factorisations",
-)
 
 
 @stage
@@ -136,7 +140,7 @@ def solve_block(
     work : Work
         Scratch space for the largest number of modes of a row; holds the stored halves of the last impact afterwards.
     outcomes : ndarray, shape (n, 9)
-        Written: columns `OUTCOME`; NaN where there is no result.
+        Written: columns `restitution.kernel.outcome.OUTCOME`; NaN where there is no result.
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
@@ -161,24 +165,24 @@ def solve_block(
             # A constant force drives a body into a liquid for ever; without one it comes to rest.
             if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and loads[n] == 0.0):
                 s = work.turning[S_]
-                outcome[3] = _peak_force(scheme, work)
+                outcome[MAX_FORCE] = _peak_force(scheme, work)
                 if status == CAPTURED:
                     s = _resting_place(problem, s)
                     if not s > 0.0:
                         status = TOO_DEEP
-                    outcome[3] = max(outcome[3], loads[n])
-                outcome[2] = s * s
-                outcome[4] = radius_and_integral(problem.path, s)[0]
-                outcome[6] = work.turning[T_]
+                    outcome[MAX_FORCE] = max(outcome[MAX_FORCE], loads[n])
+                outcome[MAX_DEPTH] = s * s
+                outcome[MAX_RADIUS] = radius_and_integral(problem.path, s)[0]
+                outcome[TURNING_TIME] = work.turning[T_]
                 if status != SEPARATED:
-                    outcome[5] = s * s
+                    outcome[RESIDUAL_DEPTH] = s * s
             if status == SEPARATED:
                 status = rebound(problem, scheme, work, finer, sharper)
             if status == SEPARATED and not weighed:
                 # The work of a weight passes through the velocity in between, whose error e feels enlarged.
                 weighed = True
                 e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], 1e-3)
-                enlarged = (1.0 + 2.0 * loads[n] * outcome[2]) / (e * e)
+                enlarged = (1.0 + 2.0 * loads[n] * outcome[MAX_DEPTH]) / (e * e)
                 if enlarged > 2.0:
                     finer, sharper = max(tolerance / enlarged, 1e-14), max(accept / enlarged, 2e-14)
                     trial = 0
@@ -190,16 +194,18 @@ def solve_block(
             finer *= 5.0 if trial == 1 and finer < 3.0 * accept else 0.1
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
-            outcome[0] = -work.rebound[last, V_, WIDTH]
-            outcome[1] = work.rebound[last, T_, WIDTH]
-            depth = outcome[2]
+            outcome[RESTITUTION] = -work.rebound[last, V_, WIDTH]
+            outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
+            depth = outcome[MAX_DEPTH]
             for element in range(last + 1):
                 speed = load(work.slopes[element], 0) * load(work.rebound[element, V_], 1)
                 depth += work.places[BACK_LENGTH, element] * total(load(scheme.A[WIDTH - 1], 0) * speed)
-            outcome[5] = depth
+            outcome[RESIDUAL_DEPTH] = depth
             # By what an elastic body exceeds what the force has given it, is error.
-            outcome[0] = min(outcome[0], math.sqrt(max(1.0 + 2.0 * loads[n] * depth, 0.0)))
+            outcome[RESTITUTION] = min(
+                outcome[RESTITUTION], math.sqrt(max(1.0 + 2.0 * loads[n] * depth, 0.0))
+            )
         elif status in (SINKS_IN, CAPTURED):
-            outcome[0] = 0.0
-        outcome[7] = status
-        outcome[8] = work.counts[N_FACTOR]
+            outcome[RESTITUTION] = 0.0
+        outcome[STATUS] = status
+        outcome[FACTORISATIONS] = work.counts[N_FACTOR]

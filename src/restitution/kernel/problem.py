@@ -1,11 +1,8 @@
-"""What is to be solved, and how it ended."""
+"""What is to be solved."""
 
 from typing import Any, NamedTuple
 
 from restitution.kernel.path import Path
-
-# Status codes; `restitution.impact.status` gives them names and words.
-SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, TOO_DEEP = 0, 1, 2, 3, 4, 5, 7
 
 
 class Problem(NamedTuple):

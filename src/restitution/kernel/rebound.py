@@ -13,11 +13,18 @@ from typing import Any
 
 from restitution.kernel.approach import KINK_TAIL, LAG
 from restitution.kernel.compile import part, stage
+from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
 from restitution.kernel.interpolation import interpolate_lanes, tail
 from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, smallest, spread, store
+from restitution.kernel.outcome import (
+    CAPTURED,
+    SEPARATED,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+)
 from restitution.kernel.path import radii_and_integrals
-from restitution.kernel.problem import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS, Problem
+from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
@@ -161,21 +168,16 @@ def rebound_element(
         size = largest(absolute(step)) / largest_u
         if not size < 1e3:
             return -1
-        # The inverses are frozen, so that chord steps contract no faster than the unknown has moved since, which a first
-        # one may hide. After a full step nothing is known but its size.
         moved = size if factor else moved
-        contraction = max(size / previous, moved)
-        left = size if factor else size * contraction / (1.0 - min(contraction, 0.9))
-        slow = size > 0.25 * previous
-        stalled = slow and renewed and size < rounding
-        if left <= accept or stalled:
+        verdict = newton_verdict(size, previous, moved, factor, renewed, rounding, accept)
+        if verdict == DIVERGED:
+            return -1
+        if verdict == CONVERGED:
+            # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
             last = True
             factor = False
             continue
-        chord = not factor
-        if chord and size > 2.0 * previous and size > 1e-3:
-            return -1
-        factor = chord and slow
+        factor = verdict == FACTOR
         renewed = renewed or (factor and size < rounding)
         previous = size
     store(work.vectors[UNKNOWN], 0, u)
@@ -272,7 +274,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
         error = max(weight * error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
         if not error <= 1.0:
-            h *= max(0.1, 0.75 * error**exponent) if error < math.inf else 0.1
+            h *= shrunk(error, exponent)
             continue
         work.places[BACK_START, element] = position
         work.places[BACK_LENGTH, element] = h
@@ -291,7 +293,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         element += 1
         for n in range(rows):
             work.rebound[element, n, 0] = table[n, S]
-        h *= min(6.0, 0.75 * max(error, 1e-30) ** exponent)
+        h *= grown(error, exponent)
     work.counts[N_REBOUND] = element
     return SEPARATED
 

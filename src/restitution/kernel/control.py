@@ -1,0 +1,49 @@
+"""Control of Newton's method and of the length of elements, the same for approach and rebound."""
+
+import math
+
+from restitution.kernel.compile import part
+
+# What follows a step of Newton's method: a chord step, one with new inverses, or the end.
+CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
+
+# Contraction from which new inverses are cheaper than more chord steps.
+_SLOW = 0.25
+# A chord step so much longer than the last, and of such a size, will not come back.
+_GROWTH, _LARGE = 2.0, 1e-3
+# Share of the length that the tail asks for; the most that a length grows or shrinks by at once.
+_SAFETY, _MOST, _LEAST = 0.75, 6.0, 0.1
+
+
+@part
+def newton_verdict(
+    size: float, previous: float, moved: float, full: bool, renewed: bool, rounding: float, accept: float
+) -> int:
+    """Judge a step of relative size `size` after one of size `previous`.
+
+    The inverses are frozen, so that chord steps contract no faster than the unknown has `moved` since they were made, which
+    a first one may hide. After a `full` step nothing is known but its size. Below `rounding`, steps that do not shrink,
+    although the inverses were `renewed` there, are rounding.
+    """
+    contraction = max(size / previous, moved)
+    left = size if full else size * contraction / (1.0 - min(contraction, 0.9))
+    slow = size > _SLOW * previous
+    if left <= accept or (slow and renewed and size < rounding):
+        return CONVERGED
+    if full:
+        return CHORD
+    if size > _GROWTH * previous and size > _LARGE:
+        return DIVERGED
+    return FACTOR if slow else CHORD
+
+
+@part
+def shrunk(error: float, exponent: float) -> float:
+    """Factor of the length of an element whose error, over what is allowed, is above 1 or not a number."""
+    return max(_LEAST, _SAFETY * error**exponent) if error < math.inf else _LEAST
+
+
+@part
+def grown(error: float, exponent: float) -> float:
+    """Factor from an element that was accepted to the next."""
+    return min(_MOST, _SAFETY * max(error, 1e-30) ** exponent)

@@ -1,0 +1,21 @@
+"""How an impact ended: the codes of its status, and the columns of an outcome. Plain numbers, which load nothing."""
+
+# `restitution.impact.status.Status` gives the codes names and words.
+(
+    SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, NOT_ACCURATE, TOO_DEEP, INADMISSIBLE,
+) = range(9)  # fmt: skip
+
+OUTCOME = (
+    "restitution_coefficient",
+    "contact_time",
+    "max_indentation_depth",
+    "max_force",
+    "max_contact_radius",
+    "residual_indentation_depth",
+    "turning_time",
+    "status",
+    "factorisations",
+)
+(
+    RESTITUTION, CONTACT_TIME, MAX_DEPTH, MAX_FORCE, MAX_RADIUS, RESIDUAL_DEPTH, TURNING_TIME, STATUS, FACTORISATIONS,
+) = range(len(OUTCOME))  # fmt: skip
