@@ -62,14 +62,14 @@ from .plot.sweep import plot_sweep as plot_sweep
 from .surrogates.build import surrogate as surrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate
 from .surrogates.velocity import Surrogate as Surrogate
-from .sweeps.axis import Linear as Linear
-from .sweeps.axis import Logarithmic as Logarithmic
-from .sweeps.distribution import LogNormal as LogNormal
-from .sweeps.distribution import LogUniform as LogUniform
-from .sweeps.distribution import Normal as Normal
-from .sweeps.distribution import Uniform as Uniform
+from .sweeps.axes import Linear as Linear
+from .sweeps.axes import Logarithmic as Logarithmic
 from .sweeps.run import sweep as sweep
+from .sweeps.samples import LogNormal as LogNormal
+from .sweeps.samples import LogUniform as LogUniform
+from .sweeps.samples import Normal as Normal
 from .sweeps.samples import Samples as Samples
+from .sweeps.samples import Uniform as Uniform
 from .sweeps.store import open_sweep as open_sweep
 from .validity import Validity as Validity
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from restitution import checks
 from restitution.checks import Numeric
-from restitution.errors import InputError
+from restitution.errors import InputError, InputTypeError
 
 
 class Dimension(NamedTuple):
@@ -222,6 +222,19 @@ VALIDITY = {
 }
 """What an impact shows of the assumptions of the theory; see `restitution.validity`."""
 
+SWEEP_OUTPUTS = OUTPUTS | VALIDITY
+"""Outputs that a sweep can compute."""
+
+DEFAULT_OUTPUTS = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
+"""Outputs of a sweep that names none."""
+
+BUDGET = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
+"""Outputs of the energy budget, which take a quadrature over the whole contact."""
+
+STATUS = "status"
+NOT_COMPUTED = -1
+"""Name of the variable with the status of each impact, and its value where nothing is computed yet."""
+
 HISTORY = {
     one.name: one
     for one in (
@@ -236,6 +249,32 @@ HISTORY = {
     )
 }
 """What a history over time holds."""
+
+
+def key_of(name: str) -> str:
+    """Return the quantity in which a name ends, such as that of a key of a case file or of an entry of a list."""
+    return name.partition("[")[0].rpartition(".")[2]
+
+
+def input_attributes(name: str) -> dict[str, str]:
+    """Return the attributes of a quantity along an axis; one that is not known has no unit."""
+    quantity, place = INPUTS.get(key_of(name)), name.partition("[")[2]
+    if quantity is None:
+        return {"units": "", "long_name": name.replace("_", " "), "symbol": ""}
+    words = f"{quantity.words} {place.rstrip(']')}" if place else quantity.words
+    return quantity.attributes | {"long_name": words}
+
+
+def checked_outputs(names: Any) -> tuple[str, ...]:
+    """Return names of outputs in the order of the registry, refusing those that are not known."""
+    if not isinstance(names, Iterable):
+        raise InputTypeError("outputs", names, "must be a sequence of names")
+    wanted = [
+        known("outputs", name, SWEEP_OUTPUTS) for name in ([names] if isinstance(names, str) else names)
+    ]
+    if not wanted:
+        raise InputError("outputs", wanted="must name at least one output")
+    return tuple(name for name in SWEEP_OUTPUTS if name in wanted)
 
 
 def check(name: str, value: Any, field: str = "") -> Numeric:

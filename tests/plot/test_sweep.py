@@ -12,7 +12,7 @@ from restitution.errors import InputError
 from restitution.plot.labels import scaled as quantity
 from restitution.plot.style import new_figure, save_figure
 from restitution.plot.sweep import Layout, choose_layout, plot_sweep
-from restitution.sweeps.schema import INPUTS, OUTPUTS, input_variable
+from restitution.quantities import INPUTS, OUTPUTS, input_attributes
 
 
 def result(
@@ -24,11 +24,10 @@ def result(
     for place, n in enumerate(sizes.values()):
         numbers = numbers * (1.0 + np.arange(n)).reshape([-1 if k == place else 1 for k in range(len(sizes))])
     coordinates: dict[str, Any] = {
-        name: (name, values, input_variable(name).attributes | {"scale": "linear"})
-        for name, values in shape.items()
+        name: (name, values, input_attributes(name) | {"scale": "linear"}) for name, values in shape.items()
     }
     if draws:
-        coordinates["mass"] = ("draw", np.linspace(0.001, 0.002, draws), input_variable("mass").attributes)
+        coordinates["mass"] = ("draw", np.linspace(0.001, 0.002, draws), input_attributes("mass"))
     data = {
         name: (
             tuple(sizes),
@@ -123,7 +122,7 @@ def test_one_value_of_an_axis_is_shown_at_will() -> None:
 
 
 def test_no_two_quantities_share_a_symbol() -> None:
-    symbols = [one.variable.symbol for one in INPUTS.values()] + [one.symbol for one in OUTPUTS.values()]
+    symbols = [one.symbol for one in INPUTS.values()] + [one.symbol for one in OUTPUTS.values()]
     assert len(set(symbols)) == len(symbols)
 
 
@@ -140,7 +139,7 @@ def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
 def test_values_that_all_points_share_are_said_on_lines_that_fit() -> None:
     dataset = result({"velocity": line(50)}).assign_attrs(title="Rubber balls")
     shared = ("mass", "radius", "external_force", "p2", "p3")
-    dataset = dataset.assign_coords({name: ((), 0.001, input_variable(name).attributes) for name in shared})
+    dataset = dataset.assign_coords({name: ((), 0.001, input_attributes(name)) for name in shared})
     figure = plot_sweep(dataset)
     head, first, second = figure.get_suptitle().split("\n")
     assert (head, first) == ("Rubber balls", "$m$ = 1 g, $R$ = 1 mm, $F_0$ = 1 mN, $p_2$ = 0.001")

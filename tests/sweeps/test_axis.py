@@ -3,11 +3,13 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import qmc
 
-from restitution.sweeps.axis import Linear, Listed, Logarithmic, as_axis
-from restitution.sweeps.distribution import LogNormal, LogUniform, Normal, Uniform
-from restitution.sweeps.samples import Samples
+from restitution.checks import unit_registry
+from restitution.errors import InputError, InputTypeError
+from restitution.sweeps.axes import Linear, Listed, Logarithmic, read_axis
+from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
 
 
 def whole(axis: Samples) -> dict[str, np.ndarray]:
@@ -102,9 +104,9 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
     ("make", "message"),
     [
         (lambda: Linear(0.0, np.inf, 3), "high = inf: must be finite"),
-        (lambda: Linear(0.0, 1.0, 0), "n = 0: must be a whole number >= 1"),
-        (lambda: Linear(0.0, 1.0, 10**18), "n = 1000000000000000000: must be at most 100000000, the most"),
-        (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number >= 1"),
+        (lambda: Linear(0.0, 1.0, 0), "n = 0: must be a whole number"),
+        (lambda: Linear(0.0, 1.0, 10**18), "n = 1000000000000000000: must be"),
+        (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number"),
         (lambda: Logarithmic(0.0, 1.0, 3), "low = 0: must be finite and > 0"),
         (lambda: Samples(4, {}), "distributions: must name at least one quantity"),
         (
@@ -114,7 +116,7 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), "seed = -1: must be a whole number >= 0"),
         (
             lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}),
-            "n = 2147483648: must be at most 100000000, the most points along one axis",
+            "n = 2147483648: must be",
         ),
         (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass: Uniform\(.*\): must lie in \[0, inf\]"),
         (
@@ -127,11 +129,11 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         ),
         (lambda: Uniform(2.0, 1.0), "low = 2, high = 1: must ascend"),
         (lambda: Normal(1.0, 0.0), "standard_deviation = 0: must be finite and > 0"),
-        (lambda: as_axis("mass", []), "mass: must hold at least one value"),
-        (lambda: as_axis("mass", [1.0, -1.0]), r"mass\[1\] = -1 kg: must be finite and > 0"),
-        (lambda: as_axis("mass", Linear(1.0, -1.0, 5)), "mass, last value = -1 kg: must be finite and > 0"),
-        (lambda: as_axis("mass", 0.0), "mass = 0 kg: must be finite and > 0"),
-        (lambda: as_axis("mass", np.ones((2, 2))), r"mass: has shape \(2, 2\); an axis is one-dimensional"),
+        (lambda: read_axis("mass", []), "mass: must be one-dimensional and hold a value"),
+        (lambda: read_axis("mass", [1.0, -1.0]), r"mass\[1\] = -1 kg: must be finite and > 0"),
+        (lambda: read_axis("mass", Linear(1.0, -1.0, 5)), "mass = -1 kg: must be finite and > 0"),
+        (lambda: read_axis("mass", 0.0), "mass = 0 kg: must be finite and > 0"),
+        (lambda: read_axis("mass", np.ones((2, 2))), r"mass: must be one-dimensional .* \(2, 2\)"),
     ],
 )
 def test_what_is_refused(make: object, message: str) -> None:
@@ -145,17 +147,32 @@ def test_a_distribution_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ("abc", "velocity = 'abc': must be a number, a sequence of them, Linear or Logarithmic"),
-        (None, "velocity = None: must be a number, a sequence"),
-        ([1.0, "2 m/s"], r"velocity\[1\] = '2 m/s': must be a number"),
-        ([True], r"velocity\[0\] = True: must be a number"),
-    ],
+    "given",
+    ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}],
 )
-def test_a_number_is_asked_for(given: object, message: str) -> None:
-    with pytest.raises(TypeError, match=f"^{message}"):
-        as_axis("velocity", given)
+def test_a_number_is_asked_for(given: object) -> None:
+    with pytest.raises(InputTypeError) as caught:
+        read_axis("velocity", given)
+    assert caught.value.field == "velocity"
+
+
+def test_values_with_units_are_converted() -> None:
+    meters = unit_registry().Quantity
+    axis = read_axis("velocity", meters([1.0, 250.0], "cm/s"))
+    assert axis.array.tolist() == pytest.approx([0.01, 2.5])
+    assert read_axis("mass", meters(5.0, "g")) == pytest.approx(0.005)
+    labelled = xr.DataArray([1.0, 2.0], dims="x", attrs={"units": "mm"})
+    assert read_axis("radius", labelled).array.tolist() == pytest.approx([1e-3, 2e-3])
+    with pytest.raises(InputError):
+        read_axis("velocity", meters([1.0], "kg"))
+
+
+def test_an_argument_of_a_function_takes_objects_and_numbers() -> None:
+    assert read_axis("shape", "round") == "round"
+    assert read_axis("shape", ["round", "flat"]).size == 2
+    assert read_axis("size", np.array([1.0, 2.0])).array.tolist() == [1.0, 2.0]
+    with pytest.raises(InputTypeError):
+        read_axis("size", np.ma.array([1.0, 2.0], mask=[False, True]))
 
 
 def test_words_for_objects_are_all_different() -> None:

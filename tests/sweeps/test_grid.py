@@ -3,10 +3,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.axis import Linear
-from restitution.sweeps.distribution import Uniform
+from restitution.sweeps.axes import Linear
 from restitution.sweeps.grid import Grid, make_grid
-from restitution.sweeps.samples import Samples
+from restitution.sweeps.samples import Samples, Uniform
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from restitution.sweeps.distribution import LogNormal, Normal
-from restitution.sweeps.samples import Samples
+from restitution.sweeps.samples import LogNormal, Normal, Samples
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0 - 2.0**-53])

@@ -13,9 +13,8 @@ from restitution.case.quantity import to_si
 from restitution.case.section import CaseError, in_file, key_path
 from restitution.errors import InputError
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice
-from restitution.sweeps.axis import Linear, Logarithmic
-from restitution.sweeps.distribution import LogNormal, LogUniform, Normal, Uniform
-from restitution.sweeps.samples import Samples
+from restitution.sweeps.axes import Linear, Logarithmic
+from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
 
 DRAWS = "sample"
 """Name of the dimension of random draws."""

@@ -20,13 +20,13 @@ from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.errors import InputError
-from restitution.sweeps.axis import Linear
-from restitution.sweeps.description import describe
+from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.axes import Linear
+from restitution.sweeps.fingerprint import describe
 from restitution.sweeps.grid import make_grid
 from restitution.sweeps.plan import Plan
 from restitution.sweeps.samples import Samples
-from restitution.sweeps.schema import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.template import (
+from restitution.sweeps.varied import (
     Prepared,
     Template,
     check_columns,

@@ -241,7 +241,7 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
 def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
     """Read at which value of which axis to look; numbers have units as in case files."""
     from restitution.case.axes import value_in_si
-    from restitution.sweeps.schema import ALIASES
+    from restitution.quantities import ALIASES
 
     given, value = _assignment("--at", text)
     name = ALIASES.get(given, given)
@@ -262,7 +262,7 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
 
 def _spaced(axis: Any) -> Any:
     """Space an axis by ratios where its ends are far apart."""
-    from restitution.sweeps.axis import Linear, Logarithmic
+    from restitution.sweeps.axes import Linear, Logarithmic
 
     if not isinstance(axis, Linear) or min(axis.low, axis.high) <= 0.0:
         return axis

@@ -134,7 +134,7 @@ def surrogate(
             f"surrogate: {name} at velocity = {np.exp(failure.place):.6g} m/s is off by {failure.error:.2g}, "
             f"rtol = {tolerance:g}",
         ) from None
-    from restitution.sweeps.description import describe
+    from restitution.sweeps.fingerprint import describe
 
     problem = _plain(describe(replace(impact, velocity=1.0)))
     del problem["velocity"]

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.sweeps.axis import Axis, Listed
+from restitution.impact.status import Status
+from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, input_attributes
+from restitution.sweeps.axes import Axis, Listed
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.plan import Plan
-from restitution.sweeps.schema import NOT_COMPUTED, OUTPUTS, STATUS, input_variable, status_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +26,13 @@ _SHARE_OF_MEMORY = 0.5
 
 LABELS = "labels"
 """Attribute of a coordinate of numbers that stand for words."""
+
+
+_STATUS_ATTRIBUTES: dict[str, Any] = {
+    "long_name": "how the solve ended",
+    "flag_values": [int(status) for status in Status],
+    "flag_meanings": " ".join(status.name.lower() for status in Status),
+}
 
 
 class Field(NamedTuple):
@@ -51,8 +59,10 @@ class Field(NamedTuple):
 def output_fields(plan: Plan) -> dict[str, Field]:
     """Describe what a sweep computes, by name."""
     dimensions = plan.grid.dimensions
-    fields = {name: Field(dimensions, "float64", np.nan, OUTPUTS[name].attributes) for name in plan.outputs}
-    return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, status_attributes())}
+    fields = {
+        name: Field(dimensions, "float64", np.nan, SWEEP_OUTPUTS[name].attributes) for name in plan.outputs
+    }
+    return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, _STATUS_ATTRIBUTES)}
 
 
 def coordinate_fields(grid: Grid) -> dict[str, Field]:
@@ -60,10 +70,10 @@ def coordinate_fields(grid: Grid) -> dict[str, Field]:
     fields: dict[str, Field] = {}
     for name, value in grid.fixed.items():
         if isinstance(value, float):
-            fields[name] = Field((), "float64", np.nan, input_variable(name).attributes)
+            fields[name] = Field((), "float64", np.nan, input_attributes(name))
     for dimension, axis in grid.axes.items():
         for name in axis.names(dimension):
-            attributes: dict[str, Any] = input_variable(name).attributes | {"scale": axis.scale}
+            attributes: dict[str, Any] = input_attributes(name) | {"scale": axis.scale}
             if _is_words(axis):
                 assert isinstance(axis, Listed)
                 fields[name] = Field(

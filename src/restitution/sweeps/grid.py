@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.sweeps.axis import Axis, as_axis
+from restitution.errors import InputError
+from restitution.quantities import ALIASES, STATUS, SWEEP_OUTPUTS
+from restitution.sweeps.axes import Axis, Linear, Listed, read_axis
 from restitution.sweeps.samples import Samples
-from restitution.sweeps.schema import ALIASES, OUTPUTS, STATUS
 
 Array = NDArray[Any]
 Index = tuple[int, ...]
@@ -172,22 +173,22 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     """
     made: dict[str, Axis] = {}
     fixed: dict[str, Any] = {}
-    taken: set[str] = {*OUTPUTS, STATUS}
+    taken: set[str] = {*SWEEP_OUTPUTS, STATUS}
     for given_name, given in axes.items():
         name = ALIASES.get(given_name, given_name)
-        axis: Axis | None = given if isinstance(given, Samples) else as_axis(name, given)
-        names = (name,) if axis is None else {name, *axis.names(name)}
-        for one in names:
+        axis: Any = given if isinstance(given, Samples) else read_axis(name, given)
+        is_axis = isinstance(axis, (Samples, Linear, Listed))
+        for one in {name, *axis.names(name)} if is_axis else {name}:
             if one in taken:
-                why = "is an output" if one in OUTPUTS or one == STATUS else "is set by another axis too"
-                raise ValueError(f"axes: {one} {why}")
+                why = (
+                    "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
+                )
+                raise InputError("axes", wanted=f"{one} {why}")
             taken.add(one)
-        if axis is None:
-            value: Any = given
-            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-            fixed[name] = float(value) if number else value
-        else:
+        if is_axis:
             made[name] = axis
+        else:
+            fixed[name] = axis
     shape = tuple(axis.size for axis in made.values())
     return Grid(made, fixed, _chunk_shape(tuple(made), shape, chunk))
 

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
-from restitution.quantities import VALIDITY
-from restitution.sweeps.assembly import Assembly
-from restitution.sweeps.description import describe, hash_of, text_of
+from restitution.quantities import BUDGET, STATUS, VALIDITY
+from restitution.sweeps.batches import Assembly
+from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
-from restitution.sweeps.schema import ENERGY, STATUS
-from restitution.sweeps.template import Template
+from restitution.sweeps.varied import Template
 from restitution.validity import COLUMNS
 
 Array = NDArray[Any]
@@ -161,7 +160,7 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        energy = any(name in ENERGY for name in self.outputs)
+        energy = any(name in BUDGET for name in self.outputs)
         return batch.solve(self.rtol, workers=1, progress=progress, energy=energy)
 
 

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from threading import Event, Lock
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,12 +17,13 @@ from restitution.errors import InputError, RestitutionWarning
 from restitution.files import TABLES
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
+from restitution.parallel import on_threads
+from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.dataset import Memory
-from restitution.sweeps.grid import make_grid
-from restitution.sweeps.material import HeldElastic
-from restitution.sweeps.plan import Plan
-from restitution.sweeps.schema import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.template import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
+from restitution.sweeps.grid import Index, make_grid
+from restitution.sweeps.materials import HeldElastic
+from restitution.sweeps.plan import Interrupted, Plan
+from restitution.sweeps.varied import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +62,7 @@ def sweep(
         `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), the materials themselves
         (`material`, `counter_material`), and the arguments of the function.
     outputs : sequence of str
-        What is wanted; see `restitution.sweeps.schema.OUTPUTS`.
+        What is wanted; see `restitution.quantities.OUTPUTS`.
     out : path-like, optional
         Folder of a Zarr store that takes the results as they come. The same call resumes what was cut short.
     chunk : int or dict of str to int, optional
@@ -195,9 +197,7 @@ def run(
         try:
             if len(done) < grid.n_chunks:
                 if engine == "threads":
-                    from restitution.sweeps.threads import run_on_threads
-
-                    run_on_threads(plan, chunks, keeper.keep, workers, report)
+                    _run_on_threads(plan, chunks, keeper.keep, workers, report)
                 else:
                     from restitution.sweeps.cluster import run_on_dask
 
@@ -229,3 +229,41 @@ def _count_failures(keeper: Any, n_points: int) -> None:
             RestitutionWarning("failed", f"{total} of {n_points} impacts failed and are NaN: {listed}"),
             stacklevel=3,
         )
+
+
+def _run_on_threads(
+    plan: Plan,
+    chunks: Iterable[Index],
+    keep: Callable[[Index, dict[str, Any]], None],
+    workers: int | None,
+    report: Callable[[int], None],
+) -> None:
+    """Compute chunks on a pool of threads, one chunk a task.
+
+    Parameters
+    ----------
+    plan : Plan
+        The sweep.
+    chunks : iterable of tuple of int
+        Which chunks.
+    keep : callable
+        Takes the index and the results of a chunk, in any order and on any thread.
+    workers : int or None
+        Threads; all cores where None.
+    report : callable
+        Called on this thread with the number of points done so far.
+    """
+    lock, stop = Lock(), Event()
+    counted = 0
+
+    def tick(points: int) -> None:
+        nonlocal counted
+        if stop.is_set():
+            raise Interrupted
+        with lock:
+            counted += points
+
+    def run(index: Index) -> None:
+        keep(index, plan.compute(index, tick))
+
+    on_threads(run, chunks, workers, lambda: report(counted), stop)

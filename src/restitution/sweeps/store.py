@@ -22,6 +22,7 @@ from zarr.storage import LocalStore
 
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, whole_file
+from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
 from restitution.sweeps.dataset import (
     Field,
     coordinate_blocks,
@@ -31,7 +32,6 @@ from restitution.sweeps.dataset import (
 )
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan, hash_of
-from restitution.sweeps.schema import NOT_COMPUTED, OUTPUTS, STATUS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,7 +90,7 @@ class _CheckedFiles(LocalStore):
         if place.split("/")[0] != "c":
             return value
         if value is None:
-            if name in (*OUTPUTS, STATUS) and not (self.root / STATUS / place).is_file():
+            if name in (*SWEEP_OUTPUTS, STATUS) and not (self.root / STATUS / place).is_file():
                 return None
             raise _refusal(self.root, f"{key} is absent; {_REPAIR}")
         if not _is_intact(value.to_bytes()):
@@ -376,7 +376,7 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     if missing:
         warnings.warn(RestitutionWarning("unfinished", f"{path}: {missing}, and are NaN"), stacklevel=2)
     # Zarr has its members in the order of the alphabet.
-    outputs = [name for name in (*OUTPUTS, STATUS) if name in dataset]
+    outputs = [name for name in (*SWEEP_OUTPUTS, STATUS) if name in dataset]
     return in_words(dataset[outputs])
 
 

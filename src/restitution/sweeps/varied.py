@@ -11,9 +11,8 @@ from typing import Any, Protocol
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.material.classical import standard_solid
-from restitution.sweeps.combination import Columns
-from restitution.sweeps.description import describe
-from restitution.sweeps.material import MATERIAL_NAMES, HeldElastic, check_names
+from restitution.sweeps.fingerprint import describe
+from restitution.sweeps.materials import MATERIAL_NAMES, Columns, HeldElastic, check_names
 
 NUMBERS = ("mass", "velocity", "external_force")
 """What axes set of the impact itself."""

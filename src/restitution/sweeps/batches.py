@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.quantities import VALIDITY
-from restitution.sweeps.combination import Columns, combinations
-from restitution.sweeps.material import Bodies, changed_impact, material_rows
-from restitution.sweeps.template import NUMBERS, Prepared, Template, profile_names
+from restitution.sweeps.materials import Bodies, Columns, changed_impact, combinations, material_rows
+from restitution.sweeps.varied import NUMBERS, Prepared, Template, profile_names
 from restitution.validity import columns as numbers_by_name
 from restitution.validity import numbers
 

@@ -11,8 +11,9 @@ from typing import Any, Protocol, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import finite, positive
-from restitution.sweeps.schema import INPUTS
+from restitution.checks import finite, number, positive, whole
+from restitution.errors import InputError, InputTypeError
+from restitution.quantities import INPUTS, key_of
 
 Array = NDArray[Any]
 
@@ -197,68 +198,59 @@ class Listed:
 
     def describe(self) -> Any:
         """All values."""
-        from restitution.sweeps.description import describe
+        from restitution.sweeps.fingerprint import describe
 
         return {"list": [describe(item) for item in self.items]}
 
 
-def as_axis(name: str, given: Any) -> Axis | None:
-    """Return what was given for an axis as one; None if it is a single value.
+def read_axis(name: str, given: Any) -> Any:
+    """Return what is given for an axis as one; a single value as it is, as a float in SI if it is a number.
 
     Raises
     ------
-    ValueError
-        If a value is out of the range of the quantity.
-    TypeError
-        If the quantity is a number and what is given holds none.
+    InputError
+        If a value is outside the range of the quantity, is masked, or has another dimension.
     """
     known = INPUTS.get(key_of(name))
     if isinstance(given, Linear):
-        axis: Axis = given
-        _check(name, given.values(0, min(given.n, 1)), "first value")
-        _check(name, given.values(given.n - 1, given.n), "last value")
-        return axis
-    if isinstance(given, np.ndarray) and given.ndim != 1:
-        raise ValueError(f"{name}: has shape {given.shape}; an axis is one-dimensional")
-    if isinstance(given, (str, bytes, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
-        if _is_number(given):
-            _check(name, float(given), "")
-        elif known is not None:
-            raise TypeError(
-                f"{name} = {given!r}: must be a number, a sequence of them, Linear or Logarithmic"
-            )
-        return None
-    listed = Listed(tuple(given.tolist() if isinstance(given, np.ndarray) else given))
-    if listed.size == 0:
-        raise ValueError(f"{name}: must hold at least one value")
-    if listed.is_numeric:
-        _check(name, listed.array, "")
-    elif known is not None:
-        place, item = next((n, item) for n, item in enumerate(listed.items) if not _is_number(item))
-        raise TypeError(f"{name}[{place}] = {item!r}: must be a number")
-    return listed
+        for place in {0, given.n - 1}:
+            value = float(given.values(place, place + 1)[0])
+            known.check(value, name) if known else finite(name, value)
+        return given
+    if known is not None:
+        values = known.check(given, name)
+    elif _holds_numbers(given):
+        values = finite(name, given)
+    elif isinstance(given, (str, bytes, Mapping)) or not isinstance(given, (Sequence, np.ndarray)):
+        return given
+    else:
+        values = np.empty(len(given), dtype=object)
+        values[:] = list(given)
+    if not isinstance(values, np.ndarray):
+        return values
+    if values.ndim != 1 or values.size == 0:
+        raise InputError(
+            name, wanted=f"must be one-dimensional and hold a value, but has shape {values.shape}"
+        )
+    return Listed(tuple(values.tolist()))
 
 
-def _check(name: str, values: Any, which: str) -> None:
-    known = INPUTS.get(key_of(name))
-    label = f"{name}, {which}" if which else name
-    unit = "" if known is None or known.variable.unit == "1" else known.variable.unit
-    if which:
-        values = float(values[0])
-    (known.check if known else finite)(label, values, unit)
-
-
-def key_of(name: str) -> str:
-    """Return the quantity that a name ends in, such as that of a key of a case file or of a list's entry."""
-    return name.partition("[")[0].rpartition(".")[2]
+def _holds_numbers(given: Any) -> bool:
+    if isinstance(given, (str, bytes, Mapping, bool)) or given is None or callable(given):
+        return False
+    if isinstance(given, Sequence):
+        return len(given) > 0 and all(map(_is_number, given))
+    try:
+        number("", given)
+    except InputTypeError:
+        # A masked array is one of numbers, and is refused with its name.
+        return isinstance(given, np.ma.MaskedArray)
+    return True
 
 
 def count(n: Any) -> None:
     """Refuse what is no number of points."""
-    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
-        raise ValueError(f"n = {n!r}: must be a whole number >= 1")
-    if n > MOST_POINTS:
-        raise ValueError(f"n = {n}: must be at most {MOST_POINTS}, the most points along one axis")
+    whole("n", n, 1, MOST_POINTS)
 
 
 def _is_number(item: Any) -> TypeGuard[float]:
