@@ -84,6 +84,11 @@ def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
     if isinstance(value, (bool, str, bytes)) or value is None:
         raise InputTypeError(name, value, _NUMBER)
     value = _without_unit(name, value, unit)
+    if isinstance(value, Sequence):
+        # NumPy takes a boolean among numbers for one of them.
+        for place, item in enumerate(value):
+            if isinstance(item, bool):
+                raise InputTypeError(name, item, _NUMBER, index=(place,))
     if isinstance(value, Sequence) and any(map(_has_unit, value)):
         value = [_without_unit(name, item, unit) for item in value]
     if isinstance(value, np.ma.MaskedArray):
