@@ -21,7 +21,7 @@ from restitution.errors import RestitutionWarning
 from restitution.impact.batch import Batch
 from restitution.material.classical import generalised_maxwell
 from restitution.material.shift import WLF
-from restitution.quantities import DEFAULT_OUTPUTS, VALIDITY
+from restitution.quantities import DEFAULT_OUTPUTS, SWEEP_OUTPUTS, VALIDITY
 from restitution.sweeps import dataset
 from restitution.sweeps import plan as plans
 

@@ -36,7 +36,7 @@ def test_numbers_are_those_of_single_results(base, axes):
 
 
 def impact_at(base, values):
-    from restitution.sweeps.material import changed_impact
+    from restitution.sweeps.materials import changed_impact
 
     material = {name: values[name] for name in ("poisson_ratio", "viscosity") if name in values}
     changed = changed_impact(base, material, "bulk_modulus")
