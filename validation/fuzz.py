@@ -141,10 +141,14 @@ class End(NamedTuple):
     fault: str
 
 
+class _TimeUp(BaseException):
+    """The limit is over. It is no error that a command could take for one of its own."""
+
+
 @contextlib.contextmanager
 def _limit(seconds: int) -> Generator[None]:
     def stop(*_: object) -> None:
-        raise TimeoutError
+        raise _TimeUp
 
     before = signal.signal(signal.SIGALRM, stop)
     signal.alarm(seconds)
@@ -163,7 +167,9 @@ def run(seed: Seed, text: str, limit: int = LIMIT) -> End:
     try:
         with _limit(limit):
             answer = CliRunner().invoke(app, [command, seed.name, *options])
-    except TimeoutError:
+        if isinstance(answer.exception, _TimeUp):
+            raise answer.exception
+    except _TimeUp:
         return End(-1, time.perf_counter() - start, f"no end within {LIMIT} s")
     seconds, code = time.perf_counter() - start, answer.exit_code
     fault = ""

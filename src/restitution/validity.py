@@ -359,7 +359,8 @@ def _poisson_ratio(numbers: Numbers) -> Check:
 def _density(numbers: Numbers) -> Check:
     low, high = DENSITY_LIMITS
     highest = high * numbers.density_factor
-    worst = _worst(np.maximum(low / numbers.mean_density, numbers.mean_density / highest))
+    with np.errstate(divide="ignore"):  # a product that underflows is a density of zero
+        worst = _worst(np.maximum(low / numbers.mean_density, numbers.mean_density / highest))
     if worst is None:
         return _unchecked("density", "mean_density", DENSITY_LIMITS, "the body is no ball of a known mass")
     value, limits = numbers.mean_density[worst], (low, float(highest[worst]))

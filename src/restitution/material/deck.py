@@ -163,7 +163,7 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
 
 def _ansys_terms(source: str, kind: str, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
     wanted = 2 * (int(count.value) or len(data) // 2)
-    if len(data) != wanted or max(data) > wanted:
+    if len(data) != wanted or set(data) != set(range(1, wanted + 1)):
         last = max((entry.line for entry in data.values()), default=count.line)
         raise FileError(
             source,
