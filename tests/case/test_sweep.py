@@ -163,6 +163,16 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
             'profile.type = ["parabola", "sphere"]\nvelocity = [0.5, 1]',
             {"profile.type": "profile.type", "velocity": "impact.velocity"},
         ),
+        # Two bodies have the reduced mass and radius.
+        (
+            DENSE + SOLID + IMPACT + "[counter_body]\ndensity = 900\nradius = 0.01\n",
+            'counter_body.radius = ["5 mm", "20 mm"]\nradius = ["10 mm", "3 mm"]\ncounter_body.density = [700, 1500]',
+            {
+                "counter_body.radius": "counter_body.radius",
+                "radius": "body.radius",
+                "counter_body.density": "counter_body.density",
+            },
+        ),
         # A fractional material is replaced by a series that holds for one contact time.
         (
             BODY + IMPACT + '[material]\nmodel = "springpot"\ncoefficient = 1e6\nexponent = 0.3\nbulk_modulus = "1 GPa"\n',
