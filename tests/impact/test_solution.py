@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.errors import InputTypeError
 from restitution.kernel import impact as kernel
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -78,3 +79,31 @@ def test_impacts_are_solved_by_other_processes() -> None:
     for result, impact in zip(results, [BALL, SPHERE], strict=True):
         assert result.restitution_coefficient == rs.solve(impact).restitution_coefficient
         assert result.history.force.max() > 0.0
+
+
+class _Case:
+    impact = BALL
+
+
+@pytest.mark.parametrize(
+    ("given", "advice"),
+    [
+        ("CASE.toml", "read_case"),
+        (_Case(), "take its attribute impact"),
+        ({"mass": 1}, "not a dict"),
+        (3, "or a list of them"),
+        ([BALL, 3], "must be an Impact"),
+    ],
+)
+def test_what_is_no_impact_is_refused_with_advice(given: object, advice: str) -> None:
+    with pytest.raises(InputTypeError, match=advice) as caught:
+        rs.solve(given)  # type: ignore[arg-type]
+    assert caught.value.field == "impact"
+
+
+def test_energy_that_a_coarse_method_makes_is_noted() -> None:
+    elastic = rs.Impact(rs.Material(1e6, 1e9), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    coarse = rs.solve(elastic, "elements", n_elements=20)
+    assert coarse.restitution_coefficient > 1.0
+    assert any("gains energy" in note for note in coarse.notes)
+    assert not any("gains energy" in note for note in rs.solve(elastic, "reference").notes)

@@ -720,9 +720,9 @@ def test_bad_lists():
         solve([good, 3])
     with pytest.raises(ValueError, match=r"^impact\[0\]: has shape \(2,\); a list takes single impacts$"):
         solve([Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0])])
-    with pytest.raises(ValueError, match=r"^method = 'reference': takes one impact at a time$"):
+    with pytest.raises(ValueError, match=r"^method = 'reference': must be 'exact' for a list"):
         solve([good], method="reference")
-    with pytest.raises(ValueError, match=r"not an array of shape \(2,\)$"):
+    with pytest.raises(ValueError, match=r"^method = .*: must be .exact. for an array of shape \(2,\)"):
         solve(Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0]), method="elements")
 
 
@@ -750,7 +750,7 @@ def test_standard_solid_restitution_by_other_methods():
 
 def unsolvable(velocity) -> Impact:
     """A body whose units overflow: the depth scale is beyond float64."""
-    return Impact(Material(1e-300, math.inf), Parabola(1e-300), 1e300, velocity)
+    return Impact(Material(1e-99, math.inf), Parabola(1e-300), 1e300, velocity)
 
 
 def test_failure_of_a_single_impact_raises():

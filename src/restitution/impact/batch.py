@@ -250,6 +250,39 @@ def energy_budget(
     }
 
 
+def solve_columns(
+    impact: Impact | list[Impact],
+    rtol: float,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    energy: bool = False,
+) -> dict[str, Any]:
+    """Outputs of impacts by name, raveled; see `Batch.solve`."""
+    if not isinstance(impact, list):
+        batch = Batch.from_impact(impact)
+        return batch.solve(rtol, workers=workers, progress=progress, energy=energy)
+    columns: dict[str, Any] = {}
+    done = 0
+
+    def advance(finished: int, _: int) -> None:
+        if progress is not None:
+            progress(done + finished, len(impact))
+
+    for places, batch in Batch.from_impacts(impact):
+        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy)
+        for name, values in solved.items():
+            columns.setdefault(name, np.empty(len(impact)))[places] = values
+        done += batch.size
+    return columns
+
+
+def shaped(values: Any, shape: tuple[int, ...]) -> Any:
+    """A column in the shape of the impacts; a float for a single one."""
+    flat = np.asarray(values, dtype=np.float64)
+    return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])
+
+
 def flat(value: Any, shape: tuple[int, ...]) -> Array:
     """Numbers raveled in a common shape."""
     return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.checks import Numeric
 from restitution.errors import InputError
-from restitution.impact.batch import Batch, energy_budget
-from restitution.impact.exact import Progress
+from restitution.impact.batch import energy_budget, shaped, solve_columns
 from restitution.impact.problem import NUMBERS
 from restitution.impact.sampling import Sampled
-from restitution.impact.solution import Solution, Trajectory, within_contact
+from restitution.impact.solution import Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
 from restitution.quantities import HISTORY, Quantity
@@ -46,13 +45,11 @@ class EnergyBudget(NamedTuple):
     stored : float or array
         What the foundation still stored as its elements left contact [J].
     residual : float or array
-        `(kinetic_out + dissipated + stored - kinetic_in - work of the constant force)/kinetic_in` [-]: zero
-        but for errors. All terms are computed on their own, none by subtraction.
+        `(kinetic_out + dissipated + stored - kinetic_in - work of the external force)/kinetic_in` [-].
 
     Notes
     -----
-    `dissipated`, `stored` and `residual` are NaN of impacts that failed or that have no end, since the body does not
-    separate, and of the method "reference".
+    `dissipated`, `stored` and `residual` are NaN where the body does not separate, and of method "reference".
     """
 
     kinetic_in: Numeric
@@ -262,7 +259,7 @@ class ImpactResult:
         if isinstance(solution, Solution):
             trajectory = solution.at(solution.times(n_points) if times is None else times)
         else:
-            trajectory = _interpolated(solution.trajectory, times)
+            trajectory = solution.at(times)
             kinetic = 0.5 * self._column("mass") * trajectory.indentation_velocity**2
             trajectory = trajectory._replace(kinetic_energy=kinetic)
         found = {name: values for name, values in trajectory._asdict().items() if values is not None}
@@ -401,49 +398,3 @@ def dataset(
 
     data = {name: (dimension, values, quantity.attributes) for name, (values, quantity) in columns.items()}
     return xr.Dataset(data, attrs=attributes).set_coords(dimension)
-
-
-def solve_columns(
-    impact: Impact | list[Impact],
-    rtol: float,
-    *,
-    workers: int | None = None,
-    progress: Progress | None = None,
-    energy: bool = False,
-) -> dict[str, Any]:
-    """Outputs of impacts by name, raveled; see `Batch.solve`."""
-    if not isinstance(impact, list):
-        batch = Batch.from_impact(impact)
-        return batch.solve(rtol, workers=workers, progress=progress, energy=energy)
-    columns: dict[str, Any] = {}
-    done = 0
-
-    def advance(finished: int, _: int) -> None:
-        if progress is not None:
-            progress(done + finished, len(impact))
-
-    for places, batch in Batch.from_impacts(impact):
-        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy)
-        for name, values in solved.items():
-            columns.setdefault(name, np.empty(len(impact)))[places] = values
-        done += batch.size
-    return columns
-
-
-def shaped(values: Any, shape: tuple[int, ...]) -> Any:
-    """A column in the shape of the impacts; a float for a single one."""
-    flat = np.asarray(values, dtype=np.float64)
-    return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])
-
-
-def _interpolated(trajectory: Trajectory, times: ArrayLike | None) -> Trajectory:
-    if times is None:
-        return trajectory
-    t = within_contact(times, float(trajectory.time[-1]))
-    columns = trajectory._asdict()
-    return Trajectory(
-        **{
-            name: None if values is None else np.interp(t, trajectory.time, values)
-            for name, values in columns.items()
-        }
-    )

@@ -6,10 +6,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.impact.solution import Trajectory
+from restitution.impact.solution import Trajectory, within_contact
 
 
 class Sampled(NamedTuple):
@@ -26,6 +27,15 @@ class Sampled(NamedTuple):
     trajectory: Trajectory
     dissipated: float = math.nan
     stored: float = math.nan
+
+    def at(self, times: ArrayLike | None) -> Trajectory:
+        """Samples as they are, or joined by straight lines at the given times [s]."""
+        if times is None:
+            return self.trajectory
+        knots = self.trajectory.time
+        t = within_contact(times, float(knots[-1]))
+        columns = self.trajectory._asdict()
+        return Trajectory(**{k: None if v is None else np.interp(t, knots, v) for k, v in columns.items()})
 
 
 def by_elements(

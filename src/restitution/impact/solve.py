@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import positive, within
-from restitution.errors import InputError
-from restitution.impact.batch import Batch
+from restitution.checks import one_of, positive, whole, within
+from restitution.errors import InputError, InputTypeError
+from restitution.impact.batch import Batch, shaped, solve_columns
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
-from restitution.impact.result import ImpactResult, shaped, solve_columns
+from restitution.impact.result import ImpactResult
 from restitution.impact.sampling import Sampled, by_elements, by_reference
 from restitution.impact.solution import Solution
 from restitution.impact.status import SolverError, Status
@@ -80,24 +81,43 @@ def solve(
     """
     _check_options(method, rtol, errors, workers, progress)
     if method != "elements" and not (n_elements is None and time_step is None):
-        raise ValueError(f"n_elements, time_step: belong to method 'elements', not to {method!r}")
+        raise InputError("n_elements, time_step", wanted=f"belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
         if method == "exact":
             return _solve_exact(impact, rtol, errors, workers, progress)
         return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
+    impacts = _as_list(impact)
+    if method != "exact":
+        raise InputError(
+            "method", method, "must be 'exact' for a list; other methods take one impact at a time"
+        )
+    return _solve_exact(impacts, rtol, errors, workers, progress)
+
+
+def _as_list(impact: Any) -> list[Impact]:
+    """Return the impacts of a sequence; refuse all else, with advice on what is often given instead."""
+    if isinstance(impact, (str, PathLike)):
+        raise InputTypeError(
+            "impact", impact, "must be an Impact; solve(read_case(path).impact) solves a case file"
+        )
+    if isinstance(getattr(impact, "impact", None), Impact):
+        kind = type(impact).__name__
+        raise InputTypeError("impact", wanted=f"must be an Impact, not a {kind}; take its attribute impact")
+    if isinstance(impact, Mapping):
+        raise InputTypeError("impact", wanted="must be an Impact, not a dict; write Impact(**numbers)")
     if not isinstance(impact, Iterable):
-        raise TypeError(f"impact = {impact!r}: must be an Impact or a list of them")
-    impacts = list(impact)
+        raise InputTypeError("impact", impact, "must be an Impact or a list of them")
+    impacts: list[Any] = list(impact)  # pyright: ignore[reportUnknownArgumentType]
     for n, one in enumerate(impacts):
         if not isinstance(one, Impact):
-            raise TypeError(f"impact[{n}] = {one!r}: must be an Impact")
+            raise InputTypeError("impact", one, "must be an Impact", index=(n,))
         if one.shape:
-            raise ValueError(f"impact[{n}]: has shape {one.shape}; a list takes single impacts")
+            raise InputError(
+                "impact", wanted=f"has shape {one.shape}; a list takes single impacts", index=(n,)
+            )
     if not impacts:
-        raise ValueError("impact: must hold at least one impact")
-    if method != "exact":
-        raise ValueError(f"method = {method!r}: takes one impact at a time")
-    return _solve_exact(impacts, rtol, errors, workers, progress)
+        raise InputError("impact", wanted="must hold at least one impact")
+    return impacts
 
 
 def standard_solid_restitution(
@@ -151,7 +171,8 @@ def standard_solid_restitution(
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        raise ValueError(f"nu, p2, p3: shapes {shapes} must broadcast against each other") from None
+        wanted = f"have shapes that do not broadcast against each other: {shapes}"
+        raise InputError("nu, p2, p3", wanted=wanted) from None
     columns = [
         np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)
     ]
@@ -181,14 +202,13 @@ def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol
 
 def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: Any) -> None:
     within("rtol", rtol, 1e-12, 1e-2)
-    if method not in ("exact", "elements", "reference"):
-        raise ValueError(f"method = {method!r}: must be 'exact', 'elements' or 'reference'")
-    if errors not in (None, "raise", "warn"):
-        raise ValueError(f"errors = {errors!r}: must be 'raise' or 'warn'")
-    if workers is not None and not (isinstance(workers, int) and workers >= 1):
-        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    one_of("method", method, ("exact", "elements", "reference"))
+    if errors is not None:
+        one_of("errors", errors, ("raise", "warn"))
+    if workers is not None:
+        whole("workers", workers)
     if progress is not None and not callable(progress):
-        raise TypeError(f"progress = {progress!r}: must be callable with (impacts done, all impacts)")
+        raise InputTypeError("progress", progress, "must be callable with (impacts done, all impacts)")
 
 
 def _judge(statuses: Array, errors: Errors) -> None:
@@ -254,10 +274,22 @@ def _solve_by_sampling(
 ) -> ImpactResult:
     """Solve one impact by the element method or the reference."""
     if impact.shape:
-        raise ValueError(
-            f"method = {method!r}: takes one impact at a time, not an array of shape {impact.shape}"
+        wanted = (
+            f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
         )
+        raise InputError("method", method, wanted)
     if method == "elements":
-        return _result(impact, method, None, *by_elements(impact, n_elements, time_step))
-    note = "energy: this method computes neither the dissipated nor the stored energy (NaN)"
-    return _result(impact, method, rtol, *by_reference(impact, rtol), notes=(note,))
+        found, notes = by_elements(impact, n_elements, time_step), ()
+    else:
+        found = by_reference(impact, rtol)
+        notes = ("energy: this method computes neither the dissipated nor the stored energy (NaN)",)
+    given = 0.5 * float(impact.mass) * float(impact.velocity) ** 2
+    given += float(impact.external_force) * np.nan_to_num(found[0]["residual_indentation_depth"], posinf=0.0)
+    kept = 0.5 * float(impact.mass) * float(found[0]["restitution_coefficient"] * impact.velocity) ** 2
+    if kept > given * (1.0 + (3.0 * rtol if method == "reference" else 1e-9)):
+        finer = "more elements" if method == "elements" else "a smaller rtol"
+        notes = (
+            *notes,
+            f"accuracy: e = {found[0]['restitution_coefficient']:.6g} gains energy; take {finer}",
+        )
+    return _result(impact, method, rtol if method == "reference" else None, *found, notes=notes)
