@@ -96,7 +96,9 @@ class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
         return source_hash(self._sources)
 
     def get_disambiguator(self) -> str:
-        return str(self._line)
+        # The name of the file holds the hash: numba unpickles an index before it compares the stamp, and the
+        # classes of another version may be gone.
+        return f"{self._line}-{source_hash(self._sources)[:12]}"
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
