@@ -292,7 +292,7 @@ import os, random, signal, sys, time
 from pathlib import Path
 import xarray, zarr
 import restitution as rs
-from restitution.sweeps import dataset, store, threads
+from restitution.sweeps import dataset, store
 
 rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 ball = rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)

@@ -368,21 +368,18 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     files = _CheckedFiles(path, read_only=True)
     try:
         dataset = xr.open_zarr(files, chunks=None, consolidated=True)
-        missing = _unfinished(zarr.open_array(files, path=STATUS, mode="r"))
+        status = zarr.open_array(files, path=STATUS, mode="r")
+        missing = status.nchunks - status.nchunks_initialized
     except InputError:
         raise
     except Exception as error:  # Zarr and its codecs have errors of many unrelated types
         raise _refusal(path, f"is damaged ({' '.join(str(error).split())}); {_REPAIR}") from error
     if missing:
-        warnings.warn(RestitutionWarning("unfinished", f"{path}: {missing}, and are NaN"), stacklevel=2)
+        what = f"{path}: {missing} of {status.nchunks} chunks are not computed yet, and are NaN"
+        warnings.warn(RestitutionWarning("unfinished", what), stacklevel=2)
     # Zarr has its members in the order of the alphabet.
     outputs = [name for name in (*SWEEP_OUTPUTS, STATUS) if name in dataset]
     return in_words(dataset[outputs])
-
-
-def _unfinished(status: Any) -> str:
-    missing = status.nchunks - status.nchunks_initialized
-    return f"{missing} of {status.nchunks} chunks are not computed yet" if missing else ""
 
 
 def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:
