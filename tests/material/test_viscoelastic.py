@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from restitution.material import library
-from restitution.material.conversion import tension_from_shear
+from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio, tension_from_shear
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio, poisson_ratio
+from restitution.material.viscoelastic import Material
 from strategies import materials
 
 pytestmark = pytest.mark.plain

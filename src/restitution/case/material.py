@@ -38,7 +38,7 @@ from restitution.case.relaxation import (
 from restitution.case.section import Section, refuse
 from restitution.errors import InputError
 from restitution.material import library
-from restitution.material.conversion import shear_and_bulk
+from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.fit import PronyFit, fit_prony
 from restitution.material.fractional import Window
@@ -46,7 +46,7 @@ from restitution.material.measurement import DynamicTable, PronyTerms, Relaxatio
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
-from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, known
 
 

@@ -1,4 +1,7 @@
-"""Classical models of springs and dashpots as materials."""
+"""Classical models of springs and dashpots as materials.
+
+All share the parameters `poisson_ratio`, `bulk_modulus`, `density` and `name` of `standard_solid`.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,10 @@ import math
 from typing import Annotated
 
 from restitution.material import models
-from restitution.material.connection import series_connection
-from restitution.material.conversion import shear_from_tension
+from restitution.material.conversion import bulk_from_poisson_ratio, series_connection, shear_from_tension
 from restitution.material.models import ONE_BULK, material_model
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio
+from restitution.material.viscoelastic import Material
 from restitution.quantities import CONSTANTS
 
 YoungsModulus = Annotated[float, CONSTANTS["youngs_modulus"]]
@@ -38,8 +40,7 @@ def standard_solid(
     viscosity
         eta > 0 [Pa s] of the dashpot in series with G_1; the relaxation time is eta/G_1.
     poisson_ratio
-        Static Poisson ratio nu in [-1, 0.5]; 0.5 means incompressible. Exactly one of this and
-        `bulk_modulus`.
+        Static Poisson ratio nu in [-1, 0.5]; 0.5 means incompressible. Exactly one of this and `bulk_modulus`.
     bulk_modulus
         K >= 0 [Pa], may be infinite.
     density
@@ -49,7 +50,7 @@ def standard_solid(
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range, or not exactly one of `poisson_ratio` and `bulk_modulus` is given.
 
     Notes
@@ -65,8 +66,7 @@ def standard_solid(
     0.45
     """
     shear = PronySeries(equilibrium_modulus, [branch_modulus], [viscosity / branch_modulus])
-    bulk = _elastic_bulk(equilibrium_modulus, poisson_ratio, bulk_modulus)
-    return Material(shear, bulk, density=density, name=name)
+    return _material(shear, poisson_ratio, bulk_modulus, density, name)
 
 
 @material_model(("shear_modulus", "youngs_modulus"), ONE_BULK)
@@ -79,31 +79,18 @@ def elastic(
     density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
-    """Elastic material, from a modulus and one more constant.
+    """Elastic material, from a modulus and one more constant; G = E/(2(1 + nu)) = 3KE/(9K - E).
 
     Parameters
     ----------
-    shear_modulus
-        G > 0 [Pa]. Exactly one of this and `youngs_modulus`.
-    youngs_modulus
-        E > 0 [Pa].
-    poisson_ratio
-        nu in [-1, 0.5] (above -1 with `youngs_modulus`). Exactly one of this and `bulk_modulus`.
-    bulk_modulus
-        K >= 0 [Pa] (above E/9 with `youngs_modulus`), may be infinite.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, or not exactly two constants are given.
+    shear_modulus, youngs_modulus
+        G > 0 or E > 0 [Pa], exactly one of them.
+    poisson_ratio, bulk_modulus, density, name
+        As in `standard_solid`; with `youngs_modulus`, nu > -1 and K > E/9.
 
     Notes
     -----
-    G = E/(2(1 + nu)) = 3KE/(9K - E); Landau and Lifshitz, *Theory of Elasticity*, section 5.
+    Landau and Lifshitz, *Theory of Elasticity*, section 5.
 
     Examples
     --------
@@ -111,14 +98,13 @@ def elastic(
     >>> steel.shear
     PronySeries(84000000000.0)
     """
-    if shear_modulus is None:
-        assert youngs_modulus is not None
-        tension = PronySeries(youngs_modulus)
-        series = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
-        shear = series.equilibrium_modulus
+    if youngs_modulus is None:
+        assert shear_modulus is not None
+        shear = PronySeries(shear_modulus)
     else:
-        shear = shear_modulus
-    return Material(shear, _elastic_bulk(shear, poisson_ratio, bulk_modulus), density=density, name=name)
+        tension = PronySeries(youngs_modulus)
+        shear = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    return _material(shear, poisson_ratio, bulk_modulus, density, name)
 
 
 @material_model()
@@ -132,18 +118,14 @@ def maxwell(
 ) -> Material:
     """Maxwell liquid in shear, G(t) = G exp(-G t/eta), elastic in bulk.
 
+    A static Poisson ratio cannot be given: it is 0.5 for any liquid.
+
     Parameters
     ----------
-    shear_modulus
-        G > 0 [Pa].
-    viscosity
-        eta > 0 [Pa s].
-    bulk_modulus
-        K >= 0 [Pa], may be infinite. A static Poisson ratio cannot be given: it is 0.5 for any liquid.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    shear_modulus, viscosity
+        G > 0 [Pa] and eta > 0 [Pa s].
+    bulk_modulus, density, name
+        As in `standard_solid`.
 
     Examples
     --------
@@ -167,24 +149,16 @@ def kelvin_voigt(
 ) -> Material:
     """Kelvin-Voigt solid in shear, G(t) = G + eta delta(t), elastic or Kelvin-Voigt in bulk.
 
-    Its reduced modulus is that of a dashpot with, unless incompressible, one Prony term.
+    The reduced modulus has a dashpot and, unless the material is incompressible, one Prony term.
 
     Parameters
     ----------
-    shear_modulus
-        G >= 0 [Pa].
-    viscosity
-        eta > 0 [Pa s].
-    poisson_ratio
-        Static Poisson ratio nu in [-1, 0.5]. Exactly one of this and `bulk_modulus`.
-    bulk_modulus
-        K >= 0 [Pa], may be infinite.
+    shear_modulus, viscosity
+        G >= 0 [Pa] and eta > 0 [Pa s].
     bulk_viscosity
         Viscosity in bulk >= 0 [Pa s], without effect if incompressible.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    poisson_ratio, bulk_modulus, density, name
+        As in `standard_solid`.
 
     Examples
     --------
@@ -192,9 +166,7 @@ def kelvin_voigt(
     PronySeries(2.0, parallel_viscosity=6.0)
     """
     shear = PronySeries(shear_modulus, parallel_viscosity=viscosity)
-    constant = _elastic_bulk(shear_modulus, poisson_ratio, bulk_modulus)
-    bulk = constant if constant == math.inf else PronySeries(constant, parallel_viscosity=bulk_viscosity)
-    return Material(shear, bulk, density=density, name=name)
+    return _material(shear, poisson_ratio, bulk_modulus, density, name, bulk_viscosity)
 
 
 @material_model()
@@ -210,8 +182,7 @@ def burgers(
 ) -> Material:
     """Burgers liquid in shear: a Maxwell and a Kelvin-Voigt body in series; elastic in bulk.
 
-    The creep compliance is J(t) = 1/G_M + t/eta_M + (1 - exp(-t G_K/eta_K))/G_K; G(t) has two
-    branches.
+    The creep compliance is J(t) = 1/G_M + t/eta_M + (1 - exp(-t G_K/eta_K))/G_K; G(t) has two branches.
 
     Parameters
     ----------
@@ -219,12 +190,8 @@ def burgers(
         G_M, G_K > 0 [Pa].
     maxwell_viscosity, kelvin_viscosity
         eta_M, eta_K > 0 [Pa s].
-    bulk_modulus
-        K >= 0 [Pa], may be infinite.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    bulk_modulus, density, name
+        As in `standard_solid`.
 
     Notes
     -----
@@ -259,18 +226,10 @@ def generalised_maxwell(
     ----------
     equilibrium_modulus
         G_inf >= 0 [Pa].
-    branch_moduli
-        G_k >= 0 [Pa], shape (n_branch,).
-    relaxation_times
-        tau_k > 0 [s], shape (n_branch,).
-    poisson_ratio
-        Static Poisson ratio nu in [-1, 0.5]. Exactly one of this and `bulk_modulus`.
-    bulk_modulus
-        K >= 0 [Pa], may be infinite.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    branch_moduli, relaxation_times
+        G_k >= 0 [Pa] and tau_k > 0 [s], shape (n_branch,) each.
+    poisson_ratio, bulk_modulus, density, name
+        As in `standard_solid`.
 
     Examples
     --------
@@ -278,12 +237,20 @@ def generalised_maxwell(
     2
     """
     shear = PronySeries(equilibrium_modulus, branch_moduli, relaxation_times)
-    bulk = _elastic_bulk(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
-    return Material(shear, bulk, density=density, name=name)
+    return _material(shear, poisson_ratio, bulk_modulus, density, name)
 
 
-def _elastic_bulk(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:
+def _material(
+    shear: PronySeries,
+    poisson_ratio: float | None,
+    bulk_modulus: float | None,
+    density: float | None,
+    name: str | None,
+    bulk_viscosity: float = 0.0,
+) -> Material:
     if poisson_ratio is not None:
-        return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
+        bulk_modulus = bulk_from_poisson_ratio(shear.equilibrium_modulus, poisson_ratio)
     assert bulk_modulus is not None
-    return bulk_modulus
+    with_dashpot = bulk_viscosity > 0 and bulk_modulus < math.inf
+    bulk = PronySeries(bulk_modulus, parallel_viscosity=bulk_viscosity) if with_dashpot else bulk_modulus
+    return Material(shear, bulk, density=density, name=name)

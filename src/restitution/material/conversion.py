@@ -1,19 +1,74 @@
-"""Exact interconversion of tension and shear on Prony series, by the secular equation."""
+"""Conversion of elastic constants, and of Prony series by the correspondence principle.
+
+A relation of elastic constants holds for the Carson transforms of the relaxation moduli. Its inversion needs the roots
+of a secular equation, and again gives a Prony series, exactly.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution import quantities
 from restitution.checks import finite, positive
 from restitution.errors import InputError
-from restitution.material.connection import series_connection
 from restitution.material.models import exactly_one
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
-from restitution.material.viscoelastic import bulk_factor
+
+Array = NDArray[np.float64]
+
+_EPS = float(np.finfo(np.float64).eps)
+
+
+def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
+    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite.
+
+    Examples
+    --------
+    >>> poisson_ratio(3.0, 5.0)
+    0.25
+    """
+    if bulk_modulus > shear_modulus:
+        ratio = shear_modulus / bulk_modulus
+        return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
+    ratio = bulk_modulus / shear_modulus
+    return (3.0 * ratio - 2.0) / (6.0 * ratio + 2.0)
+
+
+def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
+    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa]; infinite for nu = 1/2.
+
+    Parameters
+    ----------
+    shear_modulus
+        G >= 0 [Pa]; 0 for a liquid, whose nu must be 0.5.
+    ratio
+        Poisson ratio nu in [-1, 0.5].
+
+    Raises
+    ------
+    InputError
+        If nu is out of range.
+
+    Examples
+    --------
+    >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
+    5.0
+    """
+    number = float(quantities.check("poisson_ratio", ratio))
+    if shear_modulus == 0 and number < 0.5:
+        wanted = "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
+        raise InputError("poisson_ratio", number, wanted)
+    return shear_modulus * bulk_factor(number) if number < 0.5 else math.inf
+
+
+def bulk_factor(ratio: float) -> float:
+    """Return K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of a Poisson ratio nu in [-1, 0.5]; infinite for 1/2."""
+    return 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio)) if ratio != 0.5 else math.inf
 
 
 def shear_from_tension(
@@ -21,10 +76,10 @@ def shear_from_tension(
 ) -> PronySeries:
     """Relaxation modulus in shear G(t) [Pa] from that in tension E(t).
 
-    With a constant bulk modulus the Carson transforms obey 1/(3G) = 1/E - 1/(9K), so G = 3KE/(9K - E): a
-    Prony series, whose rates lambda are the roots of E(-lambda) = 9K, one above each rate of E, and whose
-    moduli are 27 K^2/(lambda E'(-lambda)). Not the quotient 3KE(t)/(9K - E(t)) in time. With a constant
-    Poisson ratio G = E/(2(1 + nu)).
+    With a constant bulk modulus the Carson transforms obey 1/(3G) = 1/E - 1/(9K), so G = 3KE/(9K - E). Its rates
+    lambda are the roots of E(-lambda) = 9K, one above each rate of E. Its branch moduli are
+    27 K^2/(lambda E'(-lambda)). G is not the quotient 3KE(t)/(9K - E(t)) in time. With a constant Poisson ratio,
+    G = E/(2(1 + nu)).
 
     Parameters
     ----------
@@ -43,21 +98,18 @@ def shear_from_tension(
 
     Raises
     ------
-    ValueError
+    InputError
         If E leaves no room for a positive G, or if not exactly one of the two is given.
-
-    Notes
-    -----
-    The elastic relation of the moduli, carried over by the correspondence principle.
 
     Examples
     --------
     >>> shear_from_tension(PronySeries(9.0, [27.0], [1.0]), bulk_modulus=5.0)
     PronySeries(3.75, [56.25], [0.25])
     """
-    if _one_of(bulk_modulus, poisson_ratio):
-        return tension.scaled(0.5 / (1.0 + _poisson_ratio(poisson_ratio))).simplified()
-    bulk = _bulk_modulus(bulk_modulus)
+    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    if poisson_ratio is not None:
+        return tension.scaled(0.5 / (1.0 + _above_minus_one(poisson_ratio))).simplified()
+    bulk = _constant_bulk(bulk_modulus)
     if math.isinf(bulk):
         return tension.scaled(1.0 / 3.0).simplified()
     own = tension.simplified()
@@ -68,9 +120,8 @@ def shear_from_tension(
     equilibrium = own.equilibrium_modulus
     roots = secular_roots(equilibrium - 9.0 * bulk, 0.0, own.branch_moduli[::-1], own.relaxation_times[::-1])
     moduli = 27.0 * bulk * (bulk / roots.slopes)
-    return PronySeries(
-        3.0 * bulk * equilibrium / (9.0 * bulk - equilibrium), moduli[::-1], roots.times[::-1]
-    ).simplified()
+    lowest = 3.0 * bulk * equilibrium / (9.0 * bulk - equilibrium)
+    return PronySeries(lowest, moduli[::-1], roots.times[::-1]).simplified()
 
 
 def tension_from_shear(
@@ -97,11 +148,12 @@ def tension_from_shear(
     >>> tension_from_shear(PronySeries(3.75, [56.25], [0.25]), bulk_modulus=5.0)
     PronySeries(9.0, [27.0], [1.0])
     """
-    if _one_of(bulk_modulus, poisson_ratio):
-        return shear.scaled(2.0 * (1.0 + _poisson_ratio(poisson_ratio))).simplified()
+    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    if poisson_ratio is not None:
+        return shear.scaled(2.0 * (1.0 + _above_minus_one(poisson_ratio))).simplified()
     if isinstance(bulk_modulus, PronySeries):
         return series_connection(shear.scaled(3.0), bulk_modulus.scaled(9.0))
-    bulk = _bulk_modulus(bulk_modulus)
+    bulk = _constant_bulk(bulk_modulus)
     if math.isinf(bulk):
         return shear.scaled(3.0).simplified()
     return series_connection(shear.scaled(3.0), PronySeries(9.0 * bulk))
@@ -112,32 +164,130 @@ def shear_and_bulk(
 ) -> tuple[PronySeries, PronySeries | float]:
     """Return the relaxation in shear and in bulk of a series measured in "tension" or "shear".
 
-    The bulk modulus is constant, or follows the shear at a constant Poisson ratio.
+    The bulk modulus is constant, or proportional to the shear modulus at a constant Poisson ratio.
     """
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     shear = series
     if deformation == "tension":
         shear = shear_from_tension(series, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is None:
-        return shear, _bulk_modulus(bulk_modulus)
+        return shear, _constant_bulk(bulk_modulus)
     factor = bulk_factor(float(quantities.check("poisson_ratio", poisson_ratio)))
     return shear, math.inf if math.isinf(factor) else shear.scaled(factor)
 
 
-def _one_of(bulk_modulus: PronySeries | float | None, poisson_ratio: float | None) -> bool:
-    """Whether it is the Poisson ratio that was given."""
-    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
-    return poisson_ratio is not None
-
-
-def _poisson_ratio(value: float | None) -> float:
+def _above_minus_one(value: float) -> float:
     number = float(finite("poisson_ratio", value))
     if not -1.0 < number <= 0.5:
         raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
     return number
 
 
-def _bulk_modulus(value: float | None) -> float:
+def _constant_bulk(value: float | None) -> float:
     if isinstance(value, float) and np.isposinf(value):
         return value
     return float(positive("bulk_modulus", value, "Pa"))
+
+
+def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
+    """Series connection C of two Prony series: compliances add, 1/C = 1/A + 1/B in Carson transforms.
+
+    Parameters
+    ----------
+    first, second
+        A and B [Pa].
+
+    Returns
+    -------
+    PronySeries
+        Simplified. Its rates are those shared by A and B and the roots lambda of A + B = 0 at s = -lambda.
+
+    Notes
+    -----
+    At a rate shared by both, the branch modulus is that of two springs in series; at a root lambda it is
+    A(-lambda)^2/(lambda (A + B)'(-lambda)). Both are positive by construction.
+
+    Examples
+    --------
+    A spring and a dashpot in series are a Maxwell body:
+
+    >>> series_connection(PronySeries(2.0), PronySeries(0.0, parallel_viscosity=6.0))
+    PronySeries(0.0, [2.0], [3.0])
+    """
+    return connect(*on_common_times(first.simplified(), second.simplified()))
+
+
+class Part(NamedTuple):
+    """Prony series whose branches lie on relaxation times that it shares with other series."""
+
+    constant: float
+    viscosity: float
+    weights: Array
+
+    def plus(self, other: Part, factor: float) -> Part:
+        """Parallel connection with the other part, the latter times a factor."""
+        return Part(*(own + factor * added for own, added in zip(self, other, strict=True)))
+
+    def at(self, times: Array, terms: Array, sizes: Array) -> tuple[Array, Array]:
+        """Value at s = -1/times, and the sum of the magnitudes of its terms."""
+        steady, flowing = self.constant, self.viscosity / times
+        return steady - flowing + terms @ self.weights, steady + flowing + sizes @ self.weights
+
+
+NOTHING = Part(0.0, 0.0, np.zeros(1))
+
+
+def on_common_times(first: PronySeries, second: PronySeries) -> tuple[Array, Part, Part]:
+    """Descending times of two simplified series, and each series on them."""
+    both = np.concatenate((first.relaxation_times, second.relaxation_times))
+    times, where = np.unique(both, return_inverse=True)
+    where = times.size - 1 - where
+    weights = np.zeros((2, times.size))
+    weights[0, where[: first.n_branches]] = first.branch_moduli
+    weights[1, where[first.n_branches :]] = second.branch_moduli
+    one, other = (
+        Part(series.equilibrium_modulus, series.parallel_viscosity, own)
+        for series, own in zip((first, second), weights, strict=True)
+    )
+    return times[::-1], one, other
+
+
+def connect(times: Array, first: Part, second: Part, *others: Part) -> PronySeries:
+    """Series connection on common times; `others` equal the first up to sign wherever first + second = 0."""
+    total = first.plus(second, 1.0)
+    roots = secular_roots(total.constant, total.viscosity, total.weights, times)
+    both = (first.weights > 0) & (second.weights > 0)
+    shared = first.weights[both] * (second.weights[both] / total.weights[both])
+    sizes = np.abs(roots.terms)
+    at_root, size = first.at(roots.times, roots.terms, sizes)
+    for part in (second, *others):
+        # The part of the smallest terms has the smallest error.
+        value, other = part.at(roots.times, roots.terms, sizes)
+        at_root, size = np.where(other < size, value, at_root), np.minimum(size, other)
+    moduli = np.concatenate((shared, at_root * (at_root / roots.slopes)))
+    relaxation_times = np.concatenate((times[both], roots.times))
+    order = np.argsort(relaxation_times)
+    equilibrium = _in_series(first.constant, second.constant)
+    viscosity = _in_series(first.viscosity, second.viscosity)
+    connected = PronySeries.from_checked(equilibrium, moduli[order], relaxation_times[order], viscosity)
+    return _without_rounding(connected.simplified())
+
+
+def _in_series(x: float, y: float) -> float:
+    return x * (y / (x + y)) if x > 0 and y > 0 else 0.0
+
+
+def _without_rounding(series: PronySeries) -> PronySeries:
+    """Series without the branches that change it nowhere by more than rounding.
+
+    A branch of modulus R_k changes the Carson transform R(s) at any s > 0 by at most the fraction R_k/R(1/tau_k).
+    """
+    moduli, times = series.branch_moduli, series.relaxation_times
+    ratio = times[None, :] / times[:, None]
+    level = series.equilibrium_modulus + series.parallel_viscosity / times + (ratio / (1.0 + ratio)) @ moduli
+    keep = moduli * moduli.size > 0.25 * _EPS * level
+    if keep.all():
+        return series
+    return PronySeries.from_checked(
+        series.equilibrium_modulus, moduli[keep], times[keep], series.parallel_viscosity
+    )

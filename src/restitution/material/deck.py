@@ -12,9 +12,10 @@ import numpy as np
 
 from restitution.checks import positive
 from restitution.errors import InputError
+from restitution.material.conversion import bulk_factor
 from restitution.material.measurement import Deformation, PronyTerms, beyond_one, span
 from restitution.material.sheet import FileError, Line, split_lines
-from restitution.material.viscoelastic import Material, bulk_factor
+from restitution.material.viscoelastic import Material
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,10 @@ from restitution import quantities
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError
 from restitution.material import models
+from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.material.prony import EXTREME, PronySeries, in_range
 from restitution.material.spectrum import discretise, relaxation_by_quadrature
-from restitution.material.viscoelastic import Material, bulk_from_poisson_ratio, time_window
+from restitution.material.viscoelastic import Material, time_window
 from restitution.quantities import CONSTANTS
 
 Array = NDArray[np.float64]

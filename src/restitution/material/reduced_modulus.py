@@ -1,4 +1,4 @@
-"""Reduced relaxation modulus E*(t) of a material or a pair, on which alone a contact depends."""
+"""Reduced relaxation modulus E*(t) of a material or of two; a contact depends on no other modulus."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.material.connection import NOTHING, connect, on_common_times, series_connection
+from restitution.material.conversion import NOTHING, connect, on_common_times, series_connection
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
@@ -28,7 +28,7 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
     material
         Material of the half-space.
     counter_material
-        Material of the other body; None if that one is rigid.
+        Material of the other body; None if it is rigid.
 
     Returns
     -------
@@ -61,25 +61,16 @@ def _single(material: Material) -> PronySeries:
     times, g, k = on_common_times(shear, material.bulk.simplified())
     first = NOTHING.plus(g, 4.0)
     second = NOTHING.plus(g, 4.0 / 3.0).plus(k, 4.0)
-    # Where 4G + 4K + 4G/3 = 0, 4G equals -3K too, which is exact where G itself cancels.
-    third = NOTHING.plus(k, 3.0)
-    return connect(times, first, second, third)
+    # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
+    return connect(times, first, second, NOTHING.plus(k, 3.0))
 
 
 class ReducedStandardSolid(NamedTuple):
-    """Reduced moduli E*(t) of n standard solids: a two-term Prony series each.
+    """Reduced moduli E*(t) of n standard solids: a Prony series of two terms each."""
 
-    Attributes
-    ----------
-    equilibrium : array, shape (n,)
-        E*inf [Pa].
-    moduli, times : array, shape (n, n_branch)
-        Branch moduli [Pa] and relaxation times [s], two of each; the second modulus is 0 where there is one branch.
-    """
-
-    equilibrium: Array
-    moduli: Array
-    times: Array
+    equilibrium: Array  # E*inf [Pa], shape (n,)
+    moduli: Array  # branch moduli [Pa], shape (n, 2); the second is 0 where there is one branch
+    times: Array  # relaxation times [s], shape (n, 2)
 
 
 def reduced_standard_solid(
@@ -87,25 +78,22 @@ def reduced_standard_solid(
 ) -> ReducedStandardSolid:
     """Reduced moduli of standard solids in shear with a constant bulk modulus.
 
+    With K the bulk modulus of nu and G0 = Ginf + G1::
+
+        E*inf = 2 Ginf/(1 - nu)
+        E1 = G1,                                                tau1 = tau
+        E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
+
+    For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
+
     Parameters
     ----------
-    poisson_ratio : array, shape (n,)
-        Static Poisson ratio nu, in [-1, 0.5].
-    equilibrium_modulus, branch_modulus : array, shape (n,)
-        Ginf > 0 and G1 > 0 [Pa].
-    relaxation_time : array, shape (n,)
-        tau = eta/G1 > 0 [s].
-
-    Returns
-    -------
-    ReducedStandardSolid
-        With K the bulk modulus of nu and G0 = Ginf + G1::
-
-            E*inf = 2 Ginf/(1 - nu)
-            E1 = G1,                                                tau1 = tau
-            E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
-
-        For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
+    poisson_ratio
+        Static Poisson ratio nu, in [-1, 0.5], shape (n,).
+    equilibrium_modulus, branch_modulus
+        Ginf > 0 and G1 > 0 [Pa], shape (n,).
+    relaxation_time
+        tau = eta/G1 > 0 [s], shape (n,).
 
     Notes
     -----
@@ -118,7 +106,7 @@ def reduced_standard_solid(
     >>> solid.equilibrium.tolist(), solid.moduli.tolist(), solid.times.tolist()
     ([4.0], [[40.0, 0.0]], [[1.0, 1.0]])
     """
-    # Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where that is the small one.
+    # Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where it is the small one.
     soft = poisson_ratio < 0.2
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         K = 2.0 * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))

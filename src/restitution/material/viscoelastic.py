@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution import checks, quantities
+from restitution import checks
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError, InputTypeError
-from restitution.material.connection import on_common_times
+from restitution.material.conversion import on_common_times, poisson_ratio
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
 from restitution.material.shift import Shift
@@ -236,58 +236,6 @@ class Material:
         31.622776601683793
         """
         return None if self.density is None else np.sqrt(self.shear.relaxation_modulus(time) / self.density)
-
-
-def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
-    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite.
-
-    Examples
-    --------
-    >>> poisson_ratio(3.0, 5.0)
-    0.25
-    """
-    if math.isinf(bulk_modulus):
-        return 0.5
-    if math.isinf(shear_modulus):
-        return -1.0
-    ratio = shear_modulus / bulk_modulus if bulk_modulus > shear_modulus else None
-    if ratio is not None:
-        return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
-    ratio = bulk_modulus / shear_modulus
-    return (3.0 * ratio - 2.0) / (6.0 * ratio + 2.0)
-
-
-def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
-    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa]; infinite for nu = 1/2.
-
-    Parameters
-    ----------
-    shear_modulus
-        G > 0 [Pa].
-    ratio
-        Poisson ratio nu in [-1, 0.5].
-
-    Raises
-    ------
-    ValueError
-        If nu is outside [-1, 0.5].
-
-    Examples
-    --------
-    >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
-    5.0
-    """
-    number = quantities.check("poisson_ratio", ratio)
-    if shear_modulus == 0 and number < 0.5:
-        raise InputError(
-            "poisson_ratio", number, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
-        )
-    return shear_modulus * bulk_factor(float(number)) if number < 0.5 else math.inf
-
-
-def bulk_factor(ratio: float) -> float:
-    """Return K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of a Poisson ratio nu in [-1, 0.5]; infinite for 1/2."""
-    return 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio)) if ratio != 0.5 else math.inf
 
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from restitution.material.connection import series_connection
+from restitution.material.conversion import series_connection
 from restitution.material.prony import PronySeries
 from strategies import prony_series
 
