@@ -42,7 +42,6 @@ def test_shallow_contacts_are_those_of_the_punch(tip):
     depth = np.array([1e-30, 1e-12, 1e-9])
     np.testing.assert_allclose(tip.force_integral_at_depth(depth), 0.01 * depth, rtol=1e-9)
     np.testing.assert_array_equal(tip.transform([0.0, 0.005, 0.01]), 0.0)
-    np.testing.assert_array_equal(tip.transform_slope([0.0, 0.005, 0.01]), 0.0)
     np.testing.assert_array_equal(tip.shape([0.0, 0.005, 0.01]), 0.0)
 
 

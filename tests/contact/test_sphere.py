@@ -40,7 +40,8 @@ def test_small_contacts_are_those_of_the_parabola():
 
 def test_force_integral_is_smooth_where_the_series_ends():
     below, above = Sphere(1.0).force_integral(np.array([0.25 - 1e-9, 0.25 + 1e-9]))
-    slope = 0.25 * float(Sphere(1.0).transform_slope(0.25))
+    # dPi/da = a g'(a) with g' = artanh(a) + a/(1 - a^2).
+    slope = 0.25 * (math.atanh(0.25) + 0.25 / (1.0 - 0.25**2))
     assert (above - below) / 2e-9 == pytest.approx(slope, rel=1e-6)
 
 
@@ -48,7 +49,7 @@ def test_equator():
     ball = Sphere(radius=2.0)
     assert ball.shape(2.0) == 2.0
     assert ball.max_contact_radius == 2.0
-    for method in (ball.transform, ball.transform_slope, ball.shape_slope, ball.force_integral):
+    for method in (ball.transform, ball.force_integral):
         np.testing.assert_array_equal(method([2.0, 3.0]), [math.inf, math.inf])
     assert ball.shape(2.1) == math.inf
     assert ball.contact_radius(1e4) == 2.0

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.contact.profile import Array
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at
 # most a quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
@@ -20,25 +23,6 @@ _BLOCK = 500_000
 _DEGREE = 20
 _TAIL = 1e-12
 _MAX_SPLITS = 6
-
-
-class Pieces(NamedTuple):
-    """Piecewise polynomial: breaks (n+1,), coefficients (degree+1, n) in r - breaks[:-1], highest first."""
-
-    breaks: Array
-    coefficients: Array
-
-    def derivative(self) -> Pieces:
-        """The piecewise polynomial f'(r)."""
-        if len(self.coefficients) == 1:
-            return Pieces(self.breaks, np.zeros_like(self.coefficients))
-        powers = np.arange(len(self.coefficients) - 1, 0, -1)[:, None]
-        return Pieces(self.breaks, self.coefficients[:-1] * powers)
-
-    def __call__(self, r: Array) -> Array:
-        """Value at r within the breaks, of any shape."""
-        piece = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, len(self.breaks) - 2)
-        return _horner(self.coefficients[:, piece], r - self.breaks[piece])
 
 
 class Transformed(NamedTuple):
@@ -54,7 +38,7 @@ class AbelTransform:
 
     Parameters
     ----------
-    pieces : Pieces
+    flank : scipy.interpolate.PPoly
         The flank f(r) [m], of degree <= 5, over r [m]; f(b) = 0.
 
     Notes
@@ -68,15 +52,15 @@ class AbelTransform:
     half-integer power.
     """
 
-    def __init__(self, pieces: Pieces) -> None:
-        self.face = float(pieces.breaks[0])
-        self._first = pieces.derivative()
-        self._second = self._first.derivative()
-        self._breaks = pieces.breaks
+    def __init__(self, flank: PPoly) -> None:
+        self._breaks: Array = np.asarray(flank.x)
+        self.face = float(self._breaks[0])
+        self._first: Any = flank.derivative()
+        self._second: Any = self._first.derivative()
         nodes, weights = np.polynomial.legendre.leggauss(_FAR_NODES)
-        widths = np.diff(pieces.breaks)
-        self._far_from = pieces.breaks[1:] + _FAR * widths
-        self._far_nodes = pieces.breaks[:-1, None] + widths[:, None] * (0.5 + 0.5 * nodes)
+        widths = np.diff(self._breaks)
+        self._far_from = self._breaks[1:] + _FAR * widths
+        self._far_nodes = self._breaks[:-1, None] + widths[:, None] * (0.5 + 0.5 * nodes)
         first, second = self._first(self._far_nodes), self._second(self._far_nodes)
         integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=-1)
         self._far_integrands = (0.5 * widths[:, None] * weights)[..., None] * integrands
@@ -166,9 +150,9 @@ class AbelTransform:
         sums += np.tensordot(1.0 / np.sqrt(squared), self._far_integrands[:last], axes=2)
         depth, inner, force_integral = x * sums[:, 0], sums[:, 1], sums[:, 2]
         if face > 0.0:
-            inner = (y * inner + self._first.coefficients[-1, 0] * face) / x
+            inner = (y * inner + self._first.c[-1, 0] * face) / x
         elif np.any(y == 0.0):
-            inner = np.where(y == 0.0, 0.5 * math.pi * self._first.coefficients[-1, 0], inner)
+            inner = np.where(y == 0.0, 0.5 * math.pi * self._first.c[-1, 0], inner)
         return np.stack([depth, inner, force_integral], axis=1)
 
     def _near(self, x: Array, y: Array, row: NDArray[np.intp], piece: NDArray[np.intp]) -> Array:
@@ -184,16 +168,12 @@ class AbelTransform:
         cosine = np.cos(lower[:, None] + half * (1.0 + nodes))
         r = here[:, None] * cosine
         offset = np.maximum(r - start[:, None], 0.0)
-        first = _horner(self._first.coefficients[:, piece, None], offset)
-        second = _horner(self._second.coefficients[:, piece, None], offset)
+        # The piece is known; a search for r could find its neighbour by rounding.
+        first, second = (
+            np.polynomial.polynomial.polyval(offset, slopes.c[::-1, piece, None], tensor=False)
+            for slopes in (self._first, self._second)
+        )
         sums = np.zeros((len(x), 3))
         for i, integrand in enumerate((first, first + r * second, first * r * r)):
             sums[:, i] = np.bincount(row, np.sum(half * weights * integrand, axis=1), minlength=len(x))
         return sums
-
-
-def _horner(coefficients: Array, offset: Array) -> Array:
-    value = np.zeros_like(offset) + coefficients[0]
-    for coefficient in coefficients[1:]:
-        value = value * offset + coefficient
-    return value

@@ -13,9 +13,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Numeric, positive
-from restitution.contact.power_law import half_angle_slope
-from restitution.contact.profile import Array, Profile, as_array
+from restitution.checks import Numeric
+from restitution.contact.profile import Array, Profile, as_array, plain
 from restitution.quantities import INPUTS, LENGTH, Quantity
 
 
@@ -23,12 +22,6 @@ def _flank_root(x: Array, face: Numeric) -> Array:
     """Return sqrt(x^2 - b^2) where |x| > b, else 0."""
     x = np.abs(x)
     return np.sqrt(np.maximum((x - face) * (x + face), 0.0))
-
-
-def _over(numerator: Array, root: Array, x: Array) -> Array:
-    """Return sign(x) numerator/root on the flank, and 0 under the face (root = 0)."""
-    flank = root > 0.0
-    return np.where(flank, np.sign(x) * numerator / np.where(flank, root, 1.0), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,30 +59,17 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
     _slope: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-        angle, slope = half_angle_slope(self.half_angle)
-        object.__setattr__(self, "half_angle", angle)
-        object.__setattr__(self, "_slope", slope)
+        super().__post_init__()
+        object.__setattr__(self, "_slope", plain(1.0 / np.tan(self.half_angle)))
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = max(r - b, 0) cot(alpha) [m]."""
         return np.maximum(np.abs(as_array(r)) - self.radius, 0.0) * self._slope
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope [-]: 0 under the face, cot(alpha) beyond."""
-        r = as_array(r)
-        return np.where(np.abs(r) > self.radius, np.sign(r) * self._slope, 0.0)
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = x cot(alpha) arccos(b/x) [m] beyond the face."""
         x = np.abs(as_array(x))
         return x * self._slope * np.arctan2(_flank_root(x, self.radius), self.radius)
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = cot(alpha) (arccos(b/x) + b/sqrt(x^2 - b^2)) [-] beyond the face."""
-        x = as_array(x)
-        root = _flank_root(x, self.radius)
-        return self._slope * _over(root * np.arctan2(root, self.radius) + self.radius, root, x)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m], the root of d = g(a); that of the face at d = 0."""
@@ -156,29 +136,14 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
         Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)
     ]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-        object.__setattr__(self, "face_radius", positive("face_radius", self.face_radius, "m"))
-
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = max(r^2 - b^2, 0)/(2R) [m]."""
         return _flank_root(as_array(r), self.face_radius) ** 2 / (2.0 * self.radius)
-
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope [-]: 0 under the face, r/R beyond."""
-        r = as_array(r)
-        return np.where(np.abs(r) > self.face_radius, r / self.radius, 0.0)
 
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = x sqrt(x^2 - b^2)/R [m] beyond the face."""
         x = np.abs(as_array(x))
         return x * _flank_root(x, self.face_radius) / self.radius
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = (2 x^2 - b^2)/(R sqrt(x^2 - b^2)) [-] beyond the face."""
-        x = as_array(x)
-        root = _flank_root(x, self.face_radius)
-        return _over(root * root + x * x, root, x) / self.radius
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m] with 2 a^2 = b^2 + sqrt(b^4 + 4 R^2 d^2); that of the face at d = 0."""

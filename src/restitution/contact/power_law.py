@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Numeric, positive
+from restitution.checks import Numeric
 from restitution.contact.profile import Array, Profile, as_array, plain
 from restitution.quantities import INPUTS, NUMBER, Quantity
-
-
-def half_angle_slope(half_angle: Any) -> tuple[Numeric, Numeric]:
-    """Return the checked half angle [rad], measured from the axis, and the slope cot(half_angle)."""
-    angle = positive("half_angle", half_angle, "rad")
-    if np.any(np.asarray(angle) >= 0.5 * math.pi):
-        worst = float(np.max(angle))
-        raise ValueError(
-            f"half_angle = {worst:g} rad: must be > 0 and < pi/2 (measured from the axis, in radians)"
-        )
-    return angle, plain(1.0 / np.tan(angle))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +46,16 @@ class Cone(Profile, case_name="cone"):
     _slope: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        angle, slope = half_angle_slope(self.half_angle)
-        object.__setattr__(self, "half_angle", angle)
-        object.__setattr__(self, "_slope", slope)
+        super().__post_init__()
+        object.__setattr__(self, "_slope", plain(1.0 / np.tan(self.half_angle)))
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = r cot(alpha) [m]."""
         return np.abs(as_array(r)) * self._slope
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f' = cot(alpha) [-]."""
-        return np.sign(as_array(r)) * self._slope
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = (pi/2) cot(alpha) x [m]."""
         return 0.5 * math.pi * np.abs(as_array(x)) * self._slope
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = (pi/2) cot(alpha) [-]."""
-        return 0.5 * math.pi * np.sign(as_array(x)) * self._slope
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a = (2/pi) tan(alpha) d [m]."""
@@ -144,8 +124,7 @@ class PowerLaw(Profile, case_name="power_law"):
     _transformed: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "exponent", positive("exponent", self.exponent))
-        object.__setattr__(self, "coefficient", positive("coefficient", self.coefficient, "m^(1-n)"))
+        super().__post_init__()
         factor = np.vectorize(transform_factor, otypes=[np.float64])(self.exponent)
         object.__setattr__(self, "_transformed", plain(factor * self.coefficient))
 
@@ -153,17 +132,9 @@ class PowerLaw(Profile, case_name="power_law"):
         """Profile f = A r^n [m]."""
         return self.coefficient * np.abs(as_array(r)) ** self.exponent
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f' = n A r^(n-1) [-]; infinite at r = 0 for n < 1."""
-        return self.coefficient * self._power_slope(as_array(r))
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = kappa_n A x^n [m]."""
         return self._transformed * np.abs(as_array(x)) ** self.exponent
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = n kappa_n A x^(n-1) [-]; infinite at x = 0 for n < 1."""
-        return self._transformed * self._power_slope(as_array(x))
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a = (d/(kappa_n A))^(1/n) [m]."""
@@ -173,10 +144,6 @@ class PowerLaw(Profile, case_name="power_law"):
         """Force integral Pi = kappa_n A n a^(n+1)/(n+1) [m^2]."""
         n = self.exponent
         return self._transformed * n / (n + 1.0) * as_array(contact_radius) ** (n + 1.0)
-
-    def _power_slope(self, x: Array) -> Array:
-        with np.errstate(divide="ignore"):
-            return np.sign(x) * self.exponent * np.abs(x) ** (self.exponent - 1.0)
 
     @property
     def path_exponent(self) -> Numeric:
@@ -216,24 +183,13 @@ class FlatPunch(Profile, case_name="flat_punch"):
 
     radius: Annotated[Numeric, INPUTS["radius"]]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-
     def shape(self, r: ArrayLike) -> Array:
         """Profile [m]: 0 under the face, infinite beside it."""
         return np.where(np.abs(as_array(r)) <= self.radius, 0.0, np.inf)
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope [-]: 0 under the face, infinite beside it."""
-        return np.where(np.abs(as_array(r)) <= self.radius, 0.0, np.copysign(np.inf, r))
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile [m]: 0 under the face, infinite beside it."""
         return self.shape(x)
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope of the transformed profile [-]: 0 under the face, infinite beside it."""
-        return self.shape_slope(x)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius [m]: the radius of the face where d >= 0."""

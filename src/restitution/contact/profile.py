@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar, NamedTuple
+from functools import cache
+from typing import Annotated, Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Numeric, positive
-from restitution.quantities import INPUTS
+from restitution.checks import Numeric
+from restitution.quantities import INPUTS, Quantity
 
 Array = NDArray[np.float64]
 
@@ -79,21 +80,18 @@ class Profile(ABC):
         if case_name:
             Profile.registered[case_name] = cls
 
+    def __post_init__(self) -> None:
+        """Check the parameters of a profile that is a dataclass, and convert them to SI."""
+        for name, quantity in _parameters(type(self)).items():
+            object.__setattr__(self, name, quantity.check(getattr(self, name), name))
+
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
         """Profile f(r) [m] at radius r [m]."""
 
     @abstractmethod
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f'(r) [-] of the profile at radius r [m]; odd in r."""
-
-    @abstractmethod
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g(x) [m]: the depth at which the contact radius is x [m]."""
-
-    @abstractmethod
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g'(x) [-] of the transformed profile at x [m]; odd in x."""
 
     @abstractmethod
     def contact_radius(self, depth: ArrayLike) -> Array:
@@ -150,6 +148,12 @@ def plain(value: Any) -> Numeric:
     return float(value) if np.ndim(value) == 0 else value
 
 
+@cache
+def _parameters(kind: type[Profile]) -> dict[str, Quantity]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {name: hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
+
+
 def _values(profile: Any) -> list[Any]:
     return [getattr(profile, field.name) for field in fields(profile) if field.compare]
 
@@ -183,24 +187,13 @@ class Parabola(Profile, case_name="parabola", body_radius=True):
 
     radius: Annotated[Numeric, INPUTS["radius"]]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = r^2/(2R) [m]."""
         return as_array(r) ** 2 / (2.0 * self.radius)
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f' = r/R [-]."""
-        return as_array(r) / self.radius
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = x^2/R [m]."""
         return as_array(x) ** 2 / self.radius
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = 2x/R [-]."""
-        return 2.0 * as_array(x) / self.radius
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a = sqrt(R d) [m]."""

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Numeric, positive
+from restitution.checks import Numeric
 from restitution.contact.profile import Array, Profile, as_array
 from restitution.quantities import INPUTS
 
@@ -42,34 +42,17 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
 
     radius: Annotated[Numeric, INPUTS["radius"]]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = R - sqrt(R^2 - r^2) [m]; infinite beyond the equator."""
         r, radius = np.abs(as_array(r)), self.radius
         height = np.sqrt(np.maximum((radius - r) * (radius + r), 0.0))
         return np.where(r <= radius, r * (r / (radius + height)), np.inf)
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f' = r/sqrt(R^2 - r^2) [-]; infinite from the equator on."""
-        r, radius = as_array(r), self.radius
-        inside = np.abs(r) < radius
-        height = np.sqrt(np.where(inside, (radius - r) * (radius + r), 1.0))
-        return np.where(inside, r / height, np.copysign(np.inf, r))
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g = x artanh(x/R) [m]; infinite from the equator on."""
         x = np.abs(as_array(x))
         inside = x < self.radius
         return np.where(inside, x * np.arctanh(np.where(inside, x / self.radius, 0.0)), np.inf)
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g' = artanh(x/R) + x R/(R^2 - x^2) [-]; infinite from the equator on."""
-        x = as_array(x)
-        inside = np.abs(x) < self.radius
-        u = np.where(inside, x / self.radius, 0.0)
-        return np.where(inside, np.arctanh(u) + u / ((1.0 - u) * (1.0 + u)), np.copysign(np.inf, x))
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m], the root of d = a artanh(a/R)."""

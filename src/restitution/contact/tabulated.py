@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import finite
-from restitution.contact.abel import AbelTransform, Pieces
+from restitution.contact.abel import AbelTransform
 from restitution.contact.profile import Array, Kinks, Profile, as_array
 from restitution.quantities import LENGTH, Quantity
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Points between two of the table, at which g is checked to rise and from which its inverse starts.
 _SAMPLES = 8
@@ -59,7 +62,7 @@ class Tabulated(Profile, case_name="tabulated"):
 
     r: Annotated[Array, Quantity("r", LENGTH, "radii of points of the profile", "$r$", 0.0)]
     f: Annotated[Array, Quantity("f", LENGTH, "heights of points of the profile", "$f$", 0.0)]
-    _flank: Pieces = field(init=False, repr=False, compare=False)
+    _flank: Any = field(init=False, repr=False, compare=False)
     _order: int = field(init=False, repr=False, compare=False)
     _transform: AbelTransform = field(init=False, repr=False, compare=False)
     _samples: tuple[Array, Array] = field(init=False, repr=False, compare=False)
@@ -72,7 +75,7 @@ class Tabulated(Profile, case_name="tabulated"):
         falls_at = 0.0
         for pieces, order in _interpolants(r[face:], f[face:]):
             transform = AbelTransform(pieces)
-            y, depth, slope = _sampled(transform, pieces.breaks)
+            y, depth, slope = _sampled(transform, pieces.x)
             falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
             if not falls.size:
                 made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
@@ -91,27 +94,10 @@ class Tabulated(Profile, case_name="tabulated"):
         r = self._inside("r", np.abs(as_array(r)))
         return np.where(r > self._transform.face, self._flank(r), 0.0)
 
-    def shape_slope(self, r: ArrayLike) -> Array:
-        """Slope f'(r) [-]."""
-        r = as_array(r)
-        radius = self._inside("r", np.abs(r))
-        return np.where(radius > self._transform.face, np.sign(r) * self._flank.derivative()(radius), 0.0)
-
     def transform(self, x: ArrayLike) -> Array:
         """Transformed profile g(x) [m]."""
         x = self._inside("x", np.abs(as_array(x)))
         return self._transform(self._transform.beyond_face(x.ravel())).depth.reshape(x.shape)[()]
-
-    def transform_slope(self, x: ArrayLike) -> Array:
-        """Slope g'(x) [-]; towards the edge of a flat face it is infinite, if f' jumps there."""
-        x = as_array(x)
-        radius = self._inside("x", np.abs(x)).ravel()
-        y = self._transform.beyond_face(radius)
-        slope = self._transform(y).slope
-        if self._transform.face > 0.0:
-            flank = y > 0.0
-            slope = np.where(flank, slope * radius / np.where(flank, y, 1.0), 0.0)
-        return (np.sign(x) * slope.reshape(x.shape))[()]
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
@@ -148,18 +134,15 @@ class Tabulated(Profile, case_name="tabulated"):
         beyond it, to leading order, and takes ``(1/g')`` times that from a(d).
         """
         k = self._order
-        slopes = self._flank
-        for _ in range(k):
-            slopes = slopes.derivative()
-        joints = slopes.breaks[1:-1]
-        ends = np.polynomial.polynomial.polyval(
-            np.diff(slopes.breaks)[:-1], slopes.coefficients[::-1, :-1], tensor=False
-        )
-        jump = slopes.coefficients[-1, 1:] - ends
+        slopes = self._flank.derivative(k)
+        joints = slopes.x[1:-1]
+        ends = np.polynomial.polynomial.polyval(np.diff(slopes.x)[:-1], slopes.c[::-1, :-1], tensor=False)
+        jump = slopes.c[-1, 1:] - ends
         beta = math.gamma(k) * math.gamma(0.5) / math.gamma(k + 0.5)
         strength = -jump * np.sqrt(0.5 * joints) * beta / math.gamma(k)
         # Where g hardly rises this is no more than a scale.
-        slope = self.transform_slope(joints)
+        y = self._transform.beyond_face(joints)
+        slope = self._transform(y).slope * joints / y
         slope = np.maximum(slope, 1e-3 * np.max(slope, initial=0.0))
         return Kinks(self.transform(joints), strength / slope ** (k + 0.5), k - 0.5)
 
@@ -252,49 +235,49 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
     return radii, heights
 
 
-def _interpolants(r: Array, f: Array) -> Iterator[tuple[Pieces, int]]:
+def _interpolants(r: Array, f: Array) -> Iterator[tuple[PPoly, int]]:
     """Yield the monotone interpolants of f(r) from r[0], where f = 0, to r[-1], the smoothest first.
 
     With each comes the order of the first derivative that jumps at its joints.
     """
+    from scipy.interpolate import PchipInterpolator, PPoly
+
     for degree in (5, 3):
         pieces = _spline(r, f, degree)
         if pieces is not None and _rises(pieces):
             yield pieces, degree
     if len(r) == 2:
-        yield Pieces(r, np.array([[f[1] / (r[1] - r[0])], [0.0]])), 2
-        return
-    from scipy.interpolate import PchipInterpolator
-
-    monotone: Any = PchipInterpolator(r, f)
-    yield Pieces(r, np.asarray(monotone.c, dtype=np.float64)), 2
+        yield PPoly(np.array([[f[1] / (r[1] - r[0])], [0.0]]), r), 2
+    else:
+        monotone = PchipInterpolator(r, f)
+        yield PPoly(monotone.c, monotone.x), 2
 
 
-def _spline(r: Array, f: Array, degree: int) -> Pieces | None:
+def _spline(r: Array, f: Array, degree: int) -> PPoly | None:
     if len(r) <= degree:
         return None
     pieces = _free_spline(r, f, degree)
     if r[0] == 0.0 and abs(pieces.derivative()(r[:1])[0]) < _ROUND_TIP * f[1] / r[1]:
         mirrored = _free_spline(np.append(-r[:0:-1], r), np.append(f[:0:-1], f), degree)
-        keep = np.flatnonzero(mirrored.breaks >= 0.0)
-        pieces = Pieces(mirrored.breaks[keep], mirrored.coefficients[:, keep[:-1]].copy())
+        keep = np.flatnonzero(mirrored.x >= 0.0)
+        pieces = type(mirrored)(mirrored.c[:, keep[:-1]].copy(), mirrored.x[keep])
         # The odd derivatives that are continuous at r = 0 vanish there; rounding would leave a tiny cone. The
         # highest jumps, as |r|^5 or |r|^3, and is kept.
-        pieces.coefficients[-2:0:-2, 0] = 0.0
-    pieces.coefficients[-1, 0] = 0.0
+        pieces.c[-2:0:-2, 0] = 0.0
+    pieces.c[-1, 0] = 0.0
     return pieces
 
 
-def _free_spline(r: Array, f: Array, degree: int) -> Pieces:
+def _free_spline(r: Array, f: Array, degree: int) -> PPoly:
     from scipy.interpolate import PPoly, make_interp_spline
 
     polynomial: Any = PPoly.from_spline(make_interp_spline(r, f, k=degree))
     used = np.flatnonzero(np.diff(polynomial.x) > 0.0)
-    return Pieces(np.append(polynomial.x[used], polynomial.x[-1]), polynomial.c[:, used].copy())
+    return PPoly(polynomial.c[:, used].copy(), np.append(polynomial.x[used], polynomial.x[-1]))
 
 
-def _rises(pieces: Pieces) -> bool:
-    breaks = pieces.breaks
+def _rises(pieces: Any) -> bool:
+    breaks = pieces.x
     samples = (breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, 17)).ravel()
     slopes = pieces.derivative()(samples)
     return bool(np.min(slopes) >= -1e-12 * np.max(slopes))
