@@ -9,7 +9,7 @@ from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
-from restitution.kernel.compile import kernel
+from restitution.kernel.compile import entry_point
 from restitution.kernel.path import radius_and_integral, table_path
 
 RADII = np.linspace(0.0, 0.5, 21)
@@ -111,7 +111,7 @@ def test_the_kinks_of_a_rough_tip_are_resolved(shallow):
     np.testing.assert_allclose(force_integral, ROUGH.force_integral_at_depth(depth), rtol=0, atol=1e-10)
 
 
-@kernel
+@entry_point
 def _looked_up(path, places, found):
     for n in range(places.shape[0]):
         found[0, n], found[1, n] = radius_and_integral(path, places[n])

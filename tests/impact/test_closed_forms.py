@@ -17,7 +17,7 @@ def impact(
     """Impact with m = v0 = 1 and the force constants (2 E* in the closed forms' notation) given."""
     scaled = SimpleNamespace(
         equilibrium=equilibrium, moduli=np.array(moduli, float), times=np.array(times, float),
-        viscosity=viscosity, load=0.0, exponent=exponent, table=None,
+        viscosity=viscosity, external_force=0.0, exponent=exponent, table=None,
     )  # fmt: skip
     return solve_reference(scaled, rtol=rtol)
 

@@ -17,11 +17,18 @@ DATA = Path(__file__).resolve().parents[1] / "data"
 
 
 def scaled(
-    equilibrium: float = 0.0, moduli=(), times=(), *, viscosity=0.0, load=0.0, exponent=1.0, table=None
+    equilibrium: float = 0.0,
+    moduli=(),
+    times=(),
+    *,
+    viscosity=0.0,
+    external_force=0.0,
+    exponent=1.0,
+    table=None,
 ) -> SimpleNamespace:
     return SimpleNamespace(
         equilibrium=equilibrium, moduli=np.array(moduli, float), times=np.array(times, float),
-        viscosity=viscosity, load=load, exponent=exponent, table=table,
+        viscosity=viscosity, external_force=external_force, exponent=exponent, table=table,
     )  # fmt: skip
 
 
@@ -132,7 +139,7 @@ def test_radius_from_exponent_table_and_function():
 @pytest.mark.parametrize("load", [0.05, 10.0])
 def test_weight_on_elastic_half_space_returns_all(load):
     # First touch and separation are at the same depth, so the weight does no net work.
-    found = solve_reference(scaled(1.5, load=load))
+    found = solve_reference(scaled(1.5, external_force=load))
     assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-9)
     # 1/2 + load d = (2/5) d^(5/2) at the turning point
     d = found.max_indentation_depth
@@ -140,7 +147,7 @@ def test_weight_on_elastic_half_space_returns_all(load):
 
 
 def test_weight_captures():
-    light, heavy = (solve_reference(scaled(1.5, [3.0], [0.5], load=load)) for load in (0.3, 0.5))
+    light, heavy = (solve_reference(scaled(1.5, [3.0], [0.5], external_force=load)) for load in (0.3, 0.5))
     assert light.status is Status.SEPARATED
     assert heavy.status is Status.CAPTURED
     assert heavy.restitution_coefficient == 0.0
@@ -150,7 +157,7 @@ def test_weight_captures():
 
 def test_overdamped_solid_under_weight_is_captured_without_turning():
     # k = load = 1, D = 25: the depth creeps towards load/k and never passes it.
-    found = solve_reference(scaled(1.0, viscosity=50.0, load=1.0, exponent=0.0))
+    found = solve_reference(scaled(1.0, viscosity=50.0, external_force=1.0, exponent=0.0))
     assert found.status is Status.CAPTURED
     assert found.max_indentation_depth == pytest.approx(1.0, rel=1e-9)
 

@@ -96,7 +96,7 @@ def test_scaled_numbers_are_the_force_law(profile):
     depth, velocity = 1e-3, 0.2
     force_unit = 0.3 * 0.7 / row.time
     assert row.time == pytest.approx(row.length / 0.7, rel=1e-15)
-    assert row.load * force_unit == pytest.approx(2.9, rel=1e-14)
+    assert row.external_force * force_unit == pytest.approx(2.9, rel=1e-14)
     assert row.times * row.time == pytest.approx(series.relaxation_times, rel=1e-14)
     a, integral = float(profile.contact_radius(depth)), float(profile.force_integral_at_depth(depth))
     scaled_integral = integral / (row.radius * row.length)

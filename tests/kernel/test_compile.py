@@ -78,7 +78,7 @@ def test_nowhere_to_keep_the_code(tmp_path):
 ROOM = """
 import sys
 from numba.core import event
-from restitution.kernel.compile import kernel, stage
+from restitution.kernel.compile import compiled, entry_point
 
 # Words of the frames that the compiler has above it, the largest of them.
 class Listener(event.Listener):
@@ -91,11 +91,11 @@ class Listener(event.Listener):
     def on_end(self, _):
         pass
 
-@stage
+@compiled
 def half(x):
     return 0.5 * x
 
-@kernel
+@entry_point
 def quarter(x):
     return half(half(x))
 

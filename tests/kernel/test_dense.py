@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from restitution.kernel import lanes
-from restitution.kernel.compile import kernel
-from restitution.kernel.dense import combine, invert_modes, lagrange, lagrange_lanes, times
-from restitution.kernel.lanes import load, store
+from restitution.kernel.compile import entry_point
+from restitution.kernel.dense import combine, invert_modes, lagrange, lagrange_lanes, matvec
+from restitution.kernel.lanes import read8, write8
 from restitution.kernel.path import power_path, radii_and_integrals, radius_and_integral, radius_slope
 from restitution.kernel.radau import radau
 from restitution.kernel.workspace import aligned
@@ -15,43 +15,43 @@ def _plain(function):
     return getattr(function, "py_func", function)
 
 
-@kernel
+@entry_point
 def _inverses(matrices, count):
     invert_modes(matrices, count)
 
 
-@kernel
+@entry_point
 def _product(columns, x, result):
-    store(result, 0, times(columns, load(x, 0)))
+    write8(result, 0, matvec(columns, read8(x, 0)))
 
 
-@kernel
+@entry_point
 def _interpolated(nodes, weights, points, x, basis, values, result):
-    lagrange_lanes(nodes, weights, points, load(x, 0), basis)
-    store(result, 0, combine(basis, points, values))
+    lagrange_lanes(nodes, weights, points, read8(x, 0), basis)
+    write8(result, 0, combine(basis, points, values))
 
 
-@kernel
+@entry_point
 def _functions(x, y, results, numbers):
-    a, b = load(x, 0), load(y, 0)
-    store(results[0], 0, lanes.exp(a))
-    store(results[1], 0, lanes.log(b))
-    store(results[2], 0, lanes.absolute(a))
-    store(results[3], 0, lanes.at_least(a, -1.0))
-    store(results[4], 0, lanes.where_positive(a, b))
-    store(results[5], 0, lanes.from_lane(3, a, b))
-    store(results[6], 0, (1.0 - a) * 2.0 / (b + 3) - b)
+    a, b = read8(x, 0), read8(y, 0)
+    write8(results[0], 0, lanes.exp(a))
+    write8(results[1], 0, lanes.log(b))
+    write8(results[2], 0, lanes.absolute(a))
+    write8(results[3], 0, lanes.at_least(a, -1.0))
+    write8(results[4], 0, lanes.where_positive(a, b))
+    write8(results[5], 0, lanes.from_lane(3, a, b))
+    write8(results[6], 0, (1.0 - a) * 2.0 / (b + 3) - b)
     numbers[0] = lanes.total(a)
     numbers[1] = lanes.largest(a)
     numbers[2] = lanes.smallest(a)
     numbers[3] = a[5]
 
 
-@kernel
+@entry_point
 def _path(path, s, scratch, radii, integrals):
-    a, integral = radii_and_integrals(path, load(s, 0), scratch)
-    store(radii, 0, a)
-    store(integrals, 0, integral)
+    a, integral = radii_and_integrals(path, read8(s, 0), scratch)
+    write8(radii, 0, a)
+    write8(integrals, 0, integral)
 
 
 def _mode_matrix(z):

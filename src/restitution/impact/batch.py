@@ -180,10 +180,10 @@ class Batch:
                 )
                 # The joints of a profile from few points may be too sharp for any table of it.
                 rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
-                outcomes[rough, :7] = np.nan
+                outcomes[rough, :STATUS] = np.nan
                 outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes
-            outcomes[deep, :7] = np.nan
+            outcomes[deep, :STATUS] = np.nan
             outcomes[deep, STATUS] = Status.TOO_DEEP
             if block.length[0] >= float(self.profile.max_depth) or depth_factor > 1e4:  # type: ignore[union-attr]
                 return block, outcomes

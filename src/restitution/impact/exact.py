@@ -84,7 +84,7 @@ def solve_scaled(
 
     Returns
     -------
-    array, shape (n, 9) or (n, 11)
+    array, shape (n, 8) or (n, 10)
         Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of m v0^2.
     """
     from restitution.kernel.impact import MAX_ELEMENTS
@@ -135,11 +135,12 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
 
     solve_block(
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.loads, block.offsets, block.moduli, block.times, path, work, outcomes,
+        block.viscosities, block.external_forces, block.offsets, block.moduli, block.times, path, work,
+        outcomes,
     )  # fmt: skip
     units = np.stack([block.length, block.time])
     lost = ~np.all((units > 0.0) & (units < np.inf), axis=0)
-    outcomes[lost, 7] = Status.NOT_FINITE
+    outcomes[lost, STATUS] = Status.NOT_FINITE
 
 
 def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> Array:
@@ -193,7 +194,7 @@ class Stored:
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
     """Solve a block of one impact and return its outcome, with the stored halves if it ended in separation."""
     from restitution.kernel.impact import MAX_ELEMENTS
-    from restitution.kernel.workspace import allocate
+    from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
 
     outcomes = np.empty((1, len(OUTCOME)))
     path = kernel_path(block)
@@ -201,7 +202,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
     _solve_part(block, path, rtol, work, outcomes)
     if outcomes[0, STATUS] != Status.SEPARATED:
         return outcomes, None
-    approach, rebound = work.counts[0] + 1, work.counts[1] + 1
+    approach, rebound = work.counts[N_APPROACH] + 1, work.counts[N_REBOUND] + 1
     kept = work._replace(
         approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
         places=work.places[:, : max(approach, rebound)].copy(), slopes=work.slopes[:rebound].copy(),
@@ -213,7 +214,7 @@ def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
     from restitution.kernel.problem import Problem
 
     row = block.row(n)
-    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.load, path)
+    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, path)
 
 
 def _chunks(size: int) -> Iterator[tuple[int, int]]:

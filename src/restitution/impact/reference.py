@@ -56,7 +56,7 @@ def solve_reference(
     ----------
     scaled : ScaledImpact
         The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, contact radius `a(s)`
-        with depth `d = s^2`, motion `v' = -(F - load)`, `v(0) = 1`.
+        with depth `d = s^2`, motion `v' = -(F - external_force)`, `v(0) = 1`.
     rtol : float
         Relative tolerance [-] of the restitution coefficient where that is above 1e-3, and below it
         `1e-3 rtol` absolute; between 1e-12 and 1e-2.
@@ -83,7 +83,7 @@ def solve_reference(
     `d^(3/2)` in time is not), with `dPi = a dd` and the memory of force `Y_k` and of displacement `W_k`::
 
         ds/dsigma   = v                               dPi/dsigma  = 2 s a v
-        dv/dsigma   = -2 s (F - load)                 dY_k/dsigma = -2 s Y_k/tau_k + 2 s a v
+        dv/dsigma   = -2 s (F - external_force)       dY_k/dsigma = -2 s Y_k/tau_k + 2 s a v
         dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma      W_k = v - (1/tau_k) int exp(-(t-t')/tau_k) d' dt'
 
     Rebound, backwards over the approach: index 1 is the approach at `sigma_m - lambda`, where the contact
@@ -109,7 +109,7 @@ def solve_reference(
     >>> import numpy as np
     >>> from types import SimpleNamespace
     >>> nothing = np.empty(0)
-    >>> elastic = SimpleNamespace(equilibrium=1.0, moduli=nothing, times=nothing, viscosity=0.0, load=0.0,
+    >>> elastic = SimpleNamespace(equilibrium=1.0, moduli=nothing, times=nothing, viscosity=0.0, external_force=0.0,
     ...                           exponent=1.0, table=None)
     >>> round(solve_reference(elastic).restitution_coefficient, 9)
     1.0
@@ -131,7 +131,11 @@ class _Equations:
     """States y = (s, t, v, Pi, Y_k, W_k) of the approach and z = (t, v, d, W_k) of the rebound."""
 
     def __init__(self, scaled: ScaledImpact, rtol: float, radius: Callable[[Any], Any]) -> None:
-        self.equilibrium, self.viscosity, self.load = scaled.equilibrium, scaled.viscosity, scaled.load
+        self.equilibrium, self.viscosity, self.external_force = (
+            scaled.equilibrium,
+            scaled.viscosity,
+            scaled.external_force,
+        )
         self.moduli = np.asarray(scaled.moduli, dtype=np.float64)
         self.times = np.asarray(scaled.times, dtype=np.float64)
         # Inner stages of the integrator may try s < 0.
@@ -174,7 +178,7 @@ class _Equations:
         def rates(_: float, y: Array) -> Array:
             self.count()
             dt, v = 2.0 * y[0], y[2]
-            dv = -dt * (self.approach_force(y) - self.load)
+            dv = -dt * (self.approach_force(y) - self.external_force)
             dpi = dt * self.radius(y[0]) * v
             decay = -dt / self.times
             return np.concatenate([[v, dt, dv, dpi], dpi + decay * y[self.forces], dv + decay * y[self.lags]])
@@ -194,14 +198,14 @@ class _Equations:
             return y[1] - 100.0 * decay
 
         start = np.concatenate([[0.0, 0.0, 1.0, 0.0], np.zeros_like(self.moduli), np.ones_like(self.moduli)])
-        may_rest = stiffness == 0.0 or self.load > 0.0
+        may_rest = stiffness == 0.0 or self.external_force > 0.0
         events = [(turns, -1), (rests, 1)] if may_rest else [(turns, -1)]
         return self.integrate(rates, (0.0, np.inf), start, self.atol_approach, events)
 
     def turned(self, approach: Any) -> bool:
         """Whether the body is on its way out with more than noise."""
         y = approach.y[:, -1]
-        a, pull = float(self.radius(y[0])), float(self.approach_force(y)) - self.load
+        a, pull = float(self.radius(y[0])), float(self.approach_force(y)) - self.external_force
         recoil = pull / (np.sqrt(self.glass * a) + self.viscosity * a)
         return approach.t_events[0].size > 0 and recoil > self.floor
 
@@ -214,7 +218,7 @@ class _Equations:
             self.count()
             y1, v = sol(end - way), z[1]
             fading = self.fading(z[0], y1)
-            pull = float(self.rebound_force(z[0], y1)) - self.load
+            pull = float(self.rebound_force(z[0], y1)) - self.external_force
             q = self.equilibrium * v - self.viscosity * pull
             q += float(self.moduli @ (z[3:] + fading * (y1[2] - y1[self.lags])))
             gain = float(2.0 * y1[0] * y1[2] * (self.equilibrium + self.moduli @ fading))
@@ -244,10 +248,10 @@ class _Equations:
         y, way = sol(end), 1e-9 * end
         before, slack = 2.0 * y[0] * way, self.viscosity / self.glass
         after = before**2 / (slack + np.hypot(slack, before))
-        pull = float(self.approach_force(y)) - self.load
+        pull = float(self.approach_force(y)) - self.external_force
         z = np.concatenate([[y[1], 0.0, y[0] ** 2], y[self.lags]])
         z += after * np.concatenate([[1.0, -pull, 0.0], -pull - y[self.lags] / self.times])
-        may_rest = [(lingers, 1)] if self.load > 0.0 else []
+        may_rest = [(lingers, 1)] if self.external_force > 0.0 else []
         leg = self.integrate(along_path, (way, end), z, self.atol_rebound[1:], may_rest, first_step=0.1 * way)
         if leg.status == 0:
             return leg.t, leg.y, True

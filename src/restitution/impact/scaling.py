@@ -102,8 +102,8 @@ class ScaledImpact(NamedTuple):
 
     Attributes
     ----------
-    equilibrium, moduli, times, viscosity, load : float or ndarray
-        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - load)`, `Y_k' = -Y_k/times_k + a v`.
+    equilibrium, moduli, times, viscosity, external_force : float or ndarray
+        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`, `Y_k' = -Y_k/times_k + a v`.
     exponent : float
         p of a = s^p; negative where `table` holds.
     table : PathTable or None
@@ -118,7 +118,7 @@ class ScaledImpact(NamedTuple):
     moduli: Array
     times: Array
     viscosity: float
-    load: float
+    external_force: float
     exponent: float
     table: PathTable | None
     first: float
@@ -133,7 +133,7 @@ class ScaledBlock(NamedTuple):
     firsts: Array
     equilibria: Array
     viscosities: Array
-    loads: Array
+    external_forces: Array
     offsets: NDArray[np.int64]
     moduli: Array
     times: Array
@@ -158,7 +158,7 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
-            float(self.loads[n]), self.exponent, self.table, float(self.firsts[n]),
+            float(self.external_forces[n]), self.exponent, self.table, float(self.firsts[n]),
             float(self.length[n]), float(self.time[n]), float(self.radius[n]),
         )  # fmt: skip
 
@@ -167,7 +167,7 @@ class ScaledBlock(NamedTuple):
         rows = slice(start, stop)
         modes = slice(int(self.offsets[start]), int(self.offsets[stop]))
         return ScaledBlock(
-            self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.loads[rows],
+            self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.external_forces[rows],
             self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes], self.times[modes],
             self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
         )  # fmt: skip
@@ -218,11 +218,11 @@ def power_block(
         time = length / velocities
         factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
         scaled = moduli * factor[:, None]
-        loads = forces * length / (masses * velocities**2)
+        external_forces = forces * length / (masses * velocities**2)
         scaled_times = times / time[:, None]
     branches = moduli != 0.0
     return ScaledBlock(
-        np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, loads,
+        np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, external_forces,
         np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), scaled[branches], scaled_times[branches], p, None,
         length, time, coefficients * length ** (0.5 * p),
     )  # fmt: skip

@@ -156,9 +156,11 @@ class Solution:
     @cached_property
     def approach(self) -> Half:
         """The approach, over sigma."""
+        from restitution.kernel.workspace import LENGTH, START
+
         work, memory = self.stored.work, self.stored.ledger.approach
         n = len(memory)
-        starts, lengths = work.places[0, :n], work.places[1, :n]
+        starts, lengths = work.places[START, :n], work.places[LENGTH, :n]
         order = [memory[:, k:-1:3] for k in range(3)]
         columns = np.concatenate([work.approach[:, : F_ + 1], order[0]], axis=1)
         energies = np.concatenate([order[1], order[2], memory[:, -1:]], axis=1)
@@ -168,11 +170,14 @@ class Solution:
     @cached_property
     def rebound(self) -> Half:
         """The rebound, over lambda."""
+        from restitution.kernel.workspace import BACK_LENGTH, BACK_START
+
         work, memory = self.stored.work, self.stored.ledger.rebound
         n = len(memory)
         columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-3]], axis=1)
         return Half(
-            work.places[2, :n], work.places[3, :n], np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -3:], 1, 2), 1.0
+            work.places[BACK_START, :n], work.places[BACK_LENGTH, :n],
+            np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -3:], 1, 2), 1.0,
         )  # fmt: skip
 
     def times(self, n_points: int) -> Array:

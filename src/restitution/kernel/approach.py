@@ -10,9 +10,9 @@ Stored elements hold s, v, t, F and, of each mode, Y_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.compile import part, stage
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
+from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import crossing, interpolate, tail
 from restitution.kernel.kinks import (
     SPACING,
@@ -22,7 +22,7 @@ from restitution.kernel.kinks import (
     next_kink,
     passed,
 )
-from restitution.kernel.lanes import WIDTH, absolute, largest, load, smallest, spread, store
+from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
 from restitution.kernel.outcome import (
     CAPTURED,
     SEPARATED,
@@ -73,7 +73,7 @@ KINK_EFFECT, KINK_TAIL = 1.0, 4.0
 _MOST_MISSED = 6
 
 
-@part
+@inlined
 def approach_element(
     problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float
 ) -> int:
@@ -87,18 +87,18 @@ def approach_element(
     vectors, B, Y, G, J = (
         work.vectors, work.inverses, work.modes[0], work.matrices[SUM], work.matrices[JACOBIAN],
     )  # fmt: skip
-    eta, load_, equilibrium = problem.viscosity, problem.load, problem.equilibrium
+    eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
     s0, v0 = table[S_, 0], table[V_, 0]
     Pi0 = radius_and_integral(problem.path, s0)[1]
-    straight = s0 + (h * v0) * load(scheme.c, 1)
+    straight = s0 + (h * v0) * read8(scheme.c, 1)
     previous = math.inf
-    moved = 0.0
-    factor = True
+    drift = 0.0
+    refactor = True
     renewed = False
-    last = False
+    final_round = False
     iterations = 0
-    s = load(vectors[UNKNOWN], 0)
-    v = spread(v0)
+    s = read8(vectors[UNKNOWN], 0)
+    v = broadcast(v0)
     while True:
         iterations += 1
         if iterations > _MOST_ITERATIONS or not smallest(s) > 0.0:
@@ -107,142 +107,144 @@ def approach_element(
         a, Pi = radii_and_integrals(problem.path, s, vectors[VALUES:])
         F = equilibrium * Pi
         slope = (equilibrium * a) * r
-        if factor:
+        if refactor:
             for k in range(N):
                 rate = (h / problem.times[k]) * r
                 for j in range(WIDTH):
-                    store(B[k, j], 0, load(unit[j], 0) + load(A[j], 0) * rate[j])
+                    write8(B[k, j], 0, read8(unit[j], 0) + read8(A[j], 0) * rate[j])
             invert_modes(B, N)
             for j in range(WIDTH):
-                store(G[j], 0, spread(0.0))
+                write8(G[j], 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
             start = Pi + (table[MODES_ + 2 * k, 0] - Pi0)
-            if factor:
-                Yk = times(B[k], start)
+            if refactor:
+                Yk = matvec(B[k], start)
                 # dY/ds: B depends on s too, and (h/tau) B^-1 A diag(r) = 1 - B^-1.
-                own = E * Yk / s
-                weight = (E * a) * r + own
+                mode_slope = E * Yk / s
+                weight = (E * a) * r + mode_slope
                 for j in range(WIDTH):
-                    store(G[j], 0, load(G[j], 0) + load(B[k, j], 0) * weight[j])
-                slope = slope - own
+                    write8(G[j], 0, read8(G[j], 0) + read8(B[k, j], 0) * weight[j])
+                slope = slope - mode_slope
             else:
-                Yk = load(Y[k], 0)
+                Yk = read8(Y[k], 0)
                 # After one round fast modes lag behind s by as much as the chord step, which then says nothing.
-                lags = not last and h * r[WIDTH - 1] > LAG * problem.times[k]
+                lags = not final_round and h * r[WIDTH - 1] > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
-                    lack = start - Yk - (h / problem.times[k]) * times(A, r * Yk)
-                    Yk = Yk + times(B[k], lack)
-            store(Y[k], 0, Yk)
+                    defect = start - Yk - (h / problem.times[k]) * matvec(A, r * Yk)
+                    Yk = Yk + matvec(B[k], defect)
+            write8(Y[k], 0, Yk)
             F = F + E * Yk
         if eta > 0.0:
-            store(vectors[UNKNOWN], 0, s)
-            store(vectors[FORCE], 0, F)
-            store(vectors[RADIUS], 0, a)
+            write8(vectors[UNKNOWN], 0, s)
+            write8(vectors[FORCE], 0, F)
+            write8(vectors[RADIUS], 0, a)
             _add_dashpot(problem, scheme, work, v0, h)
-            F, v = load(vectors[FORCE], 0), load(vectors[SPEED], 0)
-        g = r * (F - load_)
-        if last:
+            F, v = read8(vectors[FORCE], 0), read8(vectors[SPEED], 0)
+        g = r * (F - external_force)
+        if final_round:
             break
-        residual = s - s0 - h * times(A, v) if eta > 0.0 else s - straight + (h * h) * times(scheme.square, g)
-        if factor:
-            diagonal = r * slope + 2.0 * (F - load_)
+        residual = (
+            s - s0 - h * matvec(A, v) if eta > 0.0 else s - straight + (h * h) * matvec(scheme.square, g)
+        )
+        if refactor:
+            diagonal = r * slope + 2.0 * (F - external_force)
             if eta > 0.0:
                 _dashpot_coupling(problem, scheme, work)
-                diagonal = diagonal + r * load(vectors[RADIUS], 0)
+                diagonal = diagonal + r * read8(vectors[RADIUS], 0)
             for j in range(WIDTH):
-                column = r * load(G[j], 0) + load(unit[j], 0) * diagonal[j]
-                column = times(work.matrices[COUPLING] if eta > 0.0 else scheme.square, column)
-                store(J[j], 0, load(unit[j], 0) + (h * h) * column)
+                column = r * read8(G[j], 0) + read8(unit[j], 0) * diagonal[j]
+                column = matvec(work.matrices[COUPLING] if eta > 0.0 else scheme.square, column)
+                write8(J[j], 0, read8(unit[j], 0) + (h * h) * column)
             invert(work.matrices, JACOBIAN)
-        step = times(J, residual)
+        step = matvec(J, residual)
         s = s - step
         size = largest(absolute(step)) / max(s0, largest(s))
         if not size < 1.0:
             return -1
-        moved = size if factor else moved
-        verdict = newton_verdict(size, previous, moved, factor, renewed, ROUNDING, accept)
+        drift = size if refactor else drift
+        verdict = newton_verdict(size, previous, drift, refactor, renewed, ROUNDING, accept)
         if verdict == DIVERGED:
             return -1
         if verdict == CONVERGED:
             # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
-            last = True
-            factor = False
+            final_round = True
+            refactor = False
             continue
-        factor = verdict == FACTOR
-        renewed = renewed or (factor and size < ROUNDING)
+        refactor = verdict == FACTOR
+        renewed = renewed or (refactor and size < ROUNDING)
         previous = size
-    v = v0 - h * times(A, g)
-    store(table[S_], 1, s)
-    store(table[V_], 1, v)
-    store(table[T_], 1, table[T_, 0] + h * times(A, r))
-    store(table[F_], 1, F)
+    v = v0 - h * matvec(A, g)
+    write8(table[S_], 1, s)
+    write8(table[V_], 1, v)
+    write8(table[T_], 1, table[T_, 0] + h * matvec(A, r))
+    write8(table[F_], 1, F)
     # The inverses are those of s before it moved: each round takes a power of that off.
     rounds = 1
-    power = moved * moved
+    power = drift * drift
     while power > 0.1 * accept and rounds < 6:
-        power *= moved
+        power *= drift
         rounds += 1
     for k in range(N):
         start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
-        Wk = times(B[k], start)
+        Wk = matvec(B[k], start)
         for _ in range(rounds):
-            Wk = Wk + times(B[k], start - Wk - (h / problem.times[k]) * times(A, r * Wk))
-        store(table[MODES_ + 2 * k], 1, load(Y[k], 0))
-        store(table[MODES_ + 1 + 2 * k], 1, Wk)
+            Wk = Wk + matvec(B[k], start - Wk - (h / problem.times[k]) * matvec(A, r * Wk))
+        write8(table[MODES_ + 2 * k], 1, read8(Y[k], 0))
+        write8(table[MODES_ + 1 + 2 * k], 1, Wk)
     return iterations
 
 
-@stage
+@compiled
 def _add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
     """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
 
     (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
     """
     A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
-    F, a = load(vectors[FORCE], 0), load(vectors[RADIUS], 0)
-    r = 2.0 * load(vectors[UNKNOWN], 0)
+    F, a = read8(vectors[FORCE], 0), read8(vectors[RADIUS], 0)
+    r = 2.0 * read8(vectors[UNKNOWN], 0)
     braking = (h * problem.viscosity) * (r * a)
     for j in range(WIDTH):
-        store(M[j], 0, load(scheme.identity[j], 0) + load(A[j], 0) * braking[j])
+        write8(M[j], 0, read8(scheme.identity[j], 0) + read8(A[j], 0) * braking[j])
     invert(work.matrices, DASHPOT)
-    v = times(M, v0 - h * times(A, r * (F - problem.load)))
-    store(vectors[SPEED], 0, v)
-    store(vectors[FORCE], 0, F + problem.viscosity * (a * v))
+    v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)))
+    write8(vectors[SPEED], 0, v)
+    write8(vectors[FORCE], 0, F + problem.viscosity * (a * v))
 
 
-@stage
+@compiled
 def _dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
     """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
     A, vectors = scheme.columns, work.vectors
     inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
     for j in range(WIDTH):
-        store(coupling[j], 0, times(A, times(inverse, load(A[j], 0))))
+        write8(coupling[j], 0, matvec(A, matvec(inverse, read8(A[j], 0))))
     for i in range(WIDTH):
         slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
         vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
 
 
-@part
+@inlined
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
     """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
-    slope = -2.0 * s0 * (table[F_, 0] - problem.load)
+    slope = -2.0 * s0 * (table[F_, 0] - problem.external_force)
     ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
-    x = h * load(scheme.c, 1)
-    s = spread(0.0)
+    x = h * read8(scheme.c, 1)
+    s = broadcast(0.0)
     if 0.0 < ratio <= 2.5:
-        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * load(scheme.c, 1), work.basis)
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * read8(scheme.c, 1), work.basis)
         s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
     if not smallest(s) > 0.2 * s0:
         s = s0 + x * (v0 + (0.5 * slope) * x)
     if not smallest(s) > 0.2 * s0:
         s = s0 + (0.1 * abs(v0)) * x
-    store(work.vectors[UNKNOWN], 0, s)
+    write8(work.vectors[UNKNOWN], 0, s)
 
 
-@stage
+@compiled
 def _length_to(
     problem: Problem, scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float
 ) -> float:
@@ -259,7 +261,7 @@ def _length_to(
     return length
 
 
-@stage
+@compiled
 def approach(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
 ) -> int:
@@ -301,7 +303,7 @@ def approach(
             return STEP_TOO_SMALL
         table = work.approach[element]
         if element > 0:
-            slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.load)
+            slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
             if slope < 0.0:
                 h = min(h, 1.35 * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
@@ -311,7 +313,7 @@ def approach(
                 return TOO_DEEP
             h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
             if missed == 0:
-                slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.load)
+                slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
                 if behind >= 0:
                     h = length_beyond(problem, glass, behind, table[V_, 0], h, KINK_TAIL * accept)
                 unhindered = h
@@ -370,8 +372,11 @@ def approach(
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
         # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
-        rest = 1e-7 * problem.load
-        creeps = abs(table[F_, 0] - problem.load) < rest and abs(table[F_, S] - problem.load) < rest
+        rest = 1e-7 * problem.external_force
+        creeps = (
+            abs(table[F_, 0] - problem.external_force) < rest
+            and abs(table[F_, S] - problem.external_force) < rest
+        )
         # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
         least = 0.02 * accept
         fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least

@@ -132,16 +132,16 @@ def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and keep its machine code where that is possible."""
-    compiled: Any = cached(numba.njit(**_FLAGS)(function), function)
+    dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # What numba's own code calls for types of arguments that it has not met.
-        compiled._compile_for_args = _with_room(compiled._compile_for_args)
-    return compiled
+        dispatcher._compile_for_args = _with_room(dispatcher._compile_for_args)
+    return dispatcher
 
 
-def stage(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any]) -> Any:
     """Compile a stage of an impact, which only the kernel calls, as a function of its own.
 
     One giant function takes twice as long to compile; so do wrappers for calls from Python.
@@ -149,18 +149,18 @@ def stage(function: Callable[..., Any]) -> Any:
     return cached(numba.njit(**_INNER, **_FLAGS)(function), function)
 
 
-def cached(compiled: Any, function: Callable[..., Any]) -> Any:
+def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
     """Keep the machine code of a compiled function until a source in its folder changes."""
     if not config.DISABLE_JIT and cache_folder() is not None:
-        compiled._cache = _KernelCache(function)
-    return compiled
+        dispatcher._cache = _KernelCache(function)
+    return dispatcher
 
 
-def part(function: Callable[..., Any]) -> Any:
+def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, so that the sizes which they pass are constants in it."""
     return numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
 
 
-def is_compiled(entry_point: Any) -> bool:
+def is_compiled(dispatcher: Any) -> bool:
     """Whether an entry point has machine code in this process already (always true without compilation)."""
-    return bool(config.DISABLE_JIT) or bool(entry_point.signatures)
+    return bool(config.DISABLE_JIT) or bool(dispatcher.signatures)

@@ -2,7 +2,7 @@
 
 import math
 
-from restitution.kernel.compile import part
+from restitution.kernel.compile import inlined
 
 # What follows a step of Newton's method: a chord step, one with new inverses, or the end.
 CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
@@ -15,9 +15,9 @@ _GROWTH, _LARGE = 2.0, 1e-3
 _SAFETY, _MOST, _LEAST = 0.75, 6.0, 0.1
 
 
-@part
+@inlined
 def newton_verdict(
-    size: float, previous: float, moved: float, full: bool, renewed: bool, rounding: float, accept: float
+    size: float, previous: float, drift: float, full_step: bool, renewed: bool, rounding: float, accept: float
 ) -> int:
     """Judge a step of relative size `size` after one of size `previous`.
 
@@ -25,25 +25,25 @@ def newton_verdict(
     a first one may hide. After a `full` step nothing is known but its size. Below `rounding`, steps that do not shrink,
     although the inverses were `renewed` there, are rounding.
     """
-    contraction = max(size / previous, moved)
-    left = size if full else size * contraction / (1.0 - min(contraction, 0.9))
+    contraction = max(size / previous, drift)
+    remaining = size if full_step else size * contraction / (1.0 - min(contraction, 0.9))
     slow = size > _SLOW * previous
-    if left <= accept or (slow and renewed and size < rounding):
+    if remaining <= accept or (slow and renewed and size < rounding):
         return CONVERGED
-    if full:
+    if full_step:
         return CHORD
     if size > _GROWTH * previous and size > _LARGE:
         return DIVERGED
     return FACTOR if slow else CHORD
 
 
-@part
+@inlined
 def shrunk(error: float, exponent: float) -> float:
     """Factor of the length of an element whose error, over what is allowed, is above 1 or not a number."""
     return max(_LEAST, _SAFETY * error**exponent) if error < math.inf else _LEAST
 
 
-@part
+@inlined
 def grown(error: float, exponent: float) -> float:
     """Factor from an element that was accepted to the next."""
     return min(_MOST, _SAFETY * max(error, 1e-30) ** exponent)

@@ -10,30 +10,30 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, type_callable
 
-from restitution.kernel.compile import part
+from restitution.kernel.compile import inlined
 from restitution.kernel.lanes import (
     WIDTH,
     address,
+    broadcast,
     constant,
-    load,
     read,
+    read8,
     repeated,
     shuffled,
-    spread,
-    store,
     unit,
     write,
+    write8,
 )
 
 
-@part
-def times(columns: Any, x: Any) -> Any:
+@inlined
+def matvec(columns: Any, x: Any) -> Any:
     """Product of a matrix and lanes; in two sums, of which each waits for its own last term only."""
-    even = load(columns[0], 0) * x[0]
-    odd = load(columns[1], 0) * x[1]
+    even = read8(columns[0], 0) * x[0]
+    odd = read8(columns[1], 0) * x[1]
     for j in range(2, WIDTH, 2):
-        even = even + load(columns[j], 0) * x[j]
-        odd = odd + load(columns[j + 1], 0) * x[j + 1]
+        even = even + read8(columns[j], 0) * x[j]
+        odd = odd + read8(columns[j + 1], 0) * x[j + 1]
     return even + odd
 
 
@@ -107,7 +107,7 @@ _inverter(invert, 1)
 _inverter(invert_two, 2)
 
 
-@part
+@inlined
 def invert_modes(matrices: Any, count: int) -> None:
     """Replace the first `count` matrices by their inverses."""
     for k in range(0, count - 1, 2):
@@ -116,7 +116,7 @@ def invert_modes(matrices: Any, count: int) -> None:
         invert(matrices, count - 1)
 
 
-@part
+@inlined
 def lagrange(nodes: Any, weights: Any, points: int, x: float, basis: Any) -> None:
     """Write the Lagrange basis of the first `points` nodes at x: products only, exact at a node, no division."""
     product = 1.0
@@ -129,27 +129,27 @@ def lagrange(nodes: Any, weights: Any, points: int, x: float, basis: Any) -> Non
         product *= x - nodes[j]
 
 
-@part
+@inlined
 def lagrange_lanes(nodes: Any, weights: Any, points: int, x: Any, basis: Any) -> None:
     """Write the same at eight places into the rows of `basis`."""
-    product = spread(1.0)
+    product = broadcast(1.0)
     for j in range(points):
-        store(basis[j], 0, weights[j] * product)
+        write8(basis[j], 0, weights[j] * product)
         product = product * (x - nodes[j])
-    product = spread(1.0)
+    product = broadcast(1.0)
     for j in range(points - 1, -1, -1):
-        store(basis[j], 0, load(basis[j], 0) * product)
+        write8(basis[j], 0, read8(basis[j], 0) * product)
         product = product * (x - nodes[j])
 
 
-@part
+@inlined
 def combine(basis: Any, points: int, values: Any) -> Any:
     """Eight interpolated values: rows of `basis` weighted with the values at the nodes."""
-    even = load(basis[0], 0) * values[0]
-    odd = load(basis[1], 0) * values[1]
+    even = read8(basis[0], 0) * values[0]
+    odd = read8(basis[1], 0) * values[1]
     for j in range(2, points - 1, 2):
-        even = even + load(basis[j], 0) * values[j]
-        odd = odd + load(basis[j + 1], 0) * values[j + 1]
+        even = even + read8(basis[j], 0) * values[j]
+        odd = odd + read8(basis[j + 1], 0) * values[j + 1]
     if points % 2:
-        even = even + load(basis[points - 1], 0) * values[points - 1]
+        even = even + read8(basis[points - 1], 0) * values[points - 1]
     return even + odd

@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import kernel, part, stage
-from restitution.kernel.dense import combine, invert, lagrange_lanes, times
+from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.dense import combine, invert, lagrange_lanes, matvec
 from restitution.kernel.interpolation import interpolate, interpolate_lanes, product
-from restitution.kernel.lanes import WIDTH, at_least, load, store, total
+from restitution.kernel.lanes import WIDTH, at_least, read8, total, write8
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
@@ -83,23 +83,23 @@ def allocate_ledger(N: int, elements: int) -> Ledger:
     )
 
 
-@part
+@inlined
 def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> None:
     """Leave in `matrices[COUPLING]` what solves y' = -rate pace y + source over an element."""
     B = work.matrices[COUPLING]
     step = (h * rate) * pace
     for j in range(WIDTH):
-        store(B[j], 0, load(scheme.identity[j], 0) + load(scheme.columns[j], 0) * step[j])
+        write8(B[j], 0, read8(scheme.identity[j], 0) + read8(scheme.columns[j], 0) * step[j])
     invert(work.matrices, COUPLING)
 
 
-@part
+@inlined
 def _propagated(scheme: Any, work: Any, source: Any, h: float, start: float) -> Any:
     """Solution at the nodes, from `start`, with the matrix left by `_decay_matrix`."""
-    return times(work.matrices[COUPLING], start + h * times(scheme.columns, source))
+    return matvec(work.matrices[COUPLING], start + h * matvec(scheme.columns, source))
 
 
-@stage
+@compiled
 def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> None:
     """Fill the ledger along the approach, and its state at the turning point."""
     N = problem.moduli.shape[0]
@@ -108,7 +108,7 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
         for n in range(memory.shape[0]):
             memory[n, 0] = ledger.approach[element - 1, n, WIDTH] if element > 0 else 0.0
         h = work.places[LENGTH, element]
-        s, v = load(table[S_], 1), load(table[V_], 1)
+        s, v = read8(table[S_], 1), read8(table[V_], 1)
         a = radii_and_integrals(problem.path, s, work.vectors[VALUES:])[0]
         pace = 2.0 * s
         source = pace * v
@@ -122,19 +122,19 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
             Y = _propagated(scheme, work, source * a, h, rows[1, 0])
             _decay_matrix(scheme, work, pace, 2.0 * rate, h)
             Z = _propagated(scheme, work, 2.0 * (source * a * H), h, rows[2, 0])
-            store(rows[0], 1, H)
-            store(rows[1], 1, Y)
-            store(rows[2], 1, Z)
+            write8(rows[0], 1, H)
+            write8(rows[1], 1, Y)
+            write8(rows[2], 1, Z)
             if k > 0:
                 power = power + (problem.moduli[k - 1] * rate) * ((2.0 * (H * Y) - Z) * pace)
         lost = memory[3 * (N + 1)]
-        store(lost, 1, lost[0] + h * times(scheme.columns, power))
+        write8(lost, 1, lost[0] + h * matvec(scheme.columns, power))
     last = work.counts[N_APPROACH]
     x = (work.turning_place[0] - work.places[START, last]) / work.places[LENGTH, last]
     interpolate(scheme, work, ledger.approach[last], min(x, 1.0), ledger.present)
 
 
-@stage
+@compiled
 def _last_element(
     problem: Problem, scheme: Scheme, work: Work, ledger: Ledger, sigma: float, h: float
 ) -> tuple[float, float]:
@@ -147,7 +147,7 @@ def _last_element(
     past = ledger.past
     element = work.counts[N_REBOUND]
     table, slopes, history = work.rebound[element], work.slopes[element], ledger.rebound[element]
-    weights = load(scheme.A[WIDTH - 1], 0)
+    weights = read8(scheme.A[WIDTH - 1], 0)
     dissipated = 0.0
     stored = 0.0
     low = 0.0
@@ -155,11 +155,11 @@ def _last_element(
     parts = 24
     for n in range(parts):
         high = 1.0 if n == parts - 1 else 0.5 * (low + 1.0)
-        x = low + (high - low) * load(scheme.c, 1)
+        x = low + (high - low) * read8(scheme.c, 1)
         there = at_least(sigma - h * x, 0.0)
         interpolate_lanes(scheme, work, ledger.approach, there, place, past)
         place = interpolate_lanes(scheme, work, work.approach, there, place, work.past)
-        a = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[0]
+        a = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[0]
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
         pace = combine(work.basis, WIDTH, slopes)
         lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
@@ -175,14 +175,14 @@ def _last_element(
     return dissipated, stored
 
 
-@part
+@inlined
 def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
     """Integral of w_k^2 over the elements in contact."""
-    left = H - X * load(past[3 * k], 0)
-    return a * (left * left) + X * (2.0 * (H * load(past[3 * k + 1], 0)) - X * load(past[3 * k + 2], 0))
+    left = H - X * read8(past[3 * k], 0)
+    return a * (left * left) + X * (2.0 * (H * read8(past[3 * k + 1], 0)) - X * read8(past[3 * k + 2], 0))
 
 
-@stage
+@compiled
 def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> None:
     """Fill the ledger along the rebound, after the approach."""
     N = problem.moduli.shape[0]
@@ -204,41 +204,41 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
                 rows[n, 0] = ledger.rebound[element - 1, n, WIDTH]
         h = work.places[BACK_LENGTH, element]
         start = sigma_m - work.places[BACK_START, element]
-        sigma = start - h * load(scheme.c, 1)
+        sigma = start - h * read8(scheme.c, 1)
         if element == last:
             sigma = at_least(sigma, 0.0)
         interpolate_lanes(scheme, work, ledger.approach, sigma, place, past)
         place = interpolate_lanes(scheme, work, work.approach, sigma, place, work.past)
-        s1, v, pace = load(work.past[S_], 0), load(table[V_], 1), load(work.slopes[element], 0)
+        s1, v, pace = read8(work.past[S_], 0), read8(table[V_], 1), read8(work.slopes[element], 0)
         a = radii_and_integrals(problem.path, s1, work.vectors[VALUES:])[0]
         source = pace * v
         power = problem.viscosity * (a * v * v)
-        d = rows[0, 0] + h * times(scheme.columns, source)
-        store(rows[0], 1, d)
+        d = rows[0, 0] + h * matvec(scheme.columns, source)
+        write8(rows[0], 1, d)
         density = (0.5 * problem.equilibrium) * ((d - s1 * s1) * (d - s1 * s1))
         for k in range(N):
             rate = 1.0 / problem.times[k]
             _decay_matrix(scheme, work, pace, rate, h)
             H = _propagated(scheme, work, source, h, rows[k + 1, 0])
-            store(rows[k + 1], 1, H)
-            X = load(table[MODES_ + 2 * k], 1)
+            write8(rows[k + 1], 1, H)
+            X = read8(table[MODES_ + 2 * k], 1)
             power = power + (problem.moduli[k] * rate) * _squares(past, k + 1, a, H, X)
-            left = H - X * load(past[3 * k + 3], 0)
+            left = H - X * read8(past[3 * k + 3], 0)
             density = density + (0.5 * problem.moduli[k]) * (left * left)
         lost, leaving, released = rows[N + 1], rows[N + 2], rows[N + 3]
-        store(leaving, 1, density)
+        write8(leaving, 1, density)
         for i in range(WIDTH + 1):
             ledger.slope[i] = product(scheme.derivative[i], leaving)
         # Leaving elements store - int density da = int a d(density): no singular a'(s), and with a flat core.
-        store(lost, 1, lost[0] + h * times(scheme.columns, power * pace))
-        store(released, 1, released[0] + times(scheme.columns, a * load(ledger.slope, 1)))
+        write8(lost, 1, lost[0] + h * matvec(scheme.columns, power * pace))
+        write8(released, 1, released[0] + matvec(scheme.columns, a * read8(ledger.slope, 1)))
         if element == last:
             end = _last_element(problem, scheme, work, ledger, start, h)
             lost[WIDTH] = lost[0] + end[0]
             released[WIDTH] = released[0] + end[1]
 
 
-@kernel
+@entry_point
 def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
     """Energy dissipated during an impact and stored at its end, in units of m v0^2; the ledger holds both halves.
 

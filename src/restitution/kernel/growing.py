@@ -10,7 +10,7 @@ The elements shrink towards first touch, where the rates are not smooth, and tow
 import math
 from typing import Any, NamedTuple
 
-from restitution.kernel.compile import kernel, part, stage
+from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, spread, tail, trim
@@ -42,7 +42,7 @@ class Elements(NamedTuple):
     integral_rates: Any
 
 
-@stage
+@compiled
 def root_of_depth(path: Path, integral: float) -> float:
     """Root s of the depth at which Pi has this value."""
     if integral <= 0.0:
@@ -73,7 +73,7 @@ def root_of_depth(path: Path, integral: float) -> float:
     return s
 
 
-@part
+@inlined
 def grown(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
     if contact.control == DEPTH:
@@ -83,7 +83,7 @@ def grown(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, flo
     return _grown_by_force(contact, work, i, t)
 
 
-@stage
+@compiled
 def _grown_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Creep under the prescribed force."""
     value, rate, _ = prescribed(contact, i, t)
@@ -102,7 +102,7 @@ def _grown_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[
     return s * s, math.inf if integral_rate > 0.0 else 0.0, integral, integral_rate
 
 
-@kernel
+@entry_point
 def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
     """Find where the contact stops to grow under a prescribed force: the segment, and the time in it.
 
@@ -150,7 +150,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
     return segments, last
 
 
-@part
+@inlined
 def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
     """Rate of Pi, where rounding does not count as a fall."""
     rate = prescribed(contact, i, t)[1]
@@ -158,7 +158,7 @@ def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
     return integral_rate + 1e-13 * (integral / t + contact.glass * abs(rate))
 
 
-@kernel
+@entry_point
 def grow(
     contact: Contact,
     quadrature: Quadrature,
@@ -264,7 +264,7 @@ def grow(
     return e
 
 
-@stage
+@compiled
 def grown_at(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate as `grown`, also behind a jump."""
     if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:

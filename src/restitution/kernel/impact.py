@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import FIRST, approach
-from restitution.kernel.compile import kernel, stage
+from restitution.kernel.compile import compiled, entry_point
 from restitution.kernel.dense import combine, lagrange_lanes
-from restitution.kernel.lanes import WIDTH, load, total
+from restitution.kernel.lanes import WIDTH, read8, total
 from restitution.kernel.outcome import (
     CAPTURED,
     CONTACT_TIME,
@@ -21,7 +21,6 @@ from restitution.kernel.outcome import (
     STATUS,
     TOO_DEEP,
     TOO_MANY_STEPS,
-    TURNING_TIME,
 )
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.problem import Problem
@@ -46,7 +45,7 @@ MAX_ELEMENTS = 2000
 _TRIALS = 5
 
 
-@stage
+@compiled
 def _peak_force(scheme: Scheme, work: Work) -> float:
     """Largest force of the approach: the best node, then its polynomial at eight places at a time."""
     S = WIDTH
@@ -74,7 +73,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
             if node < S:
                 high = min(high, scheme.c[node + 1])
         for _ in range(12):
-            x = low + (high - low) * load(scheme.c, 1)
+            x = low + (high - low) * read8(scheme.c, 1)
             lagrange_lanes(scheme.c, scheme.weights, S + 1, x, work.basis)
             F = combine(work.basis, S + 1, row)
             top = 0
@@ -86,24 +85,24 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     return best
 
 
-@stage
+@compiled
 def _resting_place(problem: Problem, s: float) -> float:
     """Where the foundation alone carries the load, at s or deeper; 0 beyond the end of a table."""
     low, high = s, s
-    while problem.equilibrium * radius_and_integral(problem.path, high)[1] < problem.load:
+    while problem.equilibrium * radius_and_integral(problem.path, high)[1] < problem.external_force:
         low, high = high, 1.5 * high
         if high > problem.path.end:
             return 0.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if problem.equilibrium * radius_and_integral(problem.path, middle)[1] < problem.load:
+        if problem.equilibrium * radius_and_integral(problem.path, middle)[1] < problem.external_force:
             low = middle
         else:
             high = middle
     return high
 
 
-@kernel
+@entry_point
 def solve_block(
     scheme: Scheme,
     tolerance: float,
@@ -111,7 +110,7 @@ def solve_block(
     firsts: Any,
     equilibria: Any,
     viscosities: Any,
-    loads: Any,
+    external_forces: Any,
     offsets: Any,
     moduli: Any,
     times: Any,
@@ -129,7 +128,7 @@ def solve_block(
         Error of an element, and the largest last step of the Newton iteration.
     firsts : ndarray, shape (n,)
         Scale of s of each impact.
-    equilibria, viscosities, loads : ndarray, shape (n,)
+    equilibria, viscosities, external_forces : ndarray, shape (n,)
         See `Problem`.
     offsets : ndarray of int, shape (n + 1,)
         Where each row's modes begin.
@@ -139,12 +138,14 @@ def solve_block(
         The profile.
     work : Work
         Scratch space for the largest number of modes of a row; holds the stored halves of the last impact afterwards.
-    outcomes : ndarray, shape (n, 9)
+    outcomes : ndarray, shape (n, 8)
         Written: columns `restitution.kernel.outcome.OUTCOME`; NaN where there is no result.
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
-        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], loads[n], path)
+        problem = Problem(
+            equilibria[n], moduli[low:high], times[low:high], viscosities[n], external_forces[n], path
+        )
         outcome = outcomes[n]
         for column in range(outcome.shape[0]):
             outcome[column] = math.nan
@@ -157,23 +158,22 @@ def solve_block(
         elif high > low and radius_and_integral(path, 0.0)[0] > 0.0:
             # The same of fast modes under a flat face, which is met at full width.
             finer = min(finer, max(200.0 * accept, 1e-12))
-        weighed = loads[n] == 0.0
+        weighed = external_forces[n] == 0.0
         trial = 0
         while trial < _TRIALS:
             trial += 1
             status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n])
             # A constant force drives a body into a liquid for ever; without one it comes to rest.
-            if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and loads[n] == 0.0):
+            if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and external_forces[n] == 0.0):
                 s = work.turning[S_]
                 outcome[MAX_FORCE] = _peak_force(scheme, work)
                 if status == CAPTURED:
                     s = _resting_place(problem, s)
                     if not s > 0.0:
                         status = TOO_DEEP
-                    outcome[MAX_FORCE] = max(outcome[MAX_FORCE], loads[n])
+                    outcome[MAX_FORCE] = max(outcome[MAX_FORCE], external_forces[n])
                 outcome[MAX_DEPTH] = s * s
                 outcome[MAX_RADIUS] = radius_and_integral(problem.path, s)[0]
-                outcome[TURNING_TIME] = work.turning[T_]
                 if status != SEPARATED:
                     outcome[RESIDUAL_DEPTH] = s * s
             if status == SEPARATED:
@@ -182,7 +182,7 @@ def solve_block(
                 # The work of a weight passes through the velocity in between, whose error e feels enlarged.
                 weighed = True
                 e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], 1e-3)
-                enlarged = (1.0 + 2.0 * loads[n] * outcome[MAX_DEPTH]) / (e * e)
+                enlarged = (1.0 + 2.0 * external_forces[n] * outcome[MAX_DEPTH]) / (e * e)
                 if enlarged > 2.0:
                     finer, sharper = max(tolerance / enlarged, 1e-14), max(accept / enlarged, 2e-14)
                     trial = 0
@@ -198,12 +198,12 @@ def solve_block(
             outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
             depth = outcome[MAX_DEPTH]
             for element in range(last + 1):
-                speed = load(work.slopes[element], 0) * load(work.rebound[element, V_], 1)
-                depth += work.places[BACK_LENGTH, element] * total(load(scheme.A[WIDTH - 1], 0) * speed)
+                speed = read8(work.slopes[element], 0) * read8(work.rebound[element, V_], 1)
+                depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A[WIDTH - 1], 0) * speed)
             outcome[RESIDUAL_DEPTH] = depth
             # By what an elastic body exceeds what the force has given it, is error.
             outcome[RESTITUTION] = min(
-                outcome[RESTITUTION], math.sqrt(max(1.0 + 2.0 * loads[n] * depth, 0.0))
+                outcome[RESTITUTION], math.sqrt(max(1.0 + 2.0 * external_forces[n] * depth, 0.0))
             )
         elif status in (SINKS_IN, CAPTURED):
             outcome[RESTITUTION] = 0.0

@@ -11,7 +11,7 @@ which is cut into elements as the rates of the growing contact are.
 import math
 from typing import Any, NamedTuple
 
-from restitution.kernel.compile import kernel, part, stage
+from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.growing import grown, root_of_depth
 from restitution.kernel.memory import TERMS, Memory, Quadrature, legendre_values, recall
 from restitution.kernel.path import radius_and_integral
@@ -37,7 +37,7 @@ class Recovery(NamedTuple):
     level: Memory
 
 
-@kernel
+@entry_point
 def recover(
     contact: Contact,
     past: Past,
@@ -99,7 +99,7 @@ def recover(
     return r
 
 
-@part
+@inlined
 def _lost(contact: Contact, past: Past, t: float) -> tuple[float, float]:
     """Phi at time t if the contact were over, and its rate."""
     phi = -contact.equilibrium * past.elements.depths[past.total]
@@ -112,7 +112,7 @@ def _lost(contact: Contact, past: Past, t: float) -> tuple[float, float]:
     return phi, rate
 
 
-@stage
+@compiled
 def _phi(
     contact: Contact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
 ) -> tuple[int, float, float]:
@@ -125,7 +125,7 @@ def _phi(
     return e, t1, phi
 
 
-@stage
+@compiled
 def _crept(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
 ) -> tuple[float, float]:
@@ -141,7 +141,7 @@ def _crept(
     return depth, fading
 
 
-@kernel
+@entry_point
 def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
     """Sample the contact at ascending times; at a jump, what is behind it.
 
@@ -213,7 +213,7 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
         columns[3, n] = 0.0 if open_ else radius_and_integral(contact.path, s1)[0]
 
 
-@kernel
+@entry_point
 def through_jump(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, shares: Any, columns: Any
 ) -> None:

@@ -2,20 +2,20 @@
 
 from typing import Any
 
-from restitution.kernel.compile import part, stage
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.dense import combine, lagrange, lagrange_lanes
-from restitution.kernel.lanes import WIDTH, from_lane, load, store, total
+from restitution.kernel.lanes import WIDTH, from_lane, read8, total, write8
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import BASIS, LENGTH, START, Work
 
 
-@part
+@inlined
 def product(weights: Any, row: Any) -> float:
     """Product of weights with a row: its value at the start of an element, then those at the nodes."""
-    return weights[0] * row[0] + total(load(weights, 1) * load(row, 1))
+    return weights[0] * row[0] + total(read8(weights, 1) * read8(row, 1))
 
 
-@part
+@inlined
 def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
     """Write the rows of an element at x into `row`."""
     basis = work.vectors[BASIS]
@@ -24,7 +24,7 @@ def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> N
         row[n] = product(basis, table[n])
 
 
-@part
+@inlined
 def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint: int, rows: Any) -> int:
     """Write the rows of the approach at eight falling sigma into `rows`; return the element of the last.
 
@@ -40,15 +40,15 @@ def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint:
         for n in range(rows.shape[0]):
             value = combine(work.basis, WIDTH + 1, table[n])
             if lane > 0:
-                value = from_lane(lane, value, load(rows[n], 0))
-            store(rows[n], 0, value)
+                value = from_lane(lane, value, read8(rows[n], 0))
+            write8(rows[n], 0, value)
         lane += 1
         while lane < WIDTH and (place == 0 or sigma[lane] >= start):
             lane += 1
     return place
 
 
-@part
+@inlined
 def seek(places: Any, element: int, sigma: float) -> int:
     """Element of the approach that holds sigma, searched from `element` down."""
     while element > 0 and sigma < places[START, element]:
@@ -56,13 +56,13 @@ def seek(places: Any, element: int, sigma: float) -> int:
     return element
 
 
-@part
+@inlined
 def tail(scheme: Scheme, row: Any) -> float:
     """Size of the last two Legendre coefficients of a row over an element, the second to last with weight 0.05."""
     return abs(product(scheme.tail[1], row)) + 0.05 * abs(product(scheme.tail[0], row))
 
 
-@part
+@inlined
 def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
     """Value at x of the interpolant of a row over an element."""
     basis = work.vectors[BASIS]
@@ -70,7 +70,7 @@ def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
     return product(basis, row)
 
 
-@stage
+@compiled
 def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
     """Where in [0, end] a row of an element passes a level once (bracketed secant)."""
     low, high = 0.0, end

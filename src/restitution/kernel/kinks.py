@@ -7,7 +7,7 @@ only as good at its end as it is inside.
 
 from typing import Any
 
-from restitution.kernel.compile import part, stage
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.interpolation import crossing, value
 from restitution.kernel.lanes import WIDTH
 from restitution.kernel.problem import Problem
@@ -20,7 +20,7 @@ SPACING = 1.0 / 6.0
 _TAIL = 2e-5
 
 
-@part
+@inlined
 def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h: float) -> float:
     """Velocity that a kink takes until z beyond it, at velocity v and within a length h of sigma, at most."""
     path = problem.path
@@ -30,7 +30,7 @@ def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h
     return 2.0 * s * force * min(z / v, h)
 
 
-@stage
+@compiled
 def next_kink(
     problem: Problem, glass: float, first: int, s: float, v: float, slope: float, h: float, allowed: float
 ) -> int:
@@ -49,7 +49,7 @@ def next_kink(
     return -1
 
 
-@part
+@inlined
 def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float, allowed: float) -> float:
     """Length of an element that begins at a kink: at most h, and such that its tail is `allowed`, about."""
     tail = _TAIL * kink_effect(problem, glass, kink, v, h * v, h)
@@ -58,7 +58,7 @@ def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float,
     return h * min(1.0, (allowed / max(tail, 1e-300)) ** power)
 
 
-@part
+@inlined
 def passed(kinks: Any, first: int, s: float) -> int:
     """First kink beyond s, from `first` on."""
     kink = first
@@ -67,7 +67,7 @@ def passed(kinks: Any, first: int, s: float) -> int:
     return kink
 
 
-@stage
+@compiled
 def length_correction(
     problem: Problem,
     scheme: Scheme,

@@ -135,44 +135,44 @@ def _lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.extract_element(value, context.cast(builder, lane, signature.args[1], types.int32))
 
 
-def load(row: Any, start: int) -> Any:
+def read8(row: Any, start: int) -> Any:
     """Eight numbers of a row from `start` on."""
     return row[start : start + WIDTH].copy()
 
 
-_returns(load, LANES, types.Array, types.Integer)
+_returns(read8, LANES, types.Array, types.Integer)
 
 
-@lower_builtin(load, types.Array, types.Integer)
+@lower_builtin(read8, types.Array, types.Integer)
 def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     start = context.cast(builder, arguments[1], signature.args[1], types.intp)
     return read(builder, address(context, builder, signature.args[0], arguments[0], [start]))
 
 
-def store(row: Any, start: int, value: Any) -> None:
+def write8(row: Any, start: int, value: Any) -> None:
     """Write eight numbers into a row from `start` on."""
     row[start : start + WIDTH] = value
 
 
-_returns(store, types.void, types.Array, types.Integer, LanesType)
+_returns(write8, types.void, types.Array, types.Integer, LanesType)
 
 
-@lower_builtin(store, types.Array, types.Integer, LANES)
+@lower_builtin(write8, types.Array, types.Integer, LANES)
 def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     start = context.cast(builder, arguments[1], signature.args[1], types.intp)
     write(builder, arguments[2], address(context, builder, signature.args[0], arguments[0], [start]))
     return context.get_dummy_value()
 
 
-def spread(number: float) -> Any:
+def broadcast(number: float) -> Any:
     """Eight times a number."""
     return np.full(WIDTH, number)
 
 
-_returns(spread, LANES, types.Float)
+_returns(broadcast, LANES, types.Float)
 
 
-@lower_builtin(spread, types.Float)
+@lower_builtin(broadcast, types.Float)
 def _spread(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return repeated(builder, arguments[0])
 

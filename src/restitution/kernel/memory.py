@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import entry_point, inlined
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def allocate(rates: Array, elements: int) -> Memory:
     return Memory(rates, np.zeros((elements + 1, K)), np.empty((elements, K, TERMS)), np.empty((elements, K)))
 
 
-@part
+@inlined
 def legendre_values(x: float, basis: Any) -> None:
     """Write P_0(x) to P_(TERMS-1)(x)."""
     basis[0] = 1.0
@@ -89,7 +89,7 @@ def legendre_values(x: float, basis: Any) -> None:
         basis[n + 1] = _ASCENT[n] * x * basis[n] - _DESCENT[n] * basis[n - 1]
 
 
-@kernel
+@entry_point
 def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> None:
     """Fill the memory of f.
 
@@ -180,7 +180,7 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
             begin[e + 1, k] = end
 
 
-@part
+@inlined
 def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
     """Memory of mode k at the time `elapsed` after the start of element e, where the Legendre polynomials are `basis`."""
     value = 0.0

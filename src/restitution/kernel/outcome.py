@@ -12,10 +12,9 @@ OUTCOME = (
     "max_force",
     "max_contact_radius",
     "residual_indentation_depth",
-    "turning_time",
     "status",
     "factorisations",
 )
 (
-    RESTITUTION, CONTACT_TIME, MAX_DEPTH, MAX_FORCE, MAX_RADIUS, RESIDUAL_DEPTH, TURNING_TIME, STATUS, FACTORISATIONS,
+    RESTITUTION, CONTACT_TIME, MAX_DEPTH, MAX_FORCE, MAX_RADIUS, RESIDUAL_DEPTH, STATUS, FACTORISATIONS,
 ) = range(len(OUTCOME))  # fmt: skip

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import part, stage
-from restitution.kernel.lanes import WIDTH, at_least, exp, load, log, spread, where_positive
+from restitution.kernel.compile import compiled, inlined
+from restitution.kernel.lanes import WIDTH, at_least, broadcast, exp, log, read8, where_positive
 
 
 class Path(NamedTuple):
@@ -65,7 +65,7 @@ def table_path(table: Any) -> Path:
     )  # fmt: skip
 
 
-@stage
+@compiled
 def _table(path: Path, s: float) -> tuple[float, float, float]:
     """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
     bins = path.finder.shape[0] - 1
@@ -98,7 +98,7 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
     return a, integral, slope / width * steepness
 
 
-@part
+@inlined
 def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
     """Contact radius a and Pi at s."""
     p = path.exponent
@@ -111,14 +111,14 @@ def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
     return a, integral
 
 
-@part
+@inlined
 def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     """Contact radii a and Pi at eight s; `scratch` has two rows."""
     p = path.exponent
     if p == 1.0:
         a = s
     elif p == 0.0:
-        a = spread(1.0)
+        a = broadcast(1.0)
     elif p == 2.0:
         a = s * s
     elif p > 0.0:
@@ -128,15 +128,15 @@ def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     return a, (2.0 / (p + 2.0)) * (s * s * a)
 
 
-@part
+@inlined
 def _tables(path: Path, s: Any, scratch: Any) -> Any:
     """The same from the table."""
     for i in range(WIDTH):
         scratch[0, i], scratch[1, i], _ = _table(path, s[i])
-    return load(scratch[0], 0), load(scratch[1], 0)
+    return read8(scratch[0], 0), read8(scratch[1], 0)
 
 
-@part
+@inlined
 def radius_slope(path: Path, s: float, a: float) -> float:
     """Slope da/ds at s > 0, where the radius is a."""
     if path.exponent >= 0.0:

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import entry_point, inlined
 from restitution.kernel.memory import TERMS, Memory, Quadrature
 from restitution.kernel.path import Path
 
@@ -69,7 +69,7 @@ class Scratch(NamedTuple):
     sweep: Any
 
 
-@part
+@inlined
 def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]:
     """Prescribed quantity, its rate and the rate of that, in segment i at time t; the value behind a jump."""
     h = contact.knots[i + 1] - contact.knots[i]
@@ -86,7 +86,7 @@ def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]
     return value, rate / h, 2.0 * curvature / (h * h)
 
 
-@kernel
+@entry_point
 def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: Any, levels: Any) -> None:
     """Write the Legendre coefficients of the prescribed rate and value over the segments from `first` on."""
     for i in range(first, contact.values.shape[0]):
@@ -106,13 +106,13 @@ def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: A
         trim(levels[i - first])
 
 
-@part
+@inlined
 def tail(coefficients: Any) -> float:
     """Size of the last two coefficients, which bounds what is missing."""
     return abs(coefficients[TERMS - 1]) + abs(coefficients[TERMS - 2])
 
 
-@part
+@inlined
 def spread(values: Any) -> float:
     """Largest less smallest of the values at the nodes of an element."""
     least = values[0]
@@ -123,7 +123,7 @@ def spread(values: Any) -> float:
     return most - least
 
 
-@part
+@inlined
 def trim(coefficients: Any) -> None:
     """Put coefficients to zero that are rounding: what is linear in time costs less then."""
     size = 0.0

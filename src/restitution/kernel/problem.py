@@ -8,12 +8,12 @@ from restitution.kernel.path import Path
 class Problem(NamedTuple):
     """One impact in units in which mass and impact velocity are 1, d = s^2 and a = a(s).
 
-    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - load).
+    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - external_force).
     """
 
     equilibrium: float
     moduli: Any
     times: Any
     viscosity: float
-    load: float
+    external_force: float
     path: Path

@@ -1,10 +1,10 @@
 """Rebound of the body (Graham, Ting): the stored approach is walked backwards in lambda, index 1 on its values.
 
-    dt/dlambda = u,  u q + 2 s1 v1 phi = 0,  phi = E + sum E_k X_k,  X_k = exp(-(t - t1)/tau_k),
-    q = E v - eta (F - w) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
+    dt/dlambda = u,  u psi + 2 s1 v1 phi = 0,  phi = E + sum E_k X_k,  X_k = exp(-(t - t1)/tau_k),
+    psi = E v - eta (F - w) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
     dv/dlambda = -(F - w) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
-The unknown is u at the nodes; nothing is divided by q. The first line is 0/0 at lambda = 0, where no node lies.
+The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where no node lies.
 Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 """
 
@@ -12,11 +12,21 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import KINK_TAIL, LAG
-from restitution.kernel.compile import part, stage
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, times
+from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import interpolate_lanes, tail
-from restitution.kernel.lanes import WIDTH, absolute, at_least, exp, largest, load, smallest, spread, store
+from restitution.kernel.lanes import (
+    WIDTH,
+    absolute,
+    at_least,
+    broadcast,
+    exp,
+    largest,
+    read8,
+    smallest,
+    write8,
+)
 from restitution.kernel.outcome import (
     CAPTURED,
     SEPARATED,
@@ -61,7 +71,7 @@ KAPPA, KAPPA_ELASTIC = 0.03, 0.3
 TIME_WEIGHT = 0.4
 
 
-@part
+@inlined
 def rebound_element(
     problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, delay: float, accept: float
 ) -> int:
@@ -76,123 +86,123 @@ def rebound_element(
     B, X, W, past = work.inverses, work.modes[0], work.modes[1], work.past
     J, G, M = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED]
     v0 = table[V_, 0]
-    eta, load_, equilibrium = problem.viscosity, problem.load, problem.equilibrium
-    v1, r1 = load(past[V_], 0), 2.0 * load(past[S_], 0)
-    driving = r1 * v1
+    eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
+    v1, r1 = read8(past[V_], 0), 2.0 * read8(past[S_], 0)
+    past_depth_slope = r1 * v1
     # Integrated by itself: as a difference of times it would lose the digits that fast modes feel.
-    elapsed = delay + h * times(A, r1)
-    Pi = load(work.vectors[INTEGRAL], 0)
-    u = load(work.vectors[UNKNOWN], 0)
+    elapsed = delay + h * matvec(A, r1)
+    Pi = read8(work.vectors[INTEGRAL], 0)
+    u = read8(work.vectors[UNKNOWN], 0)
     rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], 1e-12)
     previous = math.inf
     largest_u = 0.0
-    moved = 0.0
-    factor = True
+    drift = 0.0
+    refactor = True
     renewed = False
-    last = False
+    final_round = False
     iterations = 0
     while True:
         iterations += 1
         if iterations > _MOST_ITERATIONS:
             return -1
-        duration = h * times(A, u)
+        duration = h * matvec(A, u)
         F = equilibrium * Pi
-        phi = spread(equilibrium)
-        remembered = spread(0.0)
-        phi_t = spread(0.0)
-        F_t = spread(0.0)
-        q_t = spread(0.0)
+        phi = broadcast(equilibrium)
+        memory = broadcast(0.0)
+        phi_t = broadcast(0.0)
+        F_t = broadcast(0.0)
+        psi_t = broadcast(0.0)
         for k in range(N):
             inverse = 1.0 / problem.times[k]
             x = exp(at_least((elapsed + duration) * -inverse, -700.0))
-            store(X[k], 0, x)
+            write8(X[k], 0, x)
             x = problem.moduli[k] * x
-            force = x * load(past[MODES_ + 2 * k], 0)
-            share = x * (v1 - load(past[MODES_ + 1 + 2 * k], 0))
-            F = F + force
+            force_k = x * read8(past[MODES_ + 2 * k], 0)
+            memory_k = x * (v1 - read8(past[MODES_ + 1 + 2 * k], 0))
+            F = F + force_k
             phi = phi + x
-            remembered = remembered + share
-            if factor:
-                F_t = F_t - force * inverse
+            memory = memory + memory_k
+            if refactor:
+                F_t = F_t - force_k * inverse
                 phi_t = phi_t - x * inverse
-                q_t = q_t - share * inverse
-        v = v0 - h * times(A, (F - load_) * u)
-        q = equilibrium * v - eta * (F - load_) + remembered
-        own = spread(0.0)
-        if factor:
+                psi_t = psi_t - memory_k * inverse
+        v = v0 - h * matvec(A, (F - external_force) * u)
+        psi = equilibrium * v - eta * (F - external_force) + memory
+        mode_slope = broadcast(0.0)
+        if refactor:
             for k in range(N):
                 rate = (h / problem.times[k]) * u
                 for j in range(WIDTH):
-                    store(B[k, j], 0, load(unit[j], 0) + load(A[j], 0) * rate[j])
+                    write8(B[k, j], 0, read8(unit[j], 0) + read8(A[j], 0) * rate[j])
             invert_modes(B, N)
             for j in range(WIDTH):
-                store(G[j], 0, equilibrium * load(unit[j], 0))
-                store(M[j], 0, spread(0.0))
+                write8(G[j], 0, equilibrium * read8(unit[j], 0))
+                write8(M[j], 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
             start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
-            if factor:
-                Wk = times(B[k], start)
+            if refactor:
+                Wk = matvec(B[k], start)
                 weight = E * Wk / u
                 for j in range(WIDTH):
-                    column = load(B[k, j], 0)
-                    store(G[j], 0, load(G[j], 0) + E * column)
-                    store(M[j], 0, load(M[j], 0) + column * weight[j])
-                own = own + weight
+                    column = read8(B[k, j], 0)
+                    write8(G[j], 0, read8(G[j], 0) + E * column)
+                    write8(M[j], 0, read8(M[j], 0) + column * weight[j])
+                mode_slope = mode_slope + weight
             else:
-                Wk = load(W[k], 0)
+                Wk = read8(W[k], 0)
                 # After one round fast modes lag behind u by as much as the chord step, which then says nothing.
-                lags = not last and h * largest_u > LAG * problem.times[k]
+                lags = not final_round and h * largest_u > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
-                    lack = start - Wk - (h / problem.times[k]) * times(A, u * Wk)
-                    Wk = Wk + times(B[k], lack)
-            store(W[k], 0, Wk)
-            q = q + E * Wk
-        if last:
+                    defect = start - Wk - (h / problem.times[k]) * matvec(A, u * Wk)
+                    Wk = Wk + matvec(B[k], defect)
+            write8(W[k], 0, Wk)
+            psi = psi + E * Wk
+        if final_round:
             break
-        residual = u * q + driving * phi
-        if factor:
-            # C = dv/du; the modes' share of q follows v through their inverses, G, and u itself, M.
+        residual = u * psi + past_depth_slope * phi
+        if refactor:
+            # C = dv/du; the modes' share of psi follows v through their inverses, G, and u itself, M.
             row = (h * u) * F_t
-            net = F - load_
-            direct = h * (u * (q_t - eta * F_t) + driving * phi_t)
+            net = F - external_force
+            direct = h * (u * (psi_t - eta * F_t) + past_depth_slope * phi_t)
             for j in range(WIDTH):
-                column = load(A[j], 0)
-                change = -h * (column * net[j] + times(A, row * column))
-                change = times(G, change) + load(M[j], 0) - load(unit[j], 0) * own[j]
-                store(J[j], 0, u * change + direct * column + load(unit[j], 0) * q[j])
+                column = read8(A[j], 0)
+                change = -h * (column * net[j] + matvec(A, row * column))
+                change = matvec(G, change) + read8(M[j], 0) - read8(unit[j], 0) * mode_slope[j]
+                write8(J[j], 0, u * change + direct * column + read8(unit[j], 0) * psi[j])
             invert(work.matrices, JACOBIAN)
-        step = times(J, residual)
+        step = matvec(J, residual)
         largest_u = largest(absolute(u - step))
         u = at_least(u - step, 1e-9 * largest_u)
         size = largest(absolute(step)) / largest_u
         if not size < 1e3:
             return -1
-        moved = size if factor else moved
-        verdict = newton_verdict(size, previous, moved, factor, renewed, rounding, accept)
+        drift = size if refactor else drift
+        verdict = newton_verdict(size, previous, drift, refactor, renewed, rounding, accept)
         if verdict == DIVERGED:
             return -1
         if verdict == CONVERGED:
             # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
-            last = True
-            factor = False
+            final_round = True
+            refactor = False
             continue
-        factor = verdict == FACTOR
-        renewed = renewed or (factor and size < rounding)
+        refactor = verdict == FACTOR
+        renewed = renewed or (refactor and size < rounding)
         previous = size
-    store(work.vectors[UNKNOWN], 0, u)
-    store(table[S_], 1, load(past[S_], 0))
-    store(table[V_], 1, v)
-    store(table[T_], 1, table[T_, 0] + duration)
-    store(work.vectors[DELAY], 0, elapsed + duration)
-    store(table[F_], 1, F)
+    write8(work.vectors[UNKNOWN], 0, u)
+    write8(table[S_], 1, read8(past[S_], 0))
+    write8(table[V_], 1, v)
+    write8(table[T_], 1, table[T_, 0] + duration)
+    write8(work.vectors[DELAY], 0, elapsed + duration)
+    write8(table[F_], 1, F)
     for k in range(N):
-        store(table[MODES_ + 2 * k], 1, load(X[k], 0))
-        store(table[MODES_ + 1 + 2 * k], 1, load(W[k], 0))
+        write8(table[MODES_ + 2 * k], 1, read8(X[k], 0))
+        write8(table[MODES_ + 1 + 2 * k], 1, read8(W[k], 0))
     return iterations
 
 
-@stage
+@compiled
 def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
     """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
     S = WIDTH
@@ -215,8 +225,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         glass += problem.moduli[k]
     # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
     recoverable = 0.8 * table[F_, 0] * s_m * s_m
-    share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
-    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * share) * math.sqrt(recoverable)
+    elastic_share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
+    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
     for k in range(N):
         if work.turning[F_] * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
             h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
@@ -230,8 +240,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if element >= work.rebound.shape[0] - 1 or attempts > 4 * work.rebound.shape[0]:
             return TOO_MANY_STEPS
         if not h > 1e-15 * sigma_m:
-            # Under a constant force the edge of contact may turn back outwards: q vanishes, dt/dlambda diverges.
-            if problem.load > 0.0 and element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m:
+            # Under a constant force the edge of contact may turn back outwards: psi vanishes, dt/dlambda diverges.
+            if problem.external_force > 0.0 and element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m:
                 return CAPTURED
             return STEP_TOO_SMALL
         left = sigma_m - position
@@ -250,12 +260,12 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         elif h > 0.6 * ahead and kink == 0:
             h = 0.5 * ahead
         table = work.rebound[element]
-        sigma = left - h * load(scheme.c, 1)
+        sigma = left - h * read8(scheme.c, 1)
         if final:
             sigma = at_least(sigma, 0.0)
         place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
-        Pi = radii_and_integrals(problem.path, load(work.past[S_], 0), work.vectors[VALUES:])[1]
-        store(work.vectors[INTEGRAL], 0, Pi)
+        Pi = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[1]
+        write8(work.vectors[INTEGRAL], 0, Pi)
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
@@ -266,7 +276,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         # Taken from the pace: as a difference of times it would be rounding after a long contact.
         duration = work.vectors[VALUES]
         duration[0] = 0.0
-        store(duration, 1, h * times(scheme.columns, load(work.vectors[UNKNOWN], 0)))
+        write8(duration, 1, h * matvec(scheme.columns, read8(work.vectors[UNKNOWN], 0)))
         # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
         # known to what rounding leaves of a place in a short element.
         late = tail(scheme, duration)
@@ -278,11 +288,11 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             continue
         work.places[BACK_START, element] = position
         work.places[BACK_LENGTH, element] = h
-        store(work.slopes[element], 0, load(work.vectors[UNKNOWN], 0))
+        write8(work.slopes[element], 0, read8(work.vectors[UNKNOWN], 0))
         previous = h
         hint = place
         delay = work.vectors[DELAY, S - 1]
-        if problem.load > 0.0 and table[V_, S] >= 0.0:
+        if problem.external_force > 0.0 and table[V_, S] >= 0.0:
             return CAPTURED
         if final:
             break
@@ -298,27 +308,27 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     return SEPARATED
 
 
-@part
+@inlined
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
     """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued.
 
-    At the turning point, where X_k = 1: -q = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
+    At the turning point, where X_k = 1: -psi = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
     """
-    s1 = at_least(load(work.past[S_], 0), 1e-12)
+    s1 = at_least(read8(work.past[S_], 0), 1e-12)
     if element == 0:
-        braking = problem.viscosity * (work.turning[F_] - problem.load)
-        share = spread(1.0)
+        braking = problem.viscosity * (work.turning[F_] - problem.external_force)
+        pace_ratio = broadcast(1.0)
         if braking > 0.0:
             glass = problem.equilibrium
             for k in range(problem.moduli.shape[0]):
                 glass += problem.moduli[k]
-            driving = glass * at_least(load(work.past[V_], 0), 0.0)
-            share = driving / (driving + braking)
-        store(work.vectors[UNKNOWN], 0, 2.0 * s1 * share)
+            contact = glass * at_least(read8(work.past[V_], 0), 0.0)
+            pace_ratio = contact / (contact + braking)
+        write8(work.vectors[UNKNOWN], 0, 2.0 * s1 * pace_ratio)
         return
     ratios = work.vectors[VALUES]
-    store(ratios, 0, load(work.slopes[element - 1], 0) / load(work.rebound[element - 1, S_], 1))
-    x = 1.0 + (h / previous) * load(scheme.c, 1)
+    write8(ratios, 0, read8(work.slopes[element - 1], 0) / read8(work.rebound[element - 1, S_], 1))
+    x = 1.0 + (h / previous) * read8(scheme.c, 1)
     end = ratios[WIDTH - 1]
     if h <= 2.0 * previous:
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
@@ -331,5 +341,5 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
         second = ((end - ratios[middle]) / (1.0 - x1) - first) / (1.0 - x0)
         ratio = ratios[0] + (x - x0) * (first + (x - x1) * second)
     if not (smallest(ratio) > 0.1 * end and largest(ratio) < 10.0 * end):
-        ratio = spread(end)
-    store(work.vectors[UNKNOWN], 0, ratio * s1)
+        ratio = broadcast(end)
+    write8(work.vectors[UNKNOWN], 0, ratio * s1)

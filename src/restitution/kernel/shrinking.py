@@ -12,7 +12,7 @@ one equation for t1, whose left-hand side rises with t1. In the first case the o
 import math
 from typing import Any, NamedTuple
 
-from restitution.kernel.compile import kernel, part
+from restitution.kernel.compile import entry_point, inlined
 from restitution.kernel.growing import Elements, grown, root_of_depth
 from restitution.kernel.memory import Memory, legendre_values, recall
 from restitution.kernel.path import radius_and_integral
@@ -48,7 +48,7 @@ class Past(NamedTuple):
     end: float
 
 
-@part
+@inlined
 def equal_contact(
     contact: Contact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float]:
@@ -165,7 +165,7 @@ def equal_contact(
         return e, t1, depth, integral, modulus, slope
 
 
-@part
+@inlined
 def remaining(
     contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, by: float
 ) -> tuple[float, float]:
@@ -186,7 +186,7 @@ def remaining(
     return load, fading
 
 
-@part
+@inlined
 def center(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
     """Load of the innermost element under a prescribed depth, and its rate; leaves the memory in `now`.
 
@@ -211,7 +211,7 @@ def center(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tup
     return load, load_rate
 
 
-@kernel
+@entry_point
 def remembered(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
     """Leave in `now` the memory of the depth at time t in segment i of the shrinking contact; before a jump."""
     if contact.knots[i + 1] == contact.knots[i]:
@@ -221,7 +221,7 @@ def remembered(contact: Contact, past: Past, work: Scratch, i: int, t: float) ->
     center(contact, past, work, i, t)
 
 
-@part
+@inlined
 def shrunk(
     contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float, float]:
@@ -249,7 +249,7 @@ def shrunk(
     return e, t1, depth, force, growth, modulus, slope
 
 
-@kernel
+@entry_point
 def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
     """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite where it does not.
 
@@ -286,7 +286,7 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
     return math.inf
 
 
-@kernel
+@entry_point
 def regrowth(
     contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> int:
@@ -316,7 +316,7 @@ def regrowth(
     return -1
 
 
-@kernel
+@entry_point
 def rise_of_center(
     contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> bool:
