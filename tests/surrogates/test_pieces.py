@@ -99,15 +99,3 @@ def test_out_of_range_is_not_a_number():
 def test_most_is_not_exceeded():
     pieces, _ = build_pieces(lambda x: (1e-3 + 0.0 * x)[None], difference, 0.0, 1.0, 1e-6)
     assert value(2.0, *table(pieces, 0, 1.0, math.e, 1.0)) == 1.0
-
-
-@pytest.mark.plain
-def test_a_narrow_peak_between_the_points_of_a_piece_is_found():
-    # As wide as a fiftieth of the interval: the points of one piece alone see next to nothing of it.
-    def sample(x):
-        return (1e-4 * np.exp(-(((x - 0.4321) / 2e-3) ** 2)))[None]
-
-    pieces, error = build_pieces(sample, difference, -1.0, 1.0, 1e-6)
-    points = np.linspace(-1.0, 1.0, 20_001)
-    found = np.array([look_up(pieces, 0, x) for x in points])
-    assert np.abs(found - sample(points)[0]).max() <= error[0] <= 1e-6

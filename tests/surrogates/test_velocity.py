@@ -385,3 +385,19 @@ def test_any_material_between_zero_and_one_and_the_same_from_its_file(
     for name, values in zip(OUTPUTS, (e, time, force), strict=True):
         assert np.array_equal(getattr(again, name)(v), values)
     assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()
+
+
+def test_one_piece_takes_few_solves_and_the_error_covers_those_of_the_solver(monkeypatch):
+    from restitution.surrogates import build
+
+    counts, solved = [], build._solved
+
+    def counted(impacts, speeds, accuracy, workers):
+        counts.append(speeds.size)
+        return solved(impacts, speeds, accuracy, workers)
+
+    monkeypatch.setattr(build, "_solved", counted)
+    made = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
+    assert sum(counts) <= 100
+    # The solves have the tolerance 1e-12; the largest force is off by up to 14 of these.
+    assert min(made.error.values()) >= 1.4e-11

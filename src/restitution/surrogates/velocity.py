@@ -66,10 +66,10 @@ class Surrogate:
 
     Notes
     -----
-    The error is twice the largest difference from the exact method at velocities that made no interpolant: those half-way
-    between the ones that did, 32 random ones for each piece, and 1024 random ones over the range. All are solved to a
-    tolerance of `rtol`/10 000, but not below 1e-12; that tolerance is added. It is a measurement, not a bound:
-    over 30 random materials, no error at 10 000 other velocities was larger.
+    The error has two parts. The first is twice the largest difference from the exact method at velocities that built no
+    interpolant: those half-way between the ones that did, and 16 random ones for each piece. The second is the error of
+    the solves: they have a tolerance of `rtol`/10 000, but not below 1e-12, and 20 of these tolerances are added, as the
+    largest force is off by up to 14. The sum is a measurement, not a bound: see `validation/surrogate_error.md`.
     """
 
     velocity: tuple[float, float]
