@@ -50,6 +50,15 @@ def test_springpot_in_closed_form():
     assert ratio == pytest.approx(math.tan(0.2 * math.pi), rel=1e-14)
 
 
+def test_springpot_whose_power_overflows_is_infinite_and_never_nan():
+    """V omega^alpha = 1e90 * 1e308^0.99 = 1e395 exceeds the largest double."""
+    model = springpot(1e90, 0.99)
+    assert (model.storage_modulus(1e308), model.loss_modulus(1e308)) == (math.inf, math.inf)
+    assert model.carson_transform(np.array([1e300, 1e308])).tolist() == [math.inf, math.inf]
+    # A spring in series bounds the modulus.
+    assert fractional_maxwell(1e90, 1e-3, 0.99).storage_modulus(1e308) == 1e90
+
+
 def test_zener_limits():
     model = fractional_zener(2.0, 6.0, 0.5, 0.3)
     assert model.relaxation_modulus(0.0) == pytest.approx(8.0, rel=1e-13)

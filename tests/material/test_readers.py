@@ -261,7 +261,10 @@ def test_deck_without_constants_asks_for_them():
             "# E0 = 8 pounds\n# rel_mod,rel_time\n0.5,1\n",
             "x: line 1: 'E0 = 8 pounds': must end in a unit of modulus",
         ),
-        ("T,log_aT\nC,-\n1,0\n1,-1\n", "x: line 3: temperatures does not ascend"),
+        (
+            "T,log_aT\nC,-\n1,0\n1,-1\n",
+            r"x: line 3: temperatures\[1\] = 274.15 K: must be strictly ascending",
+        ),
         ("TB,PRON,1,1,2,SHEA\nTBDATA,1,0.1,1.0,0.2\n", "x: line 2: 3 constants .* must be 4, .*line 1"),
         ("TB,PRON,1,1,1,SHEA\n", "x: line 1: 0 constants in TBDATA: must be 2"),
         ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,zero\n", "x: line 2: 'zero': must be a number"),
@@ -402,6 +405,7 @@ def test_assumed_units_and_unused_columns_are_noted():
         "columns not used: Point No., tan(delta)",
     )
     assert parse(DMA["descending"]).notes == ()
+    assert parse("T,log_aT\n290,1\n310,-1\n").notes == ("unit of T not given: K assumed",)
 
 
 def test_a_workbook_is_to_be_saved_as_csv(tmp_path):

@@ -86,8 +86,8 @@ def test_table_interpolates_the_logarithm():
     [
         ([300.0], [0.0], "at least 2"),
         ([300.0, 310.0], [0.0], "equal length"),
-        ([310.0, 300.0], [0.0, -1.0], "temperatures does not ascend at entry 1"),
-        ([300.0, 310.0], [0.0, 1.0], "log10_factors does not ascend at entry 1"),
+        ([310.0, 300.0], [0.0, -1.0], r"temperatures\[1\] = 300 K: must be strictly ascending"),
+        ([300.0, 310.0], [0.0, 1.0], r"log10_factors\[1\] = 1: must be strictly descending"),
         ([300.0, 310.0], [3.0, 1.0], "must pass through 0"),
         ([-1.0, 310.0], [1.0, -1.0], r"temperatures\[0\] = -1 K"),
         ([300.0, 310.0], [0.0, math.nan], r"log10_factors\[1\] = nan"),

@@ -1,4 +1,4 @@
-"""Fractional models (springpots), exact and as Prony series of verified error over a time window."""
+"""Fractional models (springpots), exact and as Prony series of verified error within a window of time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from restitution.errors import InputError
 from restitution.material import models
 from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.material.prony import EXTREME, PronySeries, in_range
-from restitution.material.spectrum import discretise, relaxation_by_quadrature
+from restitution.material.spectrum import discretise, mittag_leffler
 from restitution.material.viscoelastic import Material, time_window
 from restitution.quantities import CONSTANTS
 
@@ -26,19 +26,11 @@ _P = ParamSpec("_P")
 
 
 class Window(NamedTuple):
-    """Times within which a Prony series approximates a fractional model.
+    """Times within which a Prony series approximates a fractional model."""
 
-    Attributes
-    ----------
-    low, high
-        Shortest and longest time [s].
-    rtol
-        Relative error that suffices; 0 for that of the material.
-    """
-
-    low: float
-    high: float
-    rtol: float = 0.0
+    low: float  # shortest time [s]
+    high: float  # longest time [s]
+    rtol: float = 0.0  # relative error that suffices; 0 for that of the material
 
 
 class PronyApproximation(NamedTuple):
@@ -105,10 +97,9 @@ class FractionalModel:
         in_range("equilibrium_modulus", self.equilibrium_modulus, EXTREME, "Pa")
         in_range("coefficient", self.coefficient, EXTREME, "Pa s^exponent")
         if self.series_modulus != math.inf:
-            in_range(
-                "series_modulus", float(positive("series_modulus", self.series_modulus, "Pa")), EXTREME, "Pa"
-            )
-            digits = (math.log10(self.coefficient) - math.log10(self.series_modulus)) / self.exponent
+            stiffness = float(positive("series_modulus", self.series_modulus, "Pa"))
+            in_range("series_modulus", stiffness, EXTREME, "Pa")
+            digits = (math.log10(self.coefficient) - math.log10(stiffness)) / self.exponent
             if not abs(digits) <= 100.0:
                 raise InputError("relaxation_time", f"1e{digits:.0f}", "must be in [1e-100, 1e+100] s", "s")
 
@@ -123,15 +114,10 @@ class FractionalModel:
         return self.equilibrium_modulus + self.series_modulus
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
-        """Relaxation modulus G(t) [Pa].
+        """Relaxation modulus G(t) [Pa] at the times t >= 0 [s], any shape.
 
-        G_inf + G_1 E_alpha(-(t/tau)^alpha), or G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in
-        series. The Mittag-Leffler function comes from quadrature of its spectrum, to 1e-12.
-
-        Parameters
-        ----------
-        time
-            t >= 0 [s], any shape.
+        G_inf + G_1 E_alpha(-(t/tau)^alpha), or G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in series. The
+        Mittag-Leffler function is a quadrature of its spectrum, to 1e-12.
 
         Examples
         --------
@@ -143,20 +129,23 @@ class FractionalModel:
             with np.errstate(divide="ignore", over="ignore"):
                 power = t**-self.exponent * (self.coefficient / math.gamma(1.0 - self.exponent))
             return (self.equilibrium_modulus + power)[()]
-        branch = relaxation_by_quadrature(np.minimum(t, 1e200) / self.relaxation_time, self.exponent)
+        branch = mittag_leffler(np.minimum(t, 1e200) / self.relaxation_time, self.exponent)
         return (self.equilibrium_modulus + self.series_modulus * branch)[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
-        """Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus."""
+        """Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus.
+
+        Infinite where the power of a springpot without a spring in series exceeds the largest double.
+        """
+        spring = self.series_modulus
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             power = self.coefficient * np.asarray(s) ** self.exponent
-            soft = power / (1.0 + power / self.series_modulus)
-            if self.series_modulus < math.inf:
-                # The same number, in a form that keeps a small loss where the springpot is the stiffer part.
-                stiff = self.series_modulus / (1.0 + self.series_modulus / power)
-                stiff = np.where(np.isfinite(power), stiff, self.series_modulus)
-                soft = np.where(np.abs(power) < self.series_modulus, soft, stiff)
-        return (self.equilibrium_modulus + soft)[()]
+            if spring == math.inf:
+                return (self.equilibrium_modulus + power)[()]
+            # Two forms of the same number; each keeps a small loss where the other cancels.
+            stiff = np.where(np.isfinite(power), spring / (1.0 + spring / power), spring)
+            branch = np.where(np.abs(power) < spring, power / (1.0 + power / spring), stiff)
+        return (self.equilibrium_modulus + branch)[()]
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
         """Storage modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
@@ -173,10 +162,9 @@ class FractionalModel:
     def prony(self, window: tuple[float, float], rtol: float = 1e-6) -> PronyApproximation:
         """Prony series of prescribed and verified relative error within a window of time.
 
-        The spectrum is integrated over the logarithm of time by the trapezoidal rule, whose error falls
-        exponentially with the number of terms; what is slower or faster than the window is gathered in a few
-        terms of the same moments. The result is compared with the exact moduli, and the rule refined, until
-        it suffices.
+        The spectrum is integrated over the logarithm of time by the trapezoidal rule, whose error falls exponentially
+        with the number of terms. A few terms of the same moments replace all that is slower or faster than the window.
+        The result is compared with the exact moduli, and the rule refined, until the error suffices.
 
         Parameters
         ----------
@@ -184,12 +172,7 @@ class FractionalModel:
             Shortest and longest time [s] that matter.
         rtol
             Admissible error of R(t) relative to R(t), and of the complex modulus relative to its magnitude, in
-            [1e-10, 0.1]. The loss modulus may be off by more where it is small; see `loss_error`.
-
-        Returns
-        -------
-        PronyApproximation
-            With the error found, of the relaxation modulus and of the complex modulus.
+            [1e-10, 0.1]. The error of the loss modulus may be larger where it is small; see `loss_error`.
 
         Examples
         --------
@@ -226,20 +209,10 @@ class FractionalModel:
 
 
 class ApproximateMaterial(NamedTuple):
-    """Material whose relaxation moduli are Prony series of a stated relative error.
-
-    Attributes
-    ----------
-    material
-        The material; its `window` is that of the approximation.
-    error
-        Largest relative error of its relaxation moduli and of the magnitude of its complex moduli.
-    loss_error
-        Largest relative error of its loss moduli.
-    """
+    """Material whose relaxation moduli are Prony series, with the largest of their errors."""
 
     material: Material
-    error: float
+    error: float  # as in `PronyApproximation`
     loss_error: float
 
 
@@ -258,12 +231,12 @@ class FractionalMaterial:
     name
         Name of the material.
     rtol
-        Relative error of the Prony series that stand for it, in [1e-10, 0.1].
+        Relative error of its Prony series, in [1e-10, 0.1].
 
     Notes
     -----
-    An impact or an indentation takes a `Material`, which `within` makes for a window of time; `for_contact`
-    chooses that of an impact.
+    An impact or an indentation takes a `Material`. The method `within` makes it for a window of time; `for_contact`
+    finds the window of an impact.
 
     Examples
     --------

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputTypeError
-from restitution.material import table as tables
 from restitution.material.deck import ViscoelasticDeck, read_abaqus, read_ansys
 from restitution.material.measurement import (
     Deformation,
@@ -18,14 +19,13 @@ from restitution.material.measurement import (
     RelaxationTable,
     beyond_one,
 )
-from restitution.material.sheet import FileError, read_text
+from restitution.material.sheet import PLAIN_UNITS, FileError, Sheet, read_sheet, read_text, unit
 from restitution.material.shift import ShiftTable
-from restitution.material.table import Column, Role, Table, read_table, unit
 
 Array = NDArray[np.float64]
 MaterialFile = RelaxationTable | DynamicTable | PronyTerms | ShiftTable | ViscoelasticDeck
 
-# No data scatter by a half and can still be fitted.
+# Data that scatter by half of their size cannot be fitted.
 _NOISE = 1.5
 _LONGEST_COMMENT = 500
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
@@ -34,10 +34,10 @@ _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material, whatever its kind.
 
-    Kinds, told apart by content: a relaxation table (time, modulus), a DMA table (frequency, storage
-    modulus, loss modulus or loss tangent), a table of shift factors (temperature, log aT or aT), a table of
-    Prony terms (relaxation time, modulus or relative modulus), an ANSYS deck with ``TB,PRON``, an Abaqus
-    deck with ``*VISCOELASTIC, TIME=PRONY``.
+    The content decides the kind: a relaxation table (time, modulus), a DMA table (frequency, storage modulus, loss
+    modulus or loss tangent), a table of shift factors (temperature, log aT or aT), a table of Prony terms
+    (relaxation time, modulus or relative modulus), an ANSYS deck with ``TB,PRON``, an Abaqus deck with
+    ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
     Raises
     ------
-    ValueError
-        If the file is missing, malformed, or has several materials of which none is chosen; one line with
-        the file and the number of the line.
+    InputError
+        If the file is missing or malformed, or has several materials and none is chosen; one line with the file and
+        the number of the line.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
 
 def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:
-    r"""Read a text as `read` reads a file; `source` is what messages call it.
+    r"""Read a text as `read_material` reads a file; `source` is its name in messages.
 
     Examples
     --------
@@ -88,15 +88,11 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
     if re.search(r"^[ \t]*\*[ \t]*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
         return read_abaqus(source, text, name)
     if name is not None:
-        raise FileError(
-            source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names"
-        )
-    return _from_table(source, read_table(source, text))
-
-
-def _from_table(source: str, table: Table) -> MaterialFile:
+        message = f"has no material {name!r}: is no deck of a solver, whose materials have names"
+        raise FileError(source, 0, message)
+    table = _read_table(source, text)
     for kind in (_dynamic, _prony_terms, _relaxation, _shift_table):
-        found = kind(source, table)
+        found = kind(table)
         if found is not None:
             return found
     names = ", ".join(filter(None, table.sheet.labels))
@@ -108,137 +104,254 @@ def _from_table(source: str, table: Table) -> MaterialFile:
     )
 
 
-def _first(table: Table, *roles: Role) -> Role | None:
-    return next((role for role in roles if table.has(role)), None)
+class Role(NamedTuple):
+    """Quantity of a column."""
+
+    name: str
+    dimensions: tuple[str, ...]  # admissible dimensions of its unit
+    assumed: str = ""  # unit that is assumed where none is given
+    least: float | None = 0.0  # bound of its values, None for none
+    open_bound: bool = True  # whether the bound itself is excluded
 
 
-def _dynamic(source: str, table: Table) -> DynamicTable | None:
-    frequency = _first(table, tables.ANGULAR_FREQUENCY, tables.FREQUENCY)
-    modulus = _first(table, tables.STORAGE, tables.COMPLEX)
-    other = _first(table, tables.LOSS, tables.TANGENT)
+TIME = Role("time", ("time",), "s", open_bound=False)
+FREQUENCY = Role("frequency", ("frequency", "angular frequency"), "Hz")
+ANGULAR_FREQUENCY = Role("angular frequency", ("angular frequency", "frequency"), "rad/s")
+MODULUS = Role("relaxation modulus", ("modulus",), "Pa")
+STORAGE = Role("storage modulus", ("modulus",), "Pa")
+LOSS = Role("loss modulus", ("modulus",), "Pa", open_bound=False)
+COMPLEX = Role("magnitude of the complex modulus", ("modulus",), "Pa")
+TANGENT = Role("loss tangent", ("number",), open_bound=False)
+RELAXATION_TIME = Role("relaxation time", ("time",), "s")
+BRANCH = Role("branch modulus", ("modulus",), "Pa", open_bound=False)
+SHARE = Role("relative modulus", ("number",), open_bound=False)
+TEMPERATURE = Role("temperature", ("temperature",), "K")
+LOG_SHIFT = Role("log10 of the shift factor", ("number",), least=None)
+SHIFT = Role("shift factor", ("number",))
+
+_SPELLINGS: dict[Role, str] = {
+    TIME: "t time zeit",
+    FREQUENCY: "f freq frequency frequenz",
+    ANGULAR_FREQUENCY: "w omega ω angfreq angularfrequency angfrequency kreisfrequenz",
+    MODULUS: "e g er gr erelax grelax e(t) g(t) modulus relaxationmodulus tensilemodulus shearmodulus "
+    "tensilerelaxationmodulus shearrelaxationmodulus youngsmodulus relaxationsmodul",
+    STORAGE: "e' g' ep gp estor gstor estorage gstorage eprime gprime storage storagemodulus "
+    "tensilestoragemodulus shearstoragemodulus speichermodul",
+    LOSS: "e'' g'' epp gpp eloss gloss edoubleprime gdoubleprime loss lossmodulus "
+    "tensilelossmodulus shearlossmodulus verlustmodul",
+    COMPLEX: "e* g* |e*| |g*| complexmodulus dynamicmodulus",
+    TANGENT: "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor",
+    RELAXATION_TIME: "tau taui tauk τ reltime relaxationtime relaxationtimes",
+    BRANCH: "branchmodulus branchmoduli ei ek",
+    SHARE: "relmod relativemodulus relativemoduli alpha alphai gi ki",
+    TEMPERATURE: "temp temperature temperatur",
+    LOG_SHIFT: "logat log10at loga log10a logshift",
+    SHIFT: "at a shiftfactor",
+}
+_ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
+_TENSION = re.compile(
+    r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)"
+)
+_SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
+_QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
+
+
+class Column(NamedTuple):
+    """Column of a table, in SI (angular frequencies in rad/s)."""
+
+    role: Role
+    label: str  # its name in the file
+    deformation: Deformation | None  # None where the name does not state it
+    values: Array
+    note: str  # the unit that was assumed; empty where the file gives one
+
+
+class Table(NamedTuple):
+    """Sheet of known quantities; a column is read when it is asked for."""
+
+    sheet: Sheet
+    roles: list[Role | None]
+
+    def first(self, *roles: Role) -> Role | None:
+        """Return the first of several roles that has a column."""
+        return next((role for role in roles if role in self.roles), None)
+
+    def column(self, role: Role) -> Column:
+        """Return the column of a role, refusing two of them."""
+        if self.roles.count(role) > 1:
+            raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
+        index = self.roles.index(role)
+        label, given = self.sheet.labels[index], self.sheet.units[index]
+        scale = unit(role.assumed if given is None else given)
+        if scale is None or scale.dimension not in role.dimensions:
+            usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
+            wanted = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
+            raise self.error(f"column {label!r}: unit {given!r}: {wanted}", self.sheet.unit_line)
+        factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
+        with np.errstate(over="ignore"):
+            values = (self.sheet.numbers(index) + scale.offset) * factor
+        good = np.isfinite(values)
+        if role.least is not None:
+            good &= values > role.least if role.open_bound else values >= role.least
+        if not good.all():
+            row = int(np.argmin(good))
+            bound = "" if role.least is None else f" and {'>' if role.open_bound else '>='} {role.least:g}"
+            raise self.error(f"{label} = {self.sheet.cells[index][row]}: must be finite{bound}", row=row)
+        plain = _plain(label).lower()
+        deformation = "tension" if _TENSION.match(plain) else "shear" if _SHEAR.match(plain) else None
+        note = f"unit of {label} not given: {role.assumed} assumed" if given is None and role.assumed else ""
+        return Column(role, label, deformation, values, note)
+
+    def notes(self, *used: Column) -> tuple[str, ...]:
+        """Return the remarks on columns: units that were assumed, and columns that are not used."""
+        labels = {column.label for column in used}
+        left = [label for label in self.sheet.labels if label and label not in labels]
+        unused = (f"columns not used: {', '.join(left)}",) if left else ()
+        return (*(column.note for column in used if column.note), *unused)
+
+    def deformation(self, *columns: Column) -> Deformation | None:
+        """Return the deformation that the columns state, refusing two different ones."""
+        kinds = {column.deformation for column in columns} - {None}
+        if len(kinds) > 1:
+            raise self.error("one modulus is in tension, the other in shear: must be of one kind")
+        return kinds.pop() if kinds else None
+
+    def order(self, column: Column) -> slice:
+        """Return the order in which a column ascends; the file may list it in descending order."""
+        steps = np.diff(column.values)
+        if steps.size and (steps < 0).all():
+            return slice(None, None, -1)
+        if not (steps > 0).all():
+            row = int(np.argmin(steps > 0)) + 1
+            what = "repeats" if steps[row - 1] == 0 else "is less than"
+            before = self.sheet.lines[row - 1]
+            wanted = "must be strictly ascending or descending"
+            raise self.error(f"{column.label} {what} that of line {before}: {wanted}", row=row)
+        return slice(None)
+
+    def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
+        """Return the error for a line of the file, or for a row of the table."""
+        return FileError(self.sheet.source, line if row is None else self.sheet.lines[row], message)
+
+
+def _read_table(source: str, text: str) -> Table:
+    sheet = read_sheet(
+        source, text, lambda tail: unit(tail) is not None, lambda name: _role(name) is not None
+    )
+    roles = [_role(label) for label in sheet.labels]
+    if RELAXATION_TIME in roles:
+        roles = [BRANCH if role is MODULUS else role for role in roles]
+    for i, role in enumerate(roles):
+        given = unit(sheet.units[i] or "")
+        if role is SHARE and given is not None and given.dimension == "modulus":
+            roles[i] = BRANCH
+    return Table(sheet, roles)
+
+
+def _plain(label: str) -> str:
+    return re.sub(r"[\s_.]", "", label[:100]).translate(_QUOTES)
+
+
+def _role(label: str) -> Role | None:
+    # Only the capital T is a temperature, and the small one a time.
+    plain = _plain(label)
+    return TEMPERATURE if plain == "T" else _ROLES.get(plain.lower())
+
+
+def _dynamic(table: Table) -> DynamicTable | None:
+    frequency = table.first(ANGULAR_FREQUENCY, FREQUENCY)
+    modulus = table.first(STORAGE, COMPLEX)
+    other = table.first(TANGENT, LOSS) if modulus is COMPLEX else table.first(LOSS, TANGENT)
     if frequency is None or modulus is None or other is None:
         return None
-    if modulus is tables.COMPLEX and table.has(tables.TANGENT):
-        other = tables.TANGENT
     omega, first, second = map(table.column, (frequency, modulus, other))
-    order = _ascending(source, table, omega)
+    order = table.order(omega)
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
-        if modulus is tables.COMPLEX:
+        if modulus is COMPLEX:
             # |E*| with the loss modulus or the loss tangent.
-            share = loss / np.hypot(1.0, loss) if other is tables.TANGENT else np.minimum(loss / storage, 1.0)
+            share = loss / np.hypot(1.0, loss) if other is TANGENT else np.minimum(loss / storage, 1.0)
             loss = storage * share
             storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
-        elif other is tables.TANGENT:
+        elif other is TANGENT:
             loss = storage * loss
     good = np.isfinite(loss) & (storage > 0.0)
     if not good.all():
-        row = int(np.argmin(good))
         wanted = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
-        raise FileError(source, table.lines[row], wanted)
-    _monotonic(source, table, first, storage, order, falling=False)
-    kind, notes = _deformation(source, first, second), table.notes(omega, first, second)
+        raise table.error(wanted, row=int(np.argmin(good)))
+    _refuse_growth(table, first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
+    kind, notes = table.deformation(first, second), table.notes(omega, first, second)
+    source = table.sheet.source
     return DynamicTable(omega.values[order], storage[order], loss[order], kind, source, notes)
 
 
-def _relaxation(source: str, table: Table) -> RelaxationTable | None:
-    if not table.has(tables.TIME, tables.MODULUS):
+def _relaxation(table: Table) -> RelaxationTable | None:
+    if TIME not in table.roles or MODULUS not in table.roles:
         return None
-    time, modulus = table.column(tables.TIME), table.column(tables.MODULUS)
-    order = _ascending(source, table, time)
-    _monotonic(source, table, modulus, modulus.values, order, falling=True)
-    kind, notes = _deformation(source, modulus), table.notes(time, modulus)
-    return RelaxationTable(time.values[order], modulus.values[order], kind, source, notes)
+    time, modulus = table.column(TIME), table.column(MODULUS)
+    order = table.order(time)
+    _refuse_growth(table, modulus, modulus.values, order, "fall over time")
+    kind, notes = table.deformation(modulus), table.notes(time, modulus)
+    return RelaxationTable(time.values[order], modulus.values[order], kind, table.sheet.source, notes)
 
 
-def _ascending(source: str, table: Table, column: Column) -> slice:
-    """Order in which a column ascends; the numbers may stand in descending order."""
-    steps = np.diff(column.values)
-    if steps.size and (steps < 0).all():
-        return slice(None, None, -1)
-    if not (steps > 0).all():
-        where = int(np.argmin(steps > 0)) + 1
-        what = "repeats" if steps[where - 1] == 0 else "is less than"
-        before, line = table.lines[where - 1], table.lines[where]
-        wanted = f"{column.label} {what} that of line {before}: must be strictly ascending or descending"
-        raise FileError(source, line, wanted)
-    return slice(None)
-
-
-def _monotonic(
-    source: str, table: Table, column: Column, moduli: Array, order: slice, *, falling: bool
-) -> None:
-    """Refuse a relaxation modulus that rises over time, or a storage modulus that falls over frequency."""
-    moduli, lines = moduli[order], table.lines[order]
-    values = moduli if falling else 1.0 / np.maximum(moduli, 1e-300)
+def _refuse_growth(table: Table, column: Column, values: Array, order: slice, wanted: str) -> None:
+    """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
+    values, moduli, lines = values[order], column.values[order], table.sheet.lines[order]
     beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
     if beyond.size:
         last = int(beyond[0])
         first = int(np.argmin(values[:last]))
-        over, change = ("time", "fall") if falling else ("frequency", "rise")
-        wanted = (
-            f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}: "
-            f"must {change} over {over}, apart from noise"
+        message = (
+            f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
         )
-        raise FileError(source, lines[last], wanted)
+        raise table.error(f"{message}: must {wanted}, apart from noise", lines[last])
 
 
-def _deformation(source: str, *columns: Column) -> Deformation | None:
-    kinds = {column.deformation for column in columns} - {""}
-    if len(kinds) > 1:
-        raise FileError(source, 0, "one modulus is in tension, the other in shear: must be of one kind")
-    return "tension" if "tension" in kinds else "shear" if "shear" in kinds else None
-
-
-def _prony_terms(source: str, table: Table) -> PronyTerms | None:
-    role = _first(table, tables.BRANCH, tables.SHARE)
-    if role is None or not table.has(tables.RELAXATION_TIME):
+def _prony_terms(table: Table) -> PronyTerms | None:
+    role = table.first(BRANCH, SHARE)
+    if role is None or RELAXATION_TIME not in table.roles:
         return None
-    times, terms = table.column(tables.RELAXATION_TIME), table.column(role)
+    times, terms = table.column(RELAXATION_TIME), table.column(role)
     ends: dict[str, float] = {}
-    deformation, place = _deformation(source, terms), 0
-    for line in table.comments:
-        match = _END_MODULUS.search(line.text[:_LONGEST_COMMENT])
-        if match:
-            place = line.number
-            scale = unit(match[3] or "Pa")
-            try:
-                if scale is None or scale.dimension != "modulus":
-                    raise FileError(
-                        source, place, f"{match[0]!r}: must end in a unit of modulus, such as Pa, MPa"
-                    )
-                ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale.factor
-            except FileError:
-                raise
-            except ValueError:
-                raise FileError(source, place, f"{match[0]!r}: must hold a number") from None
-            deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
-    relative, moduli = role is tables.SHARE, terms.values
+    deformation, place = table.deformation(terms), 0
+    for line in table.sheet.comments:
+        if not (match := _END_MODULUS.search(line.text[:_LONGEST_COMMENT])):
+            continue
+        place, scale = line.number, unit(match[3] or "Pa")
+        if scale is None or scale.dimension != "modulus":
+            raise table.error(f"{match[0]!r}: must end in a unit of modulus, such as Pa, MPa", place)
+        try:
+            ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale.factor
+        except ValueError:
+            raise table.error(f"{match[0]!r}: must hold a number", place) from None
+        deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
+    relative, moduli = role is SHARE, terms.values
     if relative and (beyond := beyond_one(moduli)) is not None:
         wanted = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
-        raise FileError(source, table.lines[beyond], wanted)
+        raise table.error(wanted, row=beyond)
+    high, low, source = ends.get("high"), ends.get("low"), table.sheet.source
     notes = table.notes(times, terms)
-    high, low = ends.get("high"), ends.get("low")
     found = PronyTerms(times.values, moduli, relative, deformation, high, low, source, notes)
     if ends:
         try:
             found.series()
         except ValueError as error:
-            raise FileError(source, place, str(error)) from None
+            raise table.error(str(error), place) from None
     return found
 
 
-def _shift_table(source: str, table: Table) -> ShiftTable | None:
-    role = _first(table, tables.LOG_SHIFT, tables.SHIFT)
-    if role is None or not table.has(tables.TEMPERATURE):
+def _shift_table(table: Table) -> ShiftTable | None:
+    role = table.first(LOG_SHIFT, SHIFT)
+    if role is None or TEMPERATURE not in table.roles:
         return None
-    temperature, shift = table.column(tables.TEMPERATURE), table.column(role)
+    temperature, shift = table.column(TEMPERATURE), table.column(role)
     kelvin = temperature.values
-    logs = shift.values if role is tables.LOG_SHIFT else np.log10(shift.values)
+    logs = shift.values if role is LOG_SHIFT else np.log10(shift.values)
     if kelvin.size > 1 and kelvin[0] > kelvin[-1]:
         kelvin, logs = kelvin[::-1], logs[::-1]
     try:
-        return ShiftTable(kelvin, logs)
+        return ShiftTable(kelvin, logs, notes=table.notes(temperature, shift))
     except ValueError as error:
-        raise FileError(source, table.lines[0], str(error)) from None
+        raise table.error(str(error), row=0) from None

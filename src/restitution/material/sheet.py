@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import unit_registry
 from restitution.errors import ABSENT, InputError
+
+_Split = Callable[[str], tuple[str, str | None]]
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
-# Lines in which the names of the columns are searched for.
+# The names of the columns must stand within this number of lines.
 _HEADER_LINES = 300
 
 
@@ -42,43 +46,19 @@ class Line(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """Table of named columns.
+    """Table of named columns."""
 
-    Attributes
-    ----------
-    source
-        Name of the file.
-    labels
-        Names of the columns, without their units.
-    units
-        Units of the columns as written, None for none.
-    header_line, unit_line
-        Numbers of the lines of the names and of the units; equal where one line holds both.
-    cells
-        Texts of each column.
-    lines
-        Number of the line of each row.
-    comments
-        Lines that begin with #, without it.
-    """
-
-    source: str
-    labels: list[str]
-    units: list[str | None]
-    header_line: int
-    unit_line: int
-    cells: list[list[str]]
-    lines: list[int]
-    comments: list[Line]
+    source: str  # name of the file
+    labels: list[str]  # names of the columns, without their units
+    units: list[str | None]  # units of the columns as written, None for none
+    header_line: int  # number of the line of the names
+    unit_line: int  # number of the line of the units, which may be that of the names
+    cells: list[list[str]]  # texts of each column
+    lines: list[int]  # number of the line of each row
+    comments: list[Line]  # lines that begin with #, without it
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Return the numbers of a column.
-
-        Raises
-        ------
-        FileError
-            If a cell is not a number, with its line.
-        """
+        """Return the numbers of a column, or refuse the cell that is none."""
         cells = self.cells[column]
         try:
             return np.array(list(map(float, cells)))
@@ -88,13 +68,7 @@ class Sheet(NamedTuple):
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 or Latin-1.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, cannot be read, or is no text.
-    """
+    """Return the text of a file in UTF-8, UTF-16 or Latin-1, or raise `FileError`."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -130,9 +104,9 @@ def read_sheet(
 ) -> Sheet:
     r"""Return the table of named columns in a text.
 
-    The names stand in the first line, or in the first line with two known names, or in the last comment (#) above the
-    numbers. A unit stands behind the name, in brackets or after an underscore, or in a second line of units. Columns are
-    separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas.
+    The names stand in the first line, or in the first line with two known names, or in the last comment (#) above
+    the numbers. A unit stands behind the name, in brackets or after an underscore, or in a second line of units.
+    Columns are separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas.
 
     Parameters
     ----------
@@ -193,11 +167,7 @@ def read_sheet(
     )
 
 
-def _header(
-    body: list[Line],
-    is_name: Callable[[str], bool] | None,
-    split: Callable[[str], tuple[str, str | None]],
-) -> int:
+def _header(body: list[Line], is_name: Callable[[str], bool] | None, split: _Split) -> int:
     """Index of the first line with two known names, else of the first line."""
     if is_name is not None:
         for i, line in enumerate(body[:_HEADER_LINES]):
@@ -228,10 +198,8 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _split(
-    is_unit: Callable[[str], bool], is_name: Callable[[str], bool] | None
-) -> Callable[[str], tuple[str, str | None]]:
-    """Function that takes the unit off a name."""
+def _split(is_unit: Callable[[str], bool], is_name: Callable[[str], bool] | None) -> _Split:
+    """Return the function that separates a name from its unit."""
 
     def split(name: str) -> tuple[str, str | None]:
         # A name may itself end like a unit, such as E(t), tan(delta) and tan_d.
@@ -250,3 +218,53 @@ def _split(
 
 def _short(cell: str) -> str:
     return repr(cell if len(cell) <= 40 else f"{cell[:39]}…")
+
+
+class Unit(NamedTuple):
+    """Unit of a column: SI value = factor * (value + offset)."""
+
+    dimension: str
+    factor: float
+    offset: float = 0.0
+
+
+# The common units, without the import of pint, which takes 0.4 s; pint would take C for coulomb.
+PLAIN_UNITS = {
+    **{name: Unit("time", factor) for name, factor in {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}.items()},
+    **{name: Unit("time", factor) for name, factor in {"sec": 1.0, "min": 60.0, "h": 3600.0}.items()},
+    **{name: Unit("modulus", f) for name, f in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}.items()},
+    **{name: Unit("frequency", f) for name, f in {"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}.items()},
+    "rad/s": Unit("angular frequency", 1.0),
+    "K": Unit("temperature", 1.0),
+    **{name: Unit("temperature", 1.0, 273.15) for name in ("°C", "degC", "C", "ºC")},
+    "-": Unit("number", 1.0),
+    "1": Unit("number", 1.0),
+    "": Unit("number", 1.0),
+    "%": Unit("number", 0.01),
+}
+_COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23])?){0,2}")
+
+
+@cache
+def unit(text: str) -> Unit | None:
+    """Return the unit of a name, None if it is unknown or has another dimension than the quantities of the tables.
+
+    Examples
+    --------
+    >>> unit("MPa").factor, round(unit("psi").factor, 2), unit("furlong")
+    (1000000.0, 6894.76, None)
+    """
+    name = text.strip().replace("²", "2").replace("μ", "µ")
+    if name in PLAIN_UNITS:
+        return PLAIN_UNITS[name]
+    if not _COMPOSED.fullmatch(name) or name in ("rpm", "deg"):
+        return None
+    registry = unit_registry()
+    try:
+        found = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])([23])", r"^\1", name))
+        for dimension, si in (("time", "s"), ("modulus", "Pa")):
+            if found.check(registry.Unit(si).dimensionality):
+                return Unit(dimension, float(found.to(si).magnitude))
+    except Exception:  # errors of pint's parser have no common class
+        return None
+    return None

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import positive, within
+from restitution.errors import InputError
 
 Array = NDArray[np.float64]
 
 GAS_CONSTANT = 8.31446261815324
 """Molar gas constant R [J/(mol K)], exact in the SI of 2019."""
 
-_LN10 = math.log(10.0)
-# Decades of the shift factor that numbers can hold, with some to spare for the times.
+# Decades of the shift factor that a double can hold, with some to spare for the times.
 _DECADES = 300.0
 
 
@@ -36,7 +36,41 @@ class Shift(Protocol):
 
 
 @dataclass(frozen=True)
-class WLF:
+class _Law:
+    """Formula for the shift factor, with a reference temperature and a range of temperatures."""
+
+    reference_temperature: float
+    temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        reference = float(positive("reference_temperature", self.reference_temperature, "K"))
+        if self.temperature_range is None:
+            return
+        low, high = (float(positive("temperature_range", limit, "K")) for limit in self.temperature_range)
+        if not low <= reference <= high or low == high:
+            wanted = f"must ascend and hold {reference:g} K, the reference_temperature"
+            raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")
+
+    def factor(self, temperature: float) -> float:
+        """Shift factor a_T [-] at the temperature T [K]."""
+        number = float(positive("temperature", temperature, "K"))
+        if self.temperature_range is not None:
+            _within(number, *self.temperature_range, "the range of the law")
+        _within(number, *self._ends, f"where the shift factor is between 1e-{_DECADES:g} and 1e{_DECADES:g}")
+        return 10.0 ** self._decades(number)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """Temperatures where a_T is as large and as small as numbers allow."""
+        raise NotImplementedError
+
+    def _decades(self, temperature: float) -> float:
+        """Logarithm log10 a_T."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class WLF(_Law):
     """Shift factor log10 a_T = -C1 (T - T0)/(C2 + T - T0) of Williams, Landel and Ferry.
 
     Parameters
@@ -48,12 +82,11 @@ class WLF:
     c2
         C2 > 0 [K].
     temperature_range
-        Lowest and highest admissible temperature [K]; without it, all above the Vogel
-        temperature T0 - C2.
+        Lowest and highest admissible temperature [K]; without it, all above the Vogel temperature T0 - C2.
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range; from `factor` outside the range of temperatures.
 
     Notes
@@ -68,33 +101,32 @@ class WLF:
     >>> law.factor(500.0)
     Traceback (most recent call last):
         ...
-    ValueError: temperature = 500 K: must be in [202, 400] K, the range of the law
+    restitution.errors.InputError: temperature = 500 K: must be in [202, 400] K, the range of the law
     """
 
-    reference_temperature: float
     c1: float
     c2: float
-    temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        positive("reference_temperature", self.reference_temperature, "K")
         positive("c1", self.c1)
         positive("c2", self.c2, "K")
-        _check_range(self.temperature_range, self.reference_temperature)
+        super().__post_init__()
 
-    def factor(self, temperature: float) -> float:
-        """Shift factor a_T [-] at the temperature T [K]."""
-        number, reference = float(positive("temperature", temperature, "K")), self.reference_temperature
-        c1, c2 = self.c1, self.c2
+    @property
+    def _ends(self) -> tuple[float, float]:
         # Where log10 a_T is x: T = T0 - x C2/(C1 + x).
-        low = reference - _DECADES * c2 / (c1 + _DECADES)
-        high = reference + _DECADES * c2 / (c1 - _DECADES) if c1 > _DECADES else math.inf
-        _check(number, self.temperature_range, (low, high))
-        return 10.0 ** (-c1 * (number - reference) / (c2 + number - reference))
+        low = self.reference_temperature - _DECADES * self.c2 / (self.c1 + _DECADES)
+        if self.c1 <= _DECADES:
+            return low, math.inf
+        return low, self.reference_temperature + _DECADES * self.c2 / (self.c1 - _DECADES)
+
+    def _decades(self, temperature: float) -> float:
+        rise = temperature - self.reference_temperature
+        return -self.c1 * rise / (self.c2 + rise)
 
 
 @dataclass(frozen=True)
-class Arrhenius:
+class Arrhenius(_Law):
     """Shift factor ln a_T = (Q/R) (1/T - 1/T0) of a thermally activated process.
 
     Parameters
@@ -104,11 +136,11 @@ class Arrhenius:
     activation_energy
         Q > 0 [J/mol].
     temperature_range
-        Lowest and highest temperature [K] for which the law is meant; all without it.
+        Lowest and highest admissible temperature [K]; without it, all.
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range; from `factor` outside the range of temperatures.
 
     Notes
@@ -121,27 +153,29 @@ class Arrhenius:
     0.274377
     """
 
-    reference_temperature: float
     activation_energy: float
-    temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        positive("reference_temperature", self.reference_temperature, "K")
         positive("activation_energy", self.activation_energy, "J/mol")
-        _check_range(self.temperature_range, self.reference_temperature)
+        super().__post_init__()
 
-    def factor(self, temperature: float) -> float:
-        """Shift factor a_T [-] at the temperature T [K]."""
-        number, reference = float(positive("temperature", temperature, "K")), self.reference_temperature
-        slope = self.activation_energy / (GAS_CONSTANT * _LN10)
-        low, inverse = 1.0 / (1.0 / reference + _DECADES / slope), 1.0 / reference - _DECADES / slope
-        _check(number, self.temperature_range, (low, 1.0 / inverse if inverse > 0 else math.inf))
-        return 10.0 ** (slope * (reference - number) / (number * reference))
+    @property
+    def _slope(self) -> float:
+        return self.activation_energy / (GAS_CONSTANT * math.log(10.0))
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        middle, reach = 1.0 / self.reference_temperature, _DECADES / self._slope
+        return 1.0 / (middle + reach), 1.0 / (middle - reach) if middle > reach else math.inf
+
+    def _decades(self, temperature: float) -> float:
+        reference = self.reference_temperature
+        return self._slope * (reference - temperature) / (temperature * reference)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, init=False, eq=False)
 class ShiftTable:
-    """Shift factors measured at some temperatures, log10 a_T being linear between them.
+    """Shift factors measured at some temperatures; log10 a_T is linear between them.
 
     Parameters
     ----------
@@ -149,10 +183,12 @@ class ShiftTable:
         Temperatures [K], strictly ascending, shape (n,), n >= 2.
     log10_factors
         log10 a_T [-], strictly descending, shape (n,); must pass through 0.
+    notes
+        Remarks of the reader: units that were assumed, columns that are not used.
 
     Raises
     ------
-    ValueError
+    InputError
         If the table is malformed; from `factor` outside the range measured.
 
     Examples
@@ -164,24 +200,27 @@ class ShiftTable:
 
     temperatures: Array
     log10_factors: Array
+    notes: tuple[str, ...] = field(default=(), repr=False)
 
-    def __init__(self, temperatures: ArrayLike, log10_factors: ArrayLike) -> None:
+    def __init__(
+        self, temperatures: ArrayLike, log10_factors: ArrayLike, *, notes: tuple[str, ...] = ()
+    ) -> None:
         kelvin = np.atleast_1d(positive("temperatures", temperatures, "K"))
         logs = np.atleast_1d(within("log10_factors", log10_factors, -_DECADES, _DECADES))
         if kelvin.ndim != 1 or kelvin.shape != logs.shape or kelvin.size < 2:
-            raise ValueError(
-                f"temperatures has shape {kelvin.shape} and log10_factors {logs.shape}: "
-                "must be one-dimensional, of equal length, at least 2"
-            )
-        for name, steps in (("temperatures", np.diff(kelvin)), ("-log10_factors", -np.diff(logs))):
-            if not (steps > 0).all():
-                where = int(np.argmin(steps > 0)) + 1
-                raise ValueError(f"{name} does not ascend at entry {where}: must be strictly ascending")
+            shapes = f"shapes {kelvin.shape} and {logs.shape}"
+            wanted = "must be one-dimensional, of equal length, at least 2"
+            raise InputError("temperatures, log10_factors", shapes, wanted)
+        for name, values, falls in (("temperatures", kelvin, False), ("log10_factors", logs, True)):
+            good = (np.diff(values) < 0) if falls else (np.diff(values) > 0)
+            if not good.all():
+                row = int(np.argmin(good)) + 1
+                wanted = f"must be strictly {'descending' if falls else 'ascending'}"
+                raise InputError(name, float(values[row]), wanted, "" if falls else "K", index=(row,))
         if logs[0] < 0 or logs[-1] > 0:
-            raise ValueError(
-                f"log10_factors runs from {logs[0]:g} to {logs[-1]:g}: must pass through 0, at the reference"
-            )
-        self.__dict__.update(temperatures=kelvin, log10_factors=logs)
+            wanted = "must pass through 0, at the reference"
+            raise InputError("log10_factors", f"{logs[0]:g} to {logs[-1]:g}", wanted)
+        self.__dict__.update(temperatures=kelvin, log10_factors=logs, notes=notes)
 
     @property
     def reference_temperature(self) -> float:
@@ -191,39 +230,21 @@ class ShiftTable:
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K] within the table."""
         number = float(positive("temperature", temperature, "K"))
-        low, high = float(self.temperatures[0]), float(self.temperatures[-1])
-        _within(number, low, high, "the range of the table")
+        _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
         return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
 
+    def _key(self) -> tuple[bytes, bytes]:
+        # Adding 0.0 makes one of the two zeros.
+        return self.temperatures.tobytes(), (self.log10_factors + 0.0).tobytes()
+
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, ShiftTable):
-            return NotImplemented
-        return np.array_equal(self.temperatures, other.temperatures) and np.array_equal(
-            self.log10_factors, other.log10_factors
-        )
+        return self._key() == other._key() if isinstance(other, ShiftTable) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash((self.temperatures.tobytes(), self.log10_factors.tobytes()))
-
-
-def _check_range(limits: tuple[float, float] | None, reference: float) -> None:
-    if limits is None:
-        return
-    low, high = (float(positive("temperature_range", limit, "K")) for limit in limits)
-    if not low <= reference <= high or low == high:
-        raise ValueError(
-            f"temperature_range = ({low:g}, {high:g}) K: must ascend and hold {reference:g} K, the "
-            "reference_temperature"
-        )
-
-
-def _check(temperature: float, limits: tuple[float, float] | None, ends: tuple[float, float]) -> None:
-    if limits is not None:
-        _within(temperature, *limits, "the range of the law")
-    _within(temperature, *ends, "where the shift factor is between 1e-300 and 1e300")
+        return hash(self._key())
 
 
 def _within(temperature: float, low: float, high: float, what: str) -> None:
     if not low <= temperature <= high:
         end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
-        raise ValueError(f"temperature = {temperature:g} K: must be {end} K, {what}")
+        raise InputError("temperature", temperature, f"must be {end} K, {what}", "K")

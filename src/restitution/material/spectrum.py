@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# ln(eps) = -37: what is smaller than exp(-37) of the whole is left out.
 _LN_EPS = 37.0
 _TAIL_NODES = 3
 
@@ -33,33 +33,18 @@ def log_spectrum(exponent: float, bounded: bool, log_rates: Array) -> Array:
     )
 
 
-class LogGrid(NamedTuple):
-    """Nodes u of a trapezoidal rule in a variable w over u = ln(lambda), and their weights.
-
-    Attributes
-    ----------
-    nodes
-        u, ascending.
-    steps
-        Weights, the step in w times du/dw.
-    """
-
-    nodes: Array
-    steps: Array
-
-
-def log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> LogGrid:
-    """Grid from u = low to u >= high on which the trapezoidal rule converges like exp(-pi^2/step).
+def log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> tuple[Array, Array]:
+    """Nodes u of a trapezoidal rule from u = low to u >= high, and their weights; the error is exp(-pi^2/step).
 
     H exp(-lambda t) is analytic and bounded for |Im u| < pi/2, save for the poles of the bounded H at
-    u = +-i pi (1 - alpha)/alpha = +-i delta. Where these are nearer, the variable w = u + asinh(u/delta)
-    takes them away from the real axis again, at the price of a few terms close to u = 0.
+    u = +-i pi (1 - alpha)/alpha = +-i delta. Where these are nearer, the rule is in the variable
+    w = u + asinh(u/delta), which moves them away from the real axis and costs a few terms close to u = 0.
     """
     delta = math.pi * (1.0 - exponent) / exponent
     if not bounded or delta >= 0.5 * math.pi:
         count = max(math.ceil((high - low) / step), 0) + 1
         nodes = low + step * np.arange(count, dtype=np.float64)
-        return LogGrid(nodes, np.full(nodes.size, step))
+        return nodes, np.full(nodes.size, step)
     start, end = (u + math.asinh(u / delta) for u in (low, high))
     w = start + step * np.arange(max(math.ceil((end - start) / step), 0) + 1)
     size = np.abs(w)
@@ -70,19 +55,11 @@ def log_grid(exponent: float, bounded: bool, step: float, low: float, high: floa
         u = u + change
         if np.all(np.abs(change) <= 1e-14 * size):
             break
-    return LogGrid(np.copysign(u, w), step / (1.0 + 1.0 / np.hypot(u, delta)))
+    return np.copysign(u, w), step / (1.0 + 1.0 / np.hypot(u, delta))
 
 
-def relaxation_by_quadrature(time: Array, exponent: float) -> Array:
-    """Mittag-Leffler function E_alpha(-t^alpha), by the trapezoidal rule over its spectrum, to 1e-12.
-
-    Parameters
-    ----------
-    time
-        t >= 0, any shape.
-    exponent
-        alpha in (0, 1).
-    """
+def mittag_leffler(time: Array, exponent: float) -> Array:
+    """Mittag-Leffler function E_alpha(-t^alpha) at t >= 0, by the trapezoidal rule over its spectrum, to 1e-12."""
     flat = time.ravel()
     result = np.empty_like(flat)
     reach = _LN_EPS / exponent
@@ -99,27 +76,13 @@ def relaxation_by_quadrature(time: Array, exponent: float) -> Array:
 def discretise(
     exponent: float, bounded: bool, low: float, high: float, tolerance: float, coarseness: float
 ) -> tuple[Array, Array]:
-    """Branch moduli and relaxation times of a spectrum that matter between two times.
+    """Branch moduli and relaxation times of a spectrum that matter between two times, in its unit of time.
 
-    Parameters
-    ----------
-    exponent, bounded
-        Of the spectrum.
-    low, high
-        Shortest and longest time, in the unit of the spectrum.
-    tolerance
-        Relative error to aim at.
-    coarseness
-        Factor on the step that theory suggests; 1 is safe.
-
-    Returns
-    -------
-    tuple of array
-        Moduli and times, shape (n_branch,).
+    The `coarseness` is a factor on the step that theory gives for the tolerance; 1 is safe.
     """
     digits = math.log(4.0 / tolerance)
     step = coarseness * math.pi**2 / digits
-    # Slower than the window: exp(-lambda t) is a polynomial; faster: gone, its Carson transform a polynomial.
+    # exp(-lambda t) of a slower term is a polynomial in the window; a faster term has decayed before it.
     first = math.log(tolerance ** (0.5 / _TAIL_NODES) / high)
     last = math.log(max(digits, 4.0) / low)
     # A bounded spectrum has its peak at u = 0.
@@ -130,7 +93,7 @@ def discretise(
     slow, fast = u < first, u > last
     inside = ~(slow | fast)
     rates, shares = _gauss(np.exp(u[slow] - first), np.exp(logs[slow]))
-    # Weighted by its time: a fast branch acts through its viscosity.
+    # A fast branch acts through its viscosity, so its weight is multiplied by its time.
     times, viscosities = _gauss(np.exp(last - u[fast]), np.exp(logs[fast] + last - u[fast]))
     return (
         np.concatenate((viscosities / times, np.exp(logs[inside])[::-1], shares)),
