@@ -348,6 +348,18 @@ class ImpactResult:
         """
         return self._fields.surface_displacement(r, t)
 
+    @cached_property
+    def elements(self) -> xarray.Dataset:
+        """Displacements and forces of the elements over time, by `element_history` with its own 800 elements."""
+        from restitution.impact.elements import element_history
+
+        if self.method != "elements" or isinstance(self.impact, list):
+            wanted = (
+                f"must be 'elements' for the elements of an impact, and this result is of {self.method!r}"
+            )
+            raise InputError("method", wanted=wanted)
+        return element_history(self.impact)
+
     def _column(self, name: str) -> Any:
         """Number of the impacts by name, in the shape of the results."""
         if isinstance(self.impact, list):
@@ -355,13 +367,7 @@ class ImpactResult:
         return getattr(self.impact, name)
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
-        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
-
-        Parameters
-        ----------
-        times : array_like, optional
-            Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
-        """
+        """Figure of force, depth, contact radius and energies; of the pressure at up to seven times [s], four if absent."""
         return draw("impact", self, times)
 
     def to_dict(self) -> dict[str, Any]:
@@ -383,17 +389,7 @@ class ImpactResult:
 def dataset(
     dimension: str, columns: dict[str, tuple[Any, Quantity]], attributes: dict[str, Any]
 ) -> xarray.Dataset:
-    """Columns of one length as a Dataset.
-
-    Parameters
-    ----------
-    dimension : str
-        Name of the column that is the index.
-    columns : dict of str to tuple
-        Values and quantity of each column.
-    attributes : dict
-        Attributes of the whole.
-    """
+    """Columns of one length, each with its values and its quantity, as a Dataset over one of them."""
     import xarray as xr
 
     data = {name: (dimension, values, quantity.attributes) for name, (values, quantity) in columns.items()}
