@@ -123,7 +123,7 @@ def page() -> str:
     lines += table("`[body]`", impact.BodySection)
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
-    for name, one in profile.SECTIONS.items():
+    for name, one in profile.sections().items():
         own = [key for key in one.model_fields if key != "type"]
         keys = ", ".join(f"`{key}`{_unit(one, key)}" for key in own)
         lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
@@ -136,7 +136,7 @@ def page() -> str:
     ]
     lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
     lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]
-    for name, one in material.MODELS.items():
+    for name, one in material.models().items():
         own = [key for key in one.model_fields if key not in shared and key != "model"]
         lines.append(f"| `\"{name}\"` | {', '.join(f'`{key}`{_unit(one, key)}' for key in own)} |")  # fmt: skip
     lines += [

@@ -5,10 +5,14 @@ Case files, sweeps, results, pictures and exports read this registry. A new quan
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Iterable
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from restitution import checks
 from restitution.checks import Numeric
@@ -81,6 +85,9 @@ class Quantity(NamedTuple):
         Whether the ends themselves are excluded. An infinite end is excluded, unless `infinite`.
     infinite : bool
         Whether the quantity may be infinite.
+    derive : callable, optional
+        Function that computes an output from others. The names of its parameters are those of outputs, or `mass`,
+        `velocity` and `external_force`; their values are numbers or arrays in SI.
     """
 
     name: str
@@ -91,6 +98,7 @@ class Quantity(NamedTuple):
     high: float = math.inf
     open: bool = False
     infinite: bool = False
+    derive: Callable[..., Any] | None = None
 
     @property
     def unit(self) -> str:
@@ -101,6 +109,11 @@ class Quantity(NamedTuple):
     def attributes(self) -> dict[str, str]:
         """Attributes of an array of it, by which CF readers know it."""
         return {"units": self.unit or "1", "long_name": self.words, "symbol": self.symbol}
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the columns that `derive` takes."""
+        return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
         """Return values as a float or a read-only array in SI, refusing those outside the range.
@@ -131,8 +144,19 @@ def _positive(name: str, dimension: Dimension, words: str, symbol: str = "") -> 
     return Quantity(name, dimension, words, symbol, 0.0, open=True)
 
 
-def _nonnegative(name: str, dimension: Dimension, words: str, symbol: str = "") -> Quantity:
-    return Quantity(name, dimension, words, symbol, 0.0)
+def _nonnegative(
+    name: str, dimension: Dimension, words: str, symbol: str = "", derive: Callable[..., Any] | None = None
+) -> Quantity:
+    return Quantity(name, dimension, words, symbol, 0.0, derive=derive)
+
+
+def _energy_residual(
+    kinetic_energy_in: Any, kinetic_energy_out: Any, dissipated_energy: Any, stored_energy: Any,
+    external_force: Any, residual_indentation_depth: Any,
+) -> Any:  # fmt: skip
+    work = external_force * residual_indentation_depth
+    spent = kinetic_energy_out + dissipated_energy + stored_energy
+    return (spent - kinetic_energy_in - work) / kinetic_energy_in
 
 
 INPUTS = {
@@ -194,15 +218,24 @@ OUTPUTS = {
         Quantity(
             "residual_indentation_depth", LENGTH, "indentation depth at separation", r"$d_\mathrm{end}$"
         ),
-        _nonnegative("rebound_velocity", VELOCITY, "rebound velocity", r"$v_\mathrm{end}$"),
-        _nonnegative("kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$"),
-        _nonnegative("kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$"),
+        _nonnegative(
+            "rebound_velocity", VELOCITY, "rebound velocity", r"$v_\mathrm{end}$",
+            lambda restitution_coefficient, velocity: restitution_coefficient * velocity,
+        ),
+        _nonnegative(
+            "kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$",
+            lambda mass, velocity: 0.5 * mass * velocity**2,
+        ),
+        _nonnegative(
+            "kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$",
+            lambda kinetic_energy_in, restitution_coefficient: kinetic_energy_in * restitution_coefficient**2,
+        ),
         _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
         _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
-        Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$"),
+        Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
     )
-}
-"""What an impact gives."""
+}  # fmt: skip
+"""What an impact gives. An entry with `derive` follows from those before it."""
 
 VALIDITY = {
     one.name: one
@@ -222,14 +255,20 @@ VALIDITY = {
 }
 """What an impact shows of the assumptions of the theory; see `restitution.validity`."""
 
-SWEEP_OUTPUTS = OUTPUTS | VALIDITY
-"""Outputs that a sweep can compute."""
+SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OUTPUTS)
+"""Outputs that a sweep can compute: those of an impact, then those of its validity."""
 
 DEFAULT_OUTPUTS = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
 """Outputs of a sweep that names none."""
 
 BUDGET = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
-"""Outputs of the energy budget, which take a quadrature over the whole contact."""
+"""Outputs of the energy budget."""
+
+QUADRATURES = frozenset({"dissipated_energy", "stored_energy"})
+"""Outputs that take a quadrature over the whole contact."""
+
+BODY = ("mass", "velocity", "external_force")
+"""Inputs that a derived output may take."""
 
 STATUS = "status"
 NOT_COMPUTED = -1
@@ -249,6 +288,57 @@ HISTORY = {
     )
 }
 """What a history over time holds."""
+
+
+def register_output(output: Quantity) -> None:
+    """Add an output that is derived from others; results, sweeps, pictures and exports then have it.
+
+    Parameters
+    ----------
+    output : Quantity
+        With `derive`.
+
+    Raises
+    ------
+    InputError
+        If the name is taken, or `derive` takes a column that does not exist.
+
+    Examples
+    --------
+    >>> deceleration = Quantity(
+    ...     "max_deceleration", ACCELERATION, "largest deceleration", derive=lambda max_force, mass: max_force / mass
+    ... )
+    >>> register_output(deceleration)
+    >>> derived({"max_force": 6.0, "mass": 2.0})["max_deceleration"]
+    3.0
+    >>> del OUTPUTS["max_deceleration"]
+    """
+    if output.name in (*SWEEP_OUTPUTS, *INPUTS, STATUS):
+        raise InputError("name", output.name, "must differ from the names of other quantities")
+    if output.derive is None:
+        raise InputError("derive", wanted="must be a function of other outputs")
+    for name in output.sources:
+        known("derive", name, (*OUTPUTS, *BODY))
+    OUTPUTS[output.name] = output
+
+
+def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Return columns of outputs, `mass`, `velocity` and `external_force` with all outputs that follow from them."""
+    found = dict(columns)
+    # A row that failed is NaN, or too large to be squared.
+    with np.errstate(all="ignore"):
+        for name, output in OUTPUTS.items():
+            if output.derive is not None and found.keys() >= set(output.sources):
+                found[name] = output.derive(**{source: found[source] for source in output.sources})
+    return found
+
+
+def needs_quadrature(outputs: Iterable[str]) -> bool:
+    """Whether outputs, or those that they derive from, take a quadrature over the whole contact."""
+    return any(
+        name in QUADRATURES or (name in OUTPUTS and needs_quadrature(OUTPUTS[name].sources))
+        for name in outputs
+    )
 
 
 def key_of(name: str) -> str:

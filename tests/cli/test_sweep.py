@@ -203,7 +203,7 @@ def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> No
         (("map", "--x", "p2=1:2", "--y", "p3=1:2"), "--set nu=0.45"),
         (
             ("map", "ball.toml", "--x", "velocity=1:2", "--y", "nu=0:0.5", "--output", "e"),
-            "unknown output 'e'",
+            "ball.toml: sweep.outputs = ",
         ),
     ],
 )

@@ -12,7 +12,6 @@ from restitution.contact.flat_ended import TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
-from restitution.errors import InputError
 from restitution.impact import closed_forms as cf
 from restitution.impact import elements
 from restitution.impact.batch import Batch
@@ -20,7 +19,6 @@ from restitution.impact.element_laws import MaxwellElement, StandardSolidElement
 from restitution.impact.elements import MAX_STEPS, ElementsSolution, element_history, solve_elements
 from restitution.impact.problem import Impact
 from restitution.impact.reference import ReferenceSolution, solve_reference
-from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.classical import generalised_maxwell, standard_solid
 from restitution.material.prony import PronySeries
@@ -385,18 +383,6 @@ def test_history_of_the_elements_obeys_the_equations_of_the_paper() -> None:
     assert force[inside] == pytest.approx(expected[inside], abs=1e-12)
     assert not force[~inside].any()
     assert 2.0 * force.sum(axis=1) == pytest.approx(result.force, abs=1e-9)
-
-
-def test_elements_of_a_result_are_those_of_its_impact() -> None:
-    impact = Impact(standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3), Parabola(1.0), mass=1.0, velocity=1.0)
-    found = solve(impact, "elements", n_elements=100).elements
-    # Twice the sum of the forces is that of the contact, which the exact method knows at first order in 1/800.
-    exact = solve(impact)
-    assert 2.0 * found.force.sum("position").max() == pytest.approx(exact.max_force, rel=5e-3)
-    assert "u2" in found
-    with pytest.raises(InputError) as error:
-        _ = exact.elements
-    assert error.value.field == "method"
 
 
 def test_history_of_the_elements_is_thinned_and_has_units() -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from restitution.case.impact import CaseFile
-from restitution.case.profile import constants_of_profiles
 from restitution.case.quantity import to_si
 from restitution.case.section import CaseError, in_file, key_path
+from restitution.contact.profile import Profile
 from restitution.errors import InputError
+from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice
 from restitution.sweeps.axes import Linear, Logarithmic
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
@@ -19,13 +20,6 @@ from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, U
 DRAWS = "sample"
 """Name of the dimension of random draws."""
 
-_QUANTITIES: dict[str, Quantity] = {
-    **constants_of_profiles(),
-    **CONSTANTS,
-    **INPUTS,
-    "bulk": INPUTS["bulk_modulus"],
-    "shear": CONSTANTS["shear_modulus"],
-}
 # Keys that are clear without their section.
 _SHORT = {
     **{name: f"impact.{name}" for name in ("velocity", "drop_height", "gravity", "external_force")},
@@ -123,7 +117,15 @@ def known_place(field: str, keys: tuple[str, ...]) -> str:
 
 def quantity_of(place: str) -> Quantity | None:
     """Quantity of the key at a place such as `material.shear.relaxation_times[2]`; None where it has none."""
-    return _QUANTITIES.get(place.rpartition(".")[2].partition("[")[0])
+    return _quantities().get(place.rpartition(".")[2].partition("[")[0])
+
+
+def _quantities() -> dict[str, Quantity]:
+    """Quantities by the name of their key: of all profiles and material models, and of the registry."""
+    owners = (*Profile.registered.values(), *(model.build for model in material_models().values()))
+    constants = {name: one.quantity for owner in owners for name, one in constants_of(owner).items()}
+    shear = CONSTANTS["shear_modulus"]
+    return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}
 
 
 def value_in_si(field: str, place: str, given: Any) -> Any:
@@ -236,7 +238,7 @@ def _number(field: str, place: str, given: Any) -> float:
     value = value_in_si(field, place, given)
     if not isinstance(value, float):
         if isinstance(given, str) and quantity_of(place) is None:
-            _known(field, place.rpartition(".")[2], _QUANTITIES)
+            _known(field, place.rpartition(".")[2], _quantities())
         raise InputError(field, given, "must be a number in SI")
     return value
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from restitution.case.material import AnyMaterial
-from restitution.case.profile import SECTIONS, AnyProfile
+from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.profile import Parabola
@@ -135,7 +135,7 @@ class CaseFile(Section):
 
     title: Annotated[str | None, Field(description="what the case is; printed above the table")] = None
     body: BodySection
-    profile: AnyProfile = SECTIONS["parabola"].model_validate({})
+    profile: Annotated[AnyProfile, Field(default_factory=dict, validate_default=True)]
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
     counter_body: CounterBodySection | None = None

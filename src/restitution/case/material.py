@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
-from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Union
+from functools import cache, cached_property
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
     Discriminator,
     InstanceOf,
+    SerializeAsAny,
     Tag,
     ValidationInfo,
     create_model,
@@ -35,7 +36,7 @@ from restitution.case.relaxation import (
     number_or_table,
     read_file,
 )
-from restitution.case.section import Section, refuse
+from restitution.case.section import Section, quoted, refuse
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
@@ -57,6 +58,11 @@ class MaterialSection(Section):
     density: Annotated[float, of("density")] | None = None
     shift: AnyShift | None = None
     temperature: Temperature | None = None
+
+    @classmethod
+    def alternatives(cls) -> set[str]:
+        """Keys of all forms of a material."""
+        return {key for form in (*_FORMS.values(), *models().values()) for key in form.model_fields}
 
     @property
     def needs_window(self) -> bool:
@@ -271,64 +277,60 @@ class FileSection(MaterialSection):
         )
 
 
-def _model_section(entry: MaterialModel) -> type[ModelSection]:
-    default = entry.name if entry.name == "standard_solid" else ...
-    fields: dict[str, Any] = {"model": (Literal[entry.name], default), **fields_of(entry.constants.values())}
-    section = create_model(f"{entry.name}_section", __base__=ModelSection, **fields)
+def models() -> dict[str, type[ModelSection]]:
+    """Section of each registered material model by its name."""
+    return {name: _model_section(name, entry.build) for name, entry in material_models().items()}
+
+
+@cache
+def _model_section(name: str, _build: Any) -> type[ModelSection]:
+    entry = material_models()[name]
+    default = name if name == _DEFAULT else ...
+    fields: dict[str, Any] = {"model": (Literal[name], default), **fields_of(entry.constants.values())}
+    section = create_model(f"{name}_section", __base__=ModelSection, **fields)
     section.entry = entry
     return section
 
 
-MODELS = {name: _model_section(entry) for name, entry in material_models().items()}
+_DEFAULT = "standard_solid"
 _FORMS: dict[str, type[MaterialSection]] = {
-    "library": LibrarySection,
-    "file": FileSection,
-    "shear": GeneralSection,
-    **MODELS,
-}
+    "library": LibrarySection, "file": FileSection, "shear": GeneralSection
+}  # fmt: skip
 _COMMON = {"model", "poisson_ratio", "bulk_modulus", "approximation_rtol", *MaterialSection.model_fields}
-for _form in _FORMS.values():
-    _form.alternatives = frozenset(key for other in _FORMS.values() for key in other.model_fields)
 
 
 def is_fractional(content: Any) -> bool:
     """Whether the table of a material describes a fractional model."""
     name = content.get("model") if isinstance(content, dict) else None
-    return isinstance(name, str) and name in MODELS and MODELS[name].entry.needs_window
+    entry = material_models().get(name) if isinstance(name, str) else None
+    return entry is not None and entry.needs_window
 
 
-def _known_model(value: Any) -> Any:
-    if isinstance(value, dict):
-        if "model" in value and value["model"] not in list(MODELS):
-            names = ", ".join(f'"{name}"' for name in MODELS)
-            refuse(f"must be one of {names}", "model", value["model"])
-        forms = [key for key in ("library", "file", "model", "shear") if key in value]
-        if len(forms) > 1:
-            refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
-        if not forms:
-            _without_model(value)
-    return value
+def _chosen(value: Any, info: ValidationInfo) -> Any:
+    """Check a table by the section of its form; without a form it is a standard solid."""
+    if not isinstance(value, dict):
+        return value
+    known = models()
+    if "model" in value and value["model"] not in list(known):
+        refuse(f"must be one of {', '.join(map(quoted, known))}", "model", value["model"])
+    forms = [key for key in (*_FORMS, "model") if key in value]
+    if len(forms) > 1:
+        refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
+    if not forms:
+        _without_model(value, known)
+    form = _FORMS[forms[0]] if set(forms) & _FORMS.keys() else known[value.get("model", _DEFAULT)]
+    return form.model_validate(value, context=info.context)
 
 
-def _without_model(value: dict[str, Any]) -> None:
+def _without_model(value: dict[str, Any], known: dict[str, type[ModelSection]]) -> None:
     """Point from constants of other models than the standard solid, which needs no name, to those models."""
-    own = {name: set(section.model_fields) - _COMMON for name, section in MODELS.items()}
+    own = {name: set(section.model_fields) - _COMMON for name, section in known.items()}
     constants = set[str]().union(*own.values()) & set(value)
     for key in value:
-        if key in constants and key not in own["standard_solid"]:
+        if key in constants and key not in own[_DEFAULT]:
             having = [name for name, keys in own.items() if key in keys]
-            models = [name for name in having if constants <= own[name]] or having
-            names = " or ".join(f'"{name}"' for name in models)
+            names = " or ".join(map(quoted, [name for name in having if constants <= own[name]] or having))
             refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 
-def _tag(value: Any) -> str:
-    keys = value if isinstance(value, dict) else type(value).model_fields
-    for key in ("library", "file", "shear"):
-        if key in keys:
-            return f"<{key}>"
-    return f"<{value.get('model', 'standard_solid') if isinstance(value, dict) else value.model}>"
-
-
-_UNION: Any = Union[tuple(Annotated[form, Tag(f"<{name}>")] for name, form in _FORMS.items())]  # noqa: UP007
-AnyMaterial = Annotated[_UNION, Discriminator(_tag), BeforeValidator(_known_model)]
+AnyMaterial = Annotated[SerializeAsAny[MaterialSection], BeforeValidator(_chosen)]

@@ -6,16 +6,16 @@ The section of each type follows from the constructor of the profile, so that a 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Union
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
-    Discriminator,
     InstanceOf,
-    Tag,
+    SerializeAsAny,
     ValidationInfo,
     create_model,
     field_validator,
@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from restitution.case.quantity import fields_of, to_si
-from restitution.case.section import Section, folder_of, refuse
+from restitution.case.section import Section, folder_of, quoted, refuse
 
 # Importing a profile registers it.
 from restitution.contact import flat_ended, power_law, sphere, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -33,7 +33,7 @@ from restitution.contact.tabulated import Tabulated
 from restitution.errors import InputError
 from restitution.material.models import constants_of
 from restitution.material.sheet import FileError, Sheet, read_sheet
-from restitution.quantities import LENGTH, NUMBER, Dimension, Quantity
+from restitution.quantities import LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
 # Symbols that stand for the names of columns.
@@ -120,6 +120,12 @@ class TabulatedSection(ProfileSection):
 _SPECIAL: dict[str, type[ProfileSection]] = {"power_law": PowerLawSection, "tabulated": TabulatedSection}
 
 
+def sections() -> dict[str, type[ProfileSection]]:
+    """Section of each registered profile by its type."""
+    return {name: _section(name, profile) for name, profile in Profile.registered.items()}
+
+
+@cache
 def _section(name: str, profile: type[Profile]) -> type[ProfileSection]:
     base = _SPECIAL.get(name, ProfileSection)
     default = name if name in ("parabola", "tabulated") else ...
@@ -134,42 +140,22 @@ def _section(name: str, profile: type[Profile]) -> type[ProfileSection]:
     return section
 
 
-def constants_of_profiles() -> dict[str, Quantity]:
-    """Quantities of the parameters of all profiles, by name."""
-    return {
-        name: constant.quantity
-        for profile in Profile.registered.values()
-        for name, constant in constants_of(profile).items()
-    }
-
-
-SECTIONS = {name: _section(name, profile) for name, profile in Profile.registered.items()}
-
-
-def _type(value: Any) -> Any:
-    """Type of a profile: a table where one is given, a parabola where nothing is said."""
-    if not isinstance(value, dict):
-        return getattr(value, "type", "parabola")
-    return value.get("type", "tabulated" if any(key in value for key in _TABLE) else "parabola")
-
-
-def _known_type(value: Any) -> Any:
+def _chosen(value: Any, info: ValidationInfo) -> Any:
+    """Check a table by the section of its type: a table of points where one is given, a parabola by default."""
     if not isinstance(value, dict):
         return value
-    if _type(value) not in list(SECTIONS):
-        names = ", ".join(f'"{name}"' for name in SECTIONS)
-        refuse(f"must be one of {names}", "type", value["type"])
-    if "type" not in value:
-        own = SECTIONS[_type(value)].model_fields
-        for key in value:
-            forms = [f'"{name}"' for name, form in SECTIONS.items() if key in form.model_fields]
-            if key not in own and forms:
-                refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
-    return value
+    known = sections()
+    name = value.get("type", "tabulated" if any(key in value for key in _TABLE) else "parabola")
+    if name not in list(known):
+        refuse(f"must be one of {', '.join(map(quoted, known))}", "type", value["type"])
+    for key in () if "type" in value else value:
+        forms = [quoted(other) for other, form in known.items() if key in form.model_fields]
+        if key not in known[name].model_fields and forms:
+            refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
+    return known[name].model_validate(value, context=info.context)
 
 
-_UNION: Any = Union[tuple(Annotated[form, Tag(f"<{name}>")] for name, form in SECTIONS.items())]  # noqa: UP007
-AnyProfile = Annotated[_UNION, Discriminator(lambda value: f"<{_type(value)}>"), BeforeValidator(_known_type)]
+AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 
 
 def read_columns(

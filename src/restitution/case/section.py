@@ -110,8 +110,6 @@ class Section(BaseModel):
 
     # Keys of other kinds of file, and where to go with them.
     elsewhere: ClassVar[dict[str, str]] = {}
-    # Keys of the other forms which this section might have had.
-    alternatives: ClassVar[frozenset[str]] = frozenset()
 
     @model_validator(mode="before")
     @classmethod
@@ -128,11 +126,14 @@ class Section(BaseModel):
     def _advice(cls, key: str) -> str:
         if key in cls.elsewhere:
             return f"does not belong here; {cls.elsewhere[key]}"
-        own = list(cls.model_fields)
-        if get_close_matches(key, own, 1) or key in cls.alternatives:
-            return f"unknown key; {advice(key, own)}"
-        close = get_close_matches(key, cls.alternatives, 1)
+        own, others = list(cls.model_fields), cls.alternatives()
+        close = [] if get_close_matches(key, own, 1) or key in others else get_close_matches(key, others, 1)
         return f"unknown key; {advice(key, close or own)}"
+
+    @classmethod
+    def alternatives(cls) -> set[str]:
+        """Keys of the other forms that the section may have."""
+        return set()
 
     def given(self, *keys: str) -> list[str]:
         """Which of the keys have a value."""
@@ -233,6 +234,11 @@ def key_path(parts: Sequence[str | int]) -> str:
             bare = re.fullmatch(r"[\w-]+", part, re.ASCII)
             text += ("." if text else "") + (part if bare else json.dumps(part, ensure_ascii=False))
     return text
+
+
+def quoted(name: str) -> str:
+    """Return a name in quotes, as a value of a case file."""
+    return f'"{name}"'
 
 
 def toml_value(value: Any) -> str:

@@ -6,24 +6,17 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from restitution.cli import tables
 from restitution.cli.exit_codes import user_input
+from restitution.cli.options import Json, argument, option
 
 
 def cite(
     cases: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="CASE.toml...", help="Files of impacts, indentations, sweeps.", show_default=False
-        ),
+        list[Path] | None, argument("CASE.toml...", "Files of impacts, indentations, sweeps.")
     ] = None,
-    json: tables.Json = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a BibTeX file: .bib.", show_default=False),
-    ] = None,
+    json: Json = False,
+    out: Annotated[Path | None, option("Write a BibTeX file: .bib.", metavar="FILE")] = None,
 ) -> None:
     """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.
 

@@ -7,48 +7,31 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import completion, tables
+from restitution.cli.options import Json, Plot, argument, library_names, option
 
 
 def material(
     source: Annotated[
         str | None,
-        typer.Argument(
-            metavar="FILE|NAME",
-            help="File, or material of the library.",
-            show_default=False,
-            autocompletion=completion.library_names,
-        ),
+        argument("FILE|NAME", "File, or material of the library.", autocompletion=library_names),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
     at: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TEMPERATURE",
-            help='Temperature of the moduli, e.g. "20 degC" or 293.',
-            show_default=False,
-        ),
+        str | None, option('Temperature of the moduli, e.g. "20 degC" or 293.', metavar="TEMPERATURE")
     ] = None,
     shift: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Shift factors over temperature, for a file of moduli.", show_default=False
-        ),
+        Path | None, option("Shift factors over temperature, for a file of moduli.", metavar="FILE")
     ] = None,
     material_name: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Which material of a deck that has several.", show_default=False),
+        str | None, option("Which material of a deck that has several.", metavar="NAME")
     ] = None,
-    json: tables.Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the moduli: .png, .pdf or .svg.", show_default=False),
-    ] = None,
+    json: Json = False,
+    plot: Plot = None,
 ) -> None:
-    """Read a material, whatever the kind of its file, and say what it is.
+    """Read a material from a file or the library, and show its data, fit and moduli.
 
-    Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors and the
-    decks of ANSYS and Abaqus are read too. Of a case file, its materials.
+    Relaxation and DMA tables are fitted by a Prony series. Tables of Prony terms and of shift factors, the decks of
+    ANSYS and Abaqus, and the materials of a case file are read too.
     """
     from restitution.cli import material_report
 

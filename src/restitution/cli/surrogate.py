@@ -6,10 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from restitution.cli import tables
-from restitution.cli.exit_codes import BadInput, tell, user_input, warn
+from restitution.cli.exit_codes import BadInput, user_input
+from restitution.cli.options import Json, Plot, Workers, argument, option
 from restitution.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -24,42 +23,21 @@ _COLUMNS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 
 
 def surrogate(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="CASE.toml|FILE.json",
-            help="Case file, or a surrogate that was saved.",
-            show_default=False,
-        ),
-    ],
+    source: Annotated[Path, argument("CASE.toml|FILE.json", "Case file, or a saved surrogate.")],
     velocity: Annotated[
         tuple[str, str] | None,
-        typer.Option(
-            metavar="LOW HIGH",
-            help="Range of velocities, such as 1mm/s 10m/s. Default: 1e-3 10, in m/s.",
-            show_default=False,
-        ),
+        option("Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", metavar="LOW HIGH"),
     ] = None,
-    rtol: Annotated[
-        float | None,
-        typer.Option(help=f"Largest relative error. Default: {_RTOL:g}.", show_default=False),
-    ] = None,
+    rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Save it, .json; or a table of it, .csv or .nc.", show_default=False
-        ),
+        Path | None, option("Save it as .json, or a table of it as .csv or .nc.", metavar="FILE")
     ] = None,
     at: Annotated[
-        list[str] | None,
-        typer.Option(metavar="VELOCITY", help="Evaluate it there; may be repeated.", show_default=False),
+        list[str] | None, option("Evaluate it at a velocity; may be repeated.", metavar="VELOCITY")
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw it: .png, .pdf or .svg.", show_default=False),
-    ] = None,
-    json: tables.Json = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads; all cores if not given.")] = None,
+    plot: Plot = None,
+    json: Json = False,
+    workers: Workers = None,
 ) -> None:
     """Replace an impact by an interpolant over its velocity, with a stated error: restitution, contact time, peak force.
 
@@ -88,15 +66,9 @@ def surrogate(
         tables.write_json(_content(made, rows), made)
     else:
         _print(made, out or source, rows)
-        for warning in made.warnings:
-            warn(warning)
-        for line in notes:
-            tell("note", line, "cyan")
+        tables.print_remarks(made.warnings, notes)
     if plot is not None:
-        from restitution.plot.style import save_figure
-        from restitution.plot.sweep import plot_sweep
-
-        save_figure(plot_sweep(made.sample()), plot)
+        tables.save_picture(made.plot(), plot)
 
 
 def _saved(path: Path, options: dict[str, Any]) -> Surrogate:

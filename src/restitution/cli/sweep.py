@@ -8,29 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli import completion
 from restitution.cli.exit_codes import BadInput, tell, user_input
+from restitution.cli.options import Outputs, Picture, Workers, argument, axes, option
 from restitution.cli.progress import progress_bar
 from restitution.cli.tables import PICTURES, check_target
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Picture = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="FILE", help="Picture: .png, .pdf or .svg.", show_default=False),
-]
-Outputs = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--output",
-        metavar="NAME",
-        help="What to show; may be repeated.",
-        show_default=False,
-        autocompletion=completion.outputs,
-    ),
-]
-Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]
 
 # Places of the quantities of the paper's problem, and their options.
 _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
@@ -43,24 +27,13 @@ _LOG_RATIO = 10.0
 
 
 def sweep(
-    file: Annotated[
-        Path, typer.Argument(metavar="SWEEP.toml", help="Case file with axes.", show_default=False)
-    ],
+    file: Annotated[Path, argument("SWEEP.toml", "Case file with axes.")],
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="RESULT.zarr",
-            help="Zarr store for the results; or a table, .csv or .nc, which is made in memory.",
-            show_default=False,
-        ),
+        option("Zarr store for the results; or a table, .csv or .nc, held in memory.", metavar="RESULT.zarr"),
     ],
     dask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Dask: 'local', or a scheduler such as tcp://host:8786.",
-            show_default=False,
-        ),
+        str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", metavar="ADDRESS")
     ] = None,
     workers: Workers = None,
 ) -> None:
@@ -112,24 +85,14 @@ def sweep(
 
 
 def plot(
-    result: Annotated[
-        Path, typer.Argument(metavar="RESULT.zarr", help="Result of a sweep.", show_default=False)
-    ],
+    result: Annotated[Path, argument("RESULT.zarr", "Result of a sweep.")],
     out: Picture = None,
     output: Outputs = None,
-    x: Annotated[
-        str | None, typer.Option(metavar="AXIS", help="Axis along the abscissa.", show_default=False)
-    ] = None,
-    y: Annotated[
-        str | None, typer.Option(metavar="AXIS", help="Axis along the ordinate of a map.", show_default=False)
-    ] = None,
+    x: Annotated[str | None, option("Axis along the abscissa.", metavar="AXIS")] = None,
+    y: Annotated[str | None, option("Axis along the ordinate of a map.", metavar="AXIS")] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="AXIS=VALUE",
-            help="Show one value of an axis, e.g. radius=5mm, the nearest there is; may be repeated.",
-            show_default=False,
-        ),
+        option("Nearest value of an axis to show, e.g. radius=5mm; may be repeated.", metavar="AXIS=VALUE"),
     ] = None,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
@@ -148,34 +111,20 @@ def plot(
 def map_(
     x: Annotated[
         str,
-        typer.Option(
-            metavar="NAME=LOW:HIGH",
-            help="Abscissa, e.g. velocity=1cm/s:10m/s.",
-            show_default=False,
-            autocompletion=completion.axes,
-        ),
+        option("Abscissa, e.g. velocity=1cm/s:10m/s.", metavar="NAME=LOW:HIGH", autocompletion=axes),
     ],
-    y: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME=LOW:HIGH", help="Ordinate.", show_default=False, autocompletion=completion.axes
-        ),
-    ],
+    y: Annotated[str, option("Ordinate.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
     case: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[CASE.toml]", help="Case file; the paper's problem if not given.", show_default=False
-        ),
+        Path | None, argument("[CASE.toml]", "Case file; the paper's problem if not given.")
     ] = None,
     output: Outputs = None,
     fixed: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "Set another quantity, e.g. nu=0.45; may be repeated.",
             "--set",
             metavar="NAME=VALUE",
-            help="Set another quantity, e.g. nu=0.45; may be repeated.",
-            show_default=False,
-            autocompletion=completion.axes,
+            autocompletion=axes,
         ),
     ] = None,
     points: Annotated[int, typer.Option(min=2, max=_MOST_POINTS, help="Points along each axis.")] = _POINTS,

@@ -8,15 +8,16 @@ import sys
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
-import typer
-
-from restitution.cli.exit_codes import BadInput, warn
+from restitution.cli.exit_codes import BadInput, tell, warn
 from restitution.errors import InputError
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
     from restitution.impact.result import ImpactResult
     from restitution.quantities import Dimension
 
@@ -36,8 +37,6 @@ _ENERGY_ROWS = (
     ("energy dissipated", "dissipated", "", "J"),
     ("energy still stored", "stored", "", "J"),
 )
-
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
 
 PICTURES = (".png", ".pdf", ".svg")
 TABLES = (".nc", ".csv")
@@ -76,63 +75,73 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def print_remarks(warnings: Sequence[str], notes: Sequence[str] = ()) -> None:
+    """Write warnings and notes on standard error, a line each."""
+    for warning in warnings:
+        warn(warning)
+    for note in notes:
+        tell("note", note, "cyan")
+
+
 def show(
-    result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False, bodies: str = ""
+    result: ImpactResult,
+    title: str,
+    *,
+    in_json: bool,
+    dimensionless: bool = False,
+    bodies: str = "",
+    notes: Sequence[str] = (),
 ) -> None:
-    """Print a result, with its `bodies` in words: as JSON, or as a table and its warnings on standard error."""
+    """Print the result of an impact: as JSON, or as a table with its warnings and notes on standard error."""
     if in_json:
         write_json(result.to_dict() | {"energy_residual": result.energy.residual}, result)
         return
-    print_table(result, title, dimensionless=dimensionless)
+    _print_impact(result, title, dimensionless)
     if bodies:
         print(bodies)
-    for check in result.validity:
-        # Dimensionless groups do not fix strain and density; mass and radius are one.
-        if check.exceeded and not (dimensionless and check.kind != "poisson_ratio"):
-            warn(check.message)
-    for note in result.notes:
-        warn(note)
-    if result.status != Status.SEPARATED:
-        warn(cast("Status", result.status).message)
+    # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
+    exceeded = [check for check in result.validity if check.exceeded]
+    valid = [one.message for one in exceeded if not dimensionless or one.kind == "poisson_ratio"]
+    status = cast("Status", result.status)
+    ending = [] if status == Status.SEPARATED else [status.message]
+    print_remarks([*valid, *result.notes, *ending], notes)
 
 
-def print_table(result: ImpactResult, title: str, *, dimensionless: bool = False) -> None:
-    """Print a result for people: each value with its unit and symbol."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("quantity", no_wrap=True)
-    table.add_column("symbol", no_wrap=True)
-    table.add_column("value", no_wrap=True, justify="right")
-    if not dimensionless:
-        table.add_column("unit", no_wrap=True)
+def _print_impact(result: ImpactResult, title: str, dimensionless: bool) -> None:
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {
         "m": tolerance * float(result.max_indentation_depth),
         "J": tolerance * float(result.energy.kinetic_in),
     }
+    values: list[tuple[str, str, float, str]] = []
     for source, rows in ((result, _ROWS), (result.energy, _ENERGY_ROWS)):
         for words, attribute, symbol, unit in rows:
             value = float(getattr(source, attribute))
-            value = 0.0 if abs(value) < noise.get(unit, 0.0) else value
-            value, prefixed = _for_people(value, "" if dimensionless else unit)
-            table.add_row(words, symbol, value, prefixed)
-    console = Console(highlight=False)
-    # A line that is too long for the terminal is better broken by it than cut off by the table.
-    console.width = max(console.width, 100)
-    console.print(table)
-    tolerance = "" if result.rtol is None else f", rtol {result.rtol:g}"
+            values.append((words, symbol, 0.0 if abs(value) < noise.get(unit, 0.0) else value, unit))
+    print_values(title, values, dimensionless)
+    stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
     residual = float(result.energy.residual)
     balance = f", energy residual {residual:.1e}" if math.isfinite(residual) else ""
-    print(f"method {result.method}{tolerance}{balance}")
+    print(f"method {result.method}{stated}{balance}")
 
 
-def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    """Print rows of text under their columns; the first is words, what follows numbers or more words."""
+def print_values(
+    title: str, values: Sequence[tuple[str, str, float, str]], dimensionless: bool = False
+) -> None:
+    """Print rows of words, symbol and value, with the unit if there is one."""
+    rows = [
+        (words, symbol, *_for_people(value, "" if dimensionless else unit))
+        for words, symbol, value, unit in values
+    ]
+    columns = ("quantity", "symbol", "value", "unit")[: 3 if dimensionless else 4]
+    print_rows(title, columns, [row[: len(columns)] for row in rows], right="value")
+
+
+def print_rows(
+    title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = ""
+) -> None:
+    """Print rows of text under their columns; the column `right` is aligned to the right."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -140,18 +149,19 @@ def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, .
 
     table = Table(box=box.SIMPLE_HEAD)
     for column in columns:
-        table.add_column(Text(column), overflow="fold")
+        table.add_column(Text(column), overflow="fold", justify="right" if column == right else "left")
     for row in rows:
         table.add_row(*map(Text, row))
     console = Console(highlight=False)
+    # A line that is too long for the terminal is better broken by it than cut off by the table.
     console.width = max(console.width, 100)
     print(title)
     console.print(table)
 
 
 def _for_people(value: float, unit: str) -> tuple[str, str]:
-    if math.isnan(value):
-        return "-", ""
+    if math.isnan(value) or (unit and math.isinf(value)):
+        return ("-" if math.isnan(value) else "inf"), ""
     if unit == "":
         return f"{value:.8g}", ""
     from restitution.plot.labels import scaled_unit
@@ -185,7 +195,7 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> N
         raise BadInput(f"{option} {path}: is a folder")
 
 
-def _require_end(result: ImpactResult, option: str, path: Path) -> None:
+def require_end(result: ImpactResult, option: str, path: Path) -> None:
     """Refuse to show a contact that has no last instant, and so no history."""
     status = cast("Status", result.status)
     if status != Status.SEPARATED:
@@ -196,7 +206,7 @@ def write_history(result: ImpactResult, path: Path, title: str = "") -> None:
     """Write the history of an impact, whole or not at all: NetCDF, or CSV with the units in the header."""
     from restitution.impact.problem import Impact
 
-    _require_end(result, "--history", path)
+    require_end(result, "--history", path)
     impact = result.impact
     assert isinstance(impact, Impact)
     attributes = {
@@ -209,17 +219,19 @@ def write_history(result: ImpactResult, path: Path, title: str = "") -> None:
         "material": impact.material.name or repr(impact.material),
         "profile": repr(impact.profile),
     }
-    from restitution.files import write_table
-
-    write_table(result.history.assign_attrs(attributes), path)
+    save_table(result.history.assign_attrs(attributes), path)
 
 
-def write_plot(
-    result: ImpactResult, path: Path, times: Sequence[float] | None = None, title: str = ""
-) -> None:
-    """Draw an impact and write the picture, whole or not at all; with the pressure at some times [s]."""
-    _require_end(result, "--plot", path)
-    from restitution.plot.impact import overview
+def save_table(dataset: xr.Dataset, path: Path | None) -> None:
+    """Write a dataset as a table, if there is a path."""
+    if path is not None:
+        from restitution.files import write_table
+
+        write_table(dataset, path)
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a picture, whole or not at all."""
     from restitution.plot.style import save_figure
 
-    save_figure(overview(result, times, title=title), path)
+    save_figure(figure, path)

@@ -18,6 +18,7 @@ from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, STATUS
+from restitution.quantities import BODY, OUTPUTS, derived
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -205,15 +206,16 @@ class Batch:
             "max_force": columns["max_force"] * self.masses * self.velocities / block.time,
             "max_contact_radius": columns["max_contact_radius"] * block.radius,
             "residual_indentation_depth": residual,
-            "rebound_velocity": e * self.velocities,
-            "status": status,
         }
         if outcomes.shape[1] > len(columns):
-            bodies = self.masses, self.velocities, self.forces
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore", invalid="ignore"):
                 unit = self.masses * self.velocities**2
-            result |= energy_budget(*bodies, e, residual, unit * outcomes[:, -2], unit * outcomes[:, -1])
-        return result
+                result |= {
+                    "dissipated_energy": unit * outcomes[:, -2], "stored_energy": unit * outcomes[:, -1]
+                }  # fmt: skip
+        bodies = dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True))
+        found = derived(result | bodies)
+        return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
 
     def _rest_depth(self) -> Array:
         """Depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
@@ -229,25 +231,6 @@ class Batch:
             carries = self.profile.force_integral_at_depth(middle) >= integral
             low, high = np.where(carries, low, middle), np.where(carries, middle, high)
         return np.where(shallow, np.inf, high)
-
-
-def energy_budget(
-    mass: Any, velocity: Any, force: Any, restitution: Any, residual_depth: Any, dissipated: Any, stored: Any
-) -> dict[str, Any]:  # fmt: skip
-    """Energies [J] by name, and the residual of their balance."""
-    # A row that failed is NaN, or too large to be squared.
-    with np.errstate(invalid="ignore", over="ignore"):
-        kinetic = 0.5 * mass * velocity**2
-        out = kinetic * restitution**2
-        work = force * residual_depth
-        residual = (out + dissipated + stored - kinetic - work) / kinetic
-    return {
-        "kinetic_energy_in": kinetic,
-        "kinetic_energy_out": out,
-        "dissipated_energy": dissipated,
-        "stored_energy": stored,
-        "energy_residual": residual,
-    }
 
 
 def solve_columns(

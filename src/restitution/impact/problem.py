@@ -18,9 +18,6 @@ from restitution.material.viscoelastic import Material
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
 
-NUMBERS = ("mass", "velocity", "external_force")
-"""Numbers of an impact beside those of its profile and materials."""
-
 
 @dataclass(frozen=True, eq=False)
 class Impact:
@@ -72,12 +69,12 @@ class Impact:
 
     def __post_init__(self) -> None:
         _ = self.contact
-        for name in NUMBERS:
+        for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         try:
             _ = self.shape
         except ValueError:
-            shapes = {name: np.shape(getattr(self, name)) for name in NUMBERS}
+            shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY}
             shapes["profile"] = _profile_shape(self.profile)
             listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
             raise InputError(
@@ -92,7 +89,7 @@ class Impact:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
-        numbers = (np.shape(getattr(self, name)) for name in NUMBERS)
+        numbers = (np.shape(getattr(self, name)) for name in quantities.BODY)
         return np.broadcast_shapes(*numbers, _profile_shape(self.profile))
 
     @property

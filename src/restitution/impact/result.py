@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,13 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.checks import Numeric
 from restitution.errors import InputError
-from restitution.impact.batch import energy_budget, shaped, solve_columns
-from restitution.impact.problem import NUMBERS
+from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.sampling import Sampled
 from restitution.impact.solution import Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
-from restitution.quantities import HISTORY, Quantity
+from restitution.quantities import BODY, BUDGET, HISTORY, OUTPUTS, Quantity, derived
 from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
 
 if TYPE_CHECKING:
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
 
     from restitution.impact.fields import ImpactFields
     from restitution.impact.problem import Impact
-
-BUDGET = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
-"""Members of an `EnergyBudget` as outputs."""
 
 
 class EnergyBudget(NamedTuple):
@@ -120,7 +118,18 @@ class ImpactResult:
     @property
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
-        return self.restitution_coefficient * self.velocity
+        return self._derived()["rebound_velocity"]
+
+    @property
+    def outputs(self) -> dict[str, Numeric]:
+        """All outputs of `restitution.quantities.OUTPUTS` by name, SI; of several impacts, the energies take a solve."""
+        energies = {"dissipated_energy": self.energy.dissipated, "stored_energy": self.energy.stored}
+        found, shape = self._derived(energies), np.shape(self.status)
+        return {name: shaped(np.broadcast_to(found[name], shape), shape) for name in OUTPUTS}
+
+    def _derived(self, energies: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
+        own = {name: getattr(self, name) for name in OUTPUTS if name in self.__dataclass_fields__}
+        return derived(own | {name: self._column(name) for name in BODY} | dict(energies))
 
     @cached_property
     def validity(self) -> Validity:
@@ -186,9 +195,7 @@ class ImpactResult:
                 dissipated, stored = (solution.energy_unit * energy for energy in solution.stored.energies)
             elif solution is not None:
                 dissipated, stored = solution.dissipated, solution.stored
-            bodies = (self._column(name) for name in NUMBERS)
-            e, depth = self.restitution_coefficient, self.residual_indentation_depth
-            columns = energy_budget(*bodies, e, depth, dissipated, stored)
+            columns = self._derived({"dissipated_energy": dissipated, "stored_energy": stored})
         return EnergyBudget(*(shaped(columns[name], shape) for name in BUDGET))
 
     @cached_property
@@ -348,18 +355,6 @@ class ImpactResult:
         """
         return self._fields.surface_displacement(r, t)
 
-    @cached_property
-    def elements(self) -> xarray.Dataset:
-        """Displacements and forces of the elements over time, by `element_history` with its own 800 elements."""
-        from restitution.impact.elements import element_history
-
-        if self.method != "elements" or isinstance(self.impact, list):
-            wanted = (
-                f"must be 'elements' for the elements of an impact, and this result is of {self.method!r}"
-            )
-            raise InputError("method", wanted=wanted)
-        return element_history(self.impact)
-
     def _column(self, name: str) -> Any:
         """Number of the impacts by name, in the shape of the results."""
         if isinstance(self.impact, list):
@@ -367,16 +362,19 @@ class ImpactResult:
         return getattr(self.impact, name)
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
-        """Figure of force, depth, contact radius and energies; of the pressure at up to seven times [s], four if absent."""
+        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
+
+        Parameters
+        ----------
+        times : array_like, optional
+            Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
+        """
         return draw("impact", self, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""
-        names = (
-            "restitution_coefficient", "rebound_velocity", "contact_time", "max_indentation_depth",
-            "max_force", "max_contact_radius", "residual_indentation_depth", "zero_overlap_time",
-        )  # fmt: skip
-        return {name: getattr(self, name) for name in names} | {
+        return {name: value for name, value in self.outputs.items() if name not in BUDGET} | {
+            "zero_overlap_time": self.zero_overlap_time,
             "energy": self.energy._asdict(),
             "status": self.status,
             "method": self.method,
@@ -389,7 +387,17 @@ class ImpactResult:
 def dataset(
     dimension: str, columns: dict[str, tuple[Any, Quantity]], attributes: dict[str, Any]
 ) -> xarray.Dataset:
-    """Columns of one length, each with its values and its quantity, as a Dataset over one of them."""
+    """Columns of one length as a Dataset.
+
+    Parameters
+    ----------
+    dimension : str
+        Name of the column that is the index.
+    columns : dict of str to tuple
+        Values and quantity of each column.
+    attributes : dict
+        Attributes of the whole.
+    """
     import xarray as xr
 
     data = {name: (dimension, values, quantity.attributes) for name, (values, quantity) in columns.items()}

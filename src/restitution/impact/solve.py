@@ -21,6 +21,7 @@ from restitution.impact.sampling import Sampled, by_elements, by_reference
 from restitution.impact.solution import Solution
 from restitution.impact.status import SolverError, Status
 from restitution.material.reduced_modulus import reduced_standard_solid
+from restitution.quantities import OUTPUTS, STATUS
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "elements", "reference"]
@@ -248,7 +249,7 @@ def _solve_exact(
         if progress is not None:
             progress(1, 1)
     _judge(columns["status"], errors or ("warn" if shape else "raise"))
-    del columns["rebound_velocity"]
+    columns = {name: one for name, one in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
     return _result(impact, "exact", rtol, columns, solution, shape)
 
 

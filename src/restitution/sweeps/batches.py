@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.quantities import VALIDITY
+from restitution.quantities import BODY, VALIDITY
 from restitution.sweeps.materials import Bodies, Columns, changed_impact, combinations, material_rows
-from restitution.sweeps.varied import NUMBERS, Prepared, Template, profile_names
+from restitution.sweeps.varied import Prepared, Template, profile_names
 from restitution.validity import columns as numbers_by_name
 from restitution.validity import numbers
 
@@ -131,7 +131,7 @@ class Assembly:
 def _impacts(prepared: Prepared, columns: Columns, n: int, tick: Tick) -> Iterator[tuple[Places, Impact]]:
     """Impacts of one pair of materials each, with arrays of all other numbers."""
     impact, names = prepared.impact, profile_names(prepared.impact)
-    arrays = {*NUMBERS, *(names if impact.profile.path_exponent is not None else ())}
+    arrays = {*BODY, *(names if impact.profile.path_exponent is not None else ())}
     for places, values in combinations({k: v for k, v in columns.items() if k not in arrays}, n):
         tick(0)
         own = {name: column[places] for name, column in columns.items() if name in arrays} | {
@@ -152,11 +152,11 @@ def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: 
     impact = prepared.impact
     plain: Any = impact.profile
     mass, velocity, force = (
-        columns[name] if name in columns else np.full(n, getattr(impact, name)) for name in NUMBERS
+        columns[name] if name in columns else np.full(n, getattr(impact, name)) for name in BODY
     )
     own = profile_names(impact)
     shape = {name: column for name, column in columns.items() if name in own}
-    material = {name: column for name, column in columns.items() if name not in (*NUMBERS, *own)}
+    material = {name: column for name, column in columns.items() if name not in (*BODY, *own)}
     exponent = impact.profile.path_exponent
     if exponent is None or "exponent" in shape:
         for places, values in combinations({**shape, **material}, n):

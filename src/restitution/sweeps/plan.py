@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
-from restitution.quantities import BUDGET, STATUS, VALIDITY
+from restitution.quantities import STATUS, VALIDITY, needs_quadrature
 from restitution.sweeps.batches import Assembly
 from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
@@ -160,8 +160,7 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        energy = any(name in BUDGET for name in self.outputs)
-        return batch.solve(self.rtol, workers=1, progress=progress, energy=energy)
+        return batch.solve(self.rtol, workers=1, progress=progress, energy=needs_quadrature(self.outputs))
 
 
 def _go_on(_: int) -> None:

@@ -11,11 +11,9 @@ from typing import Any, Protocol
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.material.classical import standard_solid
+from restitution.quantities import BODY
 from restitution.sweeps.fingerprint import describe
 from restitution.sweeps.materials import MATERIAL_NAMES, Columns, HeldElastic, check_names
-
-NUMBERS = ("mass", "velocity", "external_force")
-"""What axes set of the impact itself."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +152,7 @@ def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
     ValueError
         If the impact has no such quantity, or two of them set the same thing.
     """
-    known = (*NUMBERS, *profile_names(impact), *MATERIAL_NAMES)
+    known = (*BODY, *profile_names(impact), *MATERIAL_NAMES)
     for name in names:
         if name not in known and name.partition("[")[0] not in MATERIAL_NAMES:
             close = get_close_matches(name, known, 1)

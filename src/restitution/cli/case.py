@@ -1,0 +1,213 @@
+"""The commands for one case: `solve`, `standard-solid`, `bounce` and `indent`."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from restitution.cli import tables
+from restitution.cli.exit_codes import BadInput, user_input
+from restitution.cli.options import CaseFile, History, Json, Plot, option
+from restitution.cli.progress import compilation
+from restitution.impact.status import Status
+
+if TYPE_CHECKING:
+    from restitution.impact.bounces import Bounces
+    from restitution.indentation.result import IndentationResult
+
+# Bounces that a screen holds; of more, the first and the last are shown.
+_SHOWN, _LAST = 24, 4
+
+_INDENTATION_ROWS = (
+    ("largest force", "max_force", "F_max", "N"),
+    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
+    ("largest contact radius", "max_contact_radius", "a_max", "m"),
+    ("contact grows until", "turning_time", "t_m", "s"),
+    ("contact ends at", "contact_end_time", "t_end", "s"),
+    ("depth at the end of contact", "residual_indentation_depth", "d_end", "m"),
+    ("work of the indenter", "work", "W", "J"),
+)
+
+
+class Method(StrEnum):
+    """How an impact is solved."""
+
+    exact = "exact"
+    elements = "elements"
+    reference = "reference"
+
+
+def solve(
+    case: CaseFile,
+    json: Json = False,
+    plot: Plot = None,
+    pressure_at: Annotated[
+        list[str] | None,
+        option(
+            'Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.',
+            metavar="TIME",
+        ),
+    ] = None,
+    history: History = None,
+) -> None:
+    """Solve the impact that a case file describes."""
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--history", history, tables.TABLES)
+    with user_input():
+        from restitution.case.impact import read_case
+        from restitution.quantities import TIME
+
+        times = [tables.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
+        if times and plot is None:
+            raise BadInput("--pressure-at: give --plot FILE as well")
+        problem = read_case(case)
+        with compilation():
+            result = problem.solve()
+        for text, time in zip(pressure_at or [], times, strict=True):
+            if result.status == Status.SEPARATED and not 0.0 <= time <= result.contact_time:
+                end = f"{result.contact_time:.6g} s"
+                raise BadInput(f'--pressure-at "{text}": must be within the contact, which lasts {end}')
+    title = problem.title or str(case)
+    tables.show(result, title, in_json=json, bodies=problem.arrangement, notes=problem.notes(result))
+    if history is not None:
+        tables.write_history(result, history, title)
+    if plot is not None:
+        tables.require_end(result, "--plot", plot)
+        from restitution.plot.impact import overview
+
+        tables.save_picture(overview(result, times or None, title=problem.title or ""), plot)
+
+
+def standard_solid(
+    nu: Annotated[
+        float, typer.Option("--nu", help="Static Poisson ratio, in [-1, 0.5]; 0.5 is incompressible.")
+    ],
+    p2: Annotated[float, typer.Option("--p2", help="Ratio of the moduli, Ginf/G1, > 0.")],
+    p3: Annotated[
+        float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")
+    ],
+    method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
+    rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
+    json: Json = False,
+) -> None:
+    """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
+
+    All numbers are dimensionless: mass, radius, velocity and equilibrium shear modulus are 1.
+    """
+    from restitution.checks import positive, within
+    from restitution.contact.profile import Parabola
+    from restitution.impact.problem import Impact
+    from restitution.impact.solve import solve as solve_impact
+    from restitution.material.classical import standard_solid as material
+
+    with user_input():
+        within("nu", nu, -1.0, 0.5)
+        positive("p2", p2)
+        positive("p3", p3)
+        solid = material(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+        impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
+        with compilation():
+            result = solve_impact(impact, method=method.value, rtol=rtol)
+    title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
+    tables.show(result, title, in_json=json, dimensionless=True)
+
+
+def bounce(
+    case: CaseFile,
+    json: Json = False,
+    plot: Plot = None,
+    out: Annotated[Path | None, option("Write a row for each bounce: .nc or .csv.", metavar="FILE")] = None,
+) -> None:
+    """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
+
+    The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
+    unless the file has weight = false.
+    """
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--out", out, tables.TABLES)
+    with user_input():
+        from restitution.case.impact import read_case
+
+        problem = read_case(case)
+        with compilation():
+            found = problem.bounces()
+    table = found.to_dataset()
+    if json:
+        content = {
+            "n_bounces": found.n_bounces, "ended": str(found.ended), "drop_height": found.drop_height,
+            "gravity": found.gravity, **{str(name): one.values.tolist() for name, one in table.data_vars.items()},
+            "warnings": found.warnings,
+        }  # fmt: skip
+        tables.write_json(content, found)
+    else:
+        _print_bounces(found, problem.title or str(case))
+        tables.print_remarks(found.warnings, problem.notes(found))
+    tables.save_table(table, out)
+    if plot is not None:
+        tables.save_picture(found.plot(), plot)
+
+
+def _print_bounces(found: Bounces, title: str) -> None:
+    from restitution.plot.labels import scaled_unit
+
+    heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
+    titles = (
+        "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",
+        f"rises to [{heights.unit}]",
+    )  # fmt: skip
+
+    def row(n: int) -> tuple[str, ...]:
+        duration = found.contact_time[n] * times.factor
+        return (
+            str(n + 1),
+            f"{found.touch_time[n]:.6g}",
+            f"{found.velocity[n]:.4g}",
+            f"{found.restitution_coefficient[n]:.6g}",
+            f"{duration:.4g}" if math.isfinite(duration) else "stays",
+            f"{found.height[n] * heights.factor:.4g}",
+        )
+
+    count = found.n_bounces
+    rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
+    if count > _SHOWN:
+        rows.insert(_SHOWN - _LAST, ("…",) * len(titles))
+    tables.print_rows(f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows)
+    end = f"{found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
+    print(f"{count} bounce{'s' * (count != 1)} in {end}")
+
+
+def indent(case: CaseFile, json: Json = False, plot: Plot = None, history: History = None) -> None:
+    """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
+
+    The case file has the sections profile, material and indentation. A second loading in contact is refused.
+    """
+    tables.check_target("--plot", plot, tables.PICTURES)
+    tables.check_target("--history", history, tables.TABLES)
+    with user_input():
+        from restitution.case.indentation import read_indentation
+
+        problem = read_indentation(case)
+        with compilation():
+            result = problem.solve()
+    if json:
+        tables.write_json(result.to_dict(), result)
+    else:
+        _print_indentation(result, problem.title or str(case))
+        tables.print_remarks(result.warnings, problem.notes())
+    if history is not None:
+        tables.save_table(result.sample(n_points=problem.n_points), history)
+    if plot is not None:
+        tables.save_picture(result.plot(), plot)
+
+
+def _print_indentation(result: IndentationResult, title: str) -> None:
+    values: list[tuple[str, str, float, str]] = []
+    for words, name, symbol, unit in _INDENTATION_ROWS:
+        value = float(getattr(result, name))
+        values.append((words, symbol, value if math.isfinite(value) else math.nan, unit))
+    tables.print_values(title, values)
+    print(f"prescribed {result.prescribed}, {result.status.message}, rtol {result.rtol:g}")

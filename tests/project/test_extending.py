@@ -1,0 +1,112 @@
+"""The recipes of docs/development/extending.md: one place each, usable from Python, case files, sweeps and pictures."""
+
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution import quantities
+from restitution.case.impact import read_case
+from restitution.case.sweep import read_sweep
+from restitution.contact.profile import Profile
+from restitution.errors import InputError
+from restitution.material import models
+from restitution.sweeps.run import run
+
+PAGE = Path(__file__).resolve().parents[2] / "docs/development/extending.md"
+
+CASE = """
+[body]
+mass = "5 g"
+[profile]
+type = "quartic"
+length = "10 mm"
+[material]
+model = "two_decades"
+equilibrium_modulus = "1 MPa"
+branch_modulus = "2 MPa"
+relaxation_time = "1 ms"
+poisson_ratio = 0.45
+[impact]
+velocity = "1 m/s"
+"""
+AXES = """
+[axes]
+profile.length = ["10 mm", "20 mm"]
+material.relaxation_time = { logarithmic = ["0.1 ms", "10 ms"], n = 3 }
+[sweep]
+outputs = ["max_force", "max_deceleration"]
+"""
+
+
+@pytest.fixture
+def extension(monkeypatch):
+    """The names that the page defines; the registries are as before afterwards."""
+    models.material_models()  # complete before it is copied
+    monkeypatch.setattr(Profile, "registered", dict(Profile.registered))
+    monkeypatch.setattr(models, "_MODELS", dict(models._MODELS))
+    before = dict(quantities.OUTPUTS)
+    module = ModuleType("extension")
+    monkeypatch.setitem(sys.modules, "extension", module)
+    try:
+        for block in re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(), flags=re.DOTALL | re.MULTILINE):
+            exec(compile(block, str(PAGE), "exec"), module.__dict__)
+        yield module
+    finally:
+        quantities.OUTPUTS.clear()
+        quantities.OUTPUTS.update(before)
+
+
+def test_one_place_serves_python_case_files_sweeps_and_pictures(extension, tmp_path):
+    solid = extension.two_decades(1e6, 2e6, 1e-3, poisson_ratio=0.45)
+    result = rs.solve(rs.Impact(solid, extension.Quartic(0.01), mass=0.005, velocity=1.0))
+    same = rs.solve(rs.Impact(solid, rs.PowerLaw(4.0, 0.01**-3), mass=0.005, velocity=1.0))
+    assert result.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-7)
+    assert result.outputs["max_deceleration"] == pytest.approx(result.max_force / 0.005, rel=1e-14)
+    assert "max_deceleration" in result.to_dict()
+
+    file = tmp_path / "case.toml"
+    file.write_text(CASE)
+    from_file = read_case(file).solve()
+    assert from_file.restitution_coefficient == pytest.approx(result.restitution_coefficient, rel=1e-12)
+
+    file.write_text(CASE + AXES)
+    swept = run(read_sweep(file))
+    np.testing.assert_allclose(swept.max_deceleration, swept.max_force / 0.005, rtol=1e-14)
+    assert swept.max_deceleration.attrs["units"] == "m/s^2"
+    middle = swept.max_force.isel({swept.max_force.dims[0]: 0, swept.max_force.dims[1]: 1})
+    assert float(middle) == pytest.approx(result.max_force, rel=1e-7)
+
+    figure = rs.plot_sweep(swept, ["max_deceleration"])
+    words = " ".join(axes.get_ylabel() + axes.get_title() for axes in figure.axes)
+    assert "deceleration" in words
+
+
+def test_many_impacts_have_the_output(extension):
+    solid = extension.two_decades(1e6, 2e6, 1e-3, poisson_ratio=0.45)
+    impact = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=[0.5, 1.0])
+    result = rs.solve(impact)
+    np.testing.assert_allclose(result.outputs["max_deceleration"], result.max_force / 0.005, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "derive", "field"),
+    [
+        ("max_force", lambda mass: mass, "name"),
+        ("half_force", None, "derive"),
+        ("half_force", lambda max_forse: max_forse, "derive"),
+    ],
+)
+def test_an_output_that_cannot_be_derived_is_refused(name, derive, field):
+    with pytest.raises(InputError) as caught:
+        quantities.register_output(quantities.Quantity(name, quantities.FORCE, "force", derive=derive))
+    assert caught.value.field == field
+
+
+def test_energies_of_an_output_take_the_quadrature():
+    assert quantities.needs_quadrature(["energy_residual"])
+    assert not quantities.needs_quadrature(["kinetic_energy_out", "mach_number"])
