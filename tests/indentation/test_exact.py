@@ -244,3 +244,28 @@ def test_loops_lose_energy_and_contacts_end_early(series, unloading):
     assert result.max_force <= 2.0 * float(Parabola(1.0).force_integral_at_depth(0.1)) * (
         series.equilibrium_modulus + series.branch_moduli.sum()
     ) * (1.0 + 1e-8) + (2.0 * series.parallel_viscosity * math.sqrt(0.1) * 0.1)
+
+
+@pytest.mark.parametrize("tau", 10.0 ** -np.arange(2.0, 9.0))
+def test_equal_contact_of_a_fast_fluid(tau):
+    """Ting's condition of a Maxwell fluid under a triangle: exp(-x) - exp(-x - y) = 1 - exp(-x), where x and y are the
+    times from the turning to t and from t1 to the turning, over tau."""
+    fluid = Material(PronySeries(0.0, [1.0], [tau]), math.inf)
+    result = indent(fluid, Cone(1.0), depth=[0.0, 1.0, 0.0], time=[0.0, 1.0, 2.0], rtol=1e-11)
+    t = 1.0 + tau * np.array([1e-3, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6])
+    y = -np.log1p(-np.expm1((t - 1.0) / tau))
+    radius = result.sample(t).contact_radius.values / result.max_contact_radius
+    np.testing.assert_allclose(radius, 1.0 - tau * y, rtol=0.0, atol=2e-15)
+
+
+@pytest.mark.parametrize("tau", [1e-6, 1e-8, 1e-10])
+def test_velocity_of_a_fast_solid_is_that_of_an_elastic_one(tau):
+    """Hertz: F = 4/3 E* sqrt(R) d^(3/2) with the equilibrium modulus, less what lags by about tau."""
+    solid = Material(PronySeries(0.25, [5.0], [tau]), math.inf)
+    result = indent(solid, Parabola(1.0), force=[0.0, 1.0, 0.0], time=[0.0, 1.0, 2.0], rtol=1e-10)
+    t = np.linspace(1.1, 1.9, 50)
+    # E = 3 G and E* = E/(1 - 1/4) of an incompressible body.
+    stiffness = 4.0 / 3.0 * (4.0 * 0.25)
+    velocity = -2.0 / 3.0 * (2.0 - t) ** (-1.0 / 3.0) * stiffness ** (-2.0 / 3.0)
+    lag = 100.0 * 21.0 * tau
+    np.testing.assert_allclose(result.sample(t).indentation_velocity, velocity, rtol=1e-8 + lag)

@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from restitution.kernel.memory import TERMS, allocate, legendre_values, quadrature, recall, remember
+from restitution.kernel.memory import (
+    TERMS,
+    allocate,
+    legendre_slopes,
+    legendre_values,
+    quadrature,
+    recall,
+    recall_rate,
+    remember,
+)
 
 pytestmark = pytest.mark.plain
 
@@ -32,26 +41,37 @@ def value(memory, edges, e, k, t):
     return _plain(recall)(memory, e, k, t - edges[e], basis)
 
 
+def slope(memory, edges, e, k, t):
+    values, slopes, length = np.empty(TERMS), np.empty(TERMS), edges[e + 1] - edges[e]
+    _plain(legendre_values)(2.0 * (t - edges[e]) / length - 1.0, values)
+    _plain(legendre_slopes)(length, values, slopes)
+    return _plain(recall_rate)(memory, e, k, t - edges[e], slopes)
+
+
+def memory_of_power(power, rate, t):
+    """int_0^t exp(-r (t - u)) u^n du, by its series for small r t and by repeated integration by parts else."""
+    if rate * t >= 40.0:
+        return sum(
+            (-1.0) ** j * math.perm(power, j) * t ** (power - j) / rate ** (j + 1) for j in range(power + 1)
+        )
+    terms = np.arange(400)
+    # sum_j (-r)^j t^(n + j + 1) n!/(n + j + 1)! is Kummer's function, whose transform has no cancellation.
+    logs = np.cumsum(np.log(np.maximum(rate * t, 1e-300) / np.maximum(terms, 1)) * (terms > 0))
+    return t ** (power + 1) * math.exp(-rate * t) * np.sum(np.exp(logs) / (power + 1 + terms))
+
+
 @pytest.mark.parametrize("power", [0, 1, 2, 4])
 @pytest.mark.parametrize("rate", [1e-9, 1e-3, 0.5, 1.99, 2.01, 30.0, 1e4, 1e9])
 def test_memory_of_a_power(power, rate):
-    """int_0^t exp(-r (t - u)) u^n du, by its series for small r t and by the incomplete gamma function of -r t else."""
     edges = np.array([0.0, 0.3, 1.0])
     memory = memory_of(lambda t: t**power, edges, [rate])
     for t in (0.1, 0.3, 0.7, 1.0):
         e = 0 if t < 0.3 else 1
-        if rate * t < 40.0:
-            terms = np.arange(400)
-            # sum_j (-r)^j t^(n + j + 1) n!/(n + j + 1)! is Kummer's function, whose transform has no cancellation.
-            logs = np.cumsum(np.log(np.maximum(rate * t, 1e-300) / np.maximum(terms, 1)) * (terms > 0))
-            known = t ** (power + 1) * math.exp(-rate * t) * np.sum(np.exp(logs) / (power + 1 + terms))
-        else:
-            # Repeated integration by parts; the transient is gone.
-            known = sum(
-                (-1.0) ** j * math.perm(power, j) * t ** (power - j) / rate ** (j + 1)
-                for j in range(power + 1)
-            )
+        known = memory_of_power(power, rate, t)
         assert value(memory, edges, e, 0, t) == pytest.approx(known, rel=2e-12, abs=1e-15 / (1.0 + rate))
+        # d/dt int_0^t exp(-r u) (t - u)^n du
+        known = power * memory_of_power(power - 1, rate, t) if power else math.exp(-rate * t)
+        assert slope(memory, edges, e, 0, t) == pytest.approx(known, rel=1e-9, abs=1e-13)
 
 
 def test_what_was_remembered_fades():

@@ -40,8 +40,9 @@ _RECOVERED += "which is outside the theory"
 def scratch(contact: Contact) -> Scratch:
     """Scratch space of a contact; one at a time may use it."""
     return Scratch(
-        np.empty(TERMS), np.empty((2, TERMS)), np.empty(contact.moduli.size), np.empty((2, TERMS + 1))
-    )
+        np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(contact.moduli.size),
+        np.empty((2, TERMS + 1)),
+    )  # fmt: skip
 
 
 def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
@@ -219,8 +220,9 @@ def check_recontact(
 
 
 def _rounding(contact: Contact, past: Past) -> float:
-    """Rounding of the rate of the load while the contact shrinks."""
-    return _LOAD_ROUNDING * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
+    """Rounding of the rate of the load while the contact shrinks; the times round the decay of fast modes."""
+    relative = _LOAD_ROUNDING + _TIME_ROUNDING * float(np.max(contact.rates, initial=0.0))
+    return relative * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
 
 
 def depth_rounding(past: Past) -> tuple[float, float]:

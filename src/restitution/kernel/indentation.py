@@ -13,7 +13,15 @@ from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.growing import grown, root_of_depth
-from restitution.kernel.memory import TERMS, Memory, Quadrature, legendre_values, recall
+from restitution.kernel.memory import (
+    TERMS,
+    Memory,
+    Quadrature,
+    legendre_slopes,
+    legendre_values,
+    recall,
+    recall_rate,
+)
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.prescribed import DEPTH, Contact, Scratch, prescribed, tail
 from restitution.kernel.shrinking import Past, center, equal_contact, remaining, shrunk
@@ -129,16 +137,16 @@ def _phi(
 def _crept(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
 ) -> tuple[float, float]:
-    """What creep makes of the depth at time t in element r of the recovery, and the rate at which that fades."""
+    """Part of the depth at time t in element r of the recovery that is due to creep, and its rate."""
     elapsed = t - recovery.starts[r]
     legendre_values(2.0 * elapsed / recovery.lengths[r] - 1.0, work.basis)
+    legendre_slopes(recovery.lengths[r], work.basis, work.slopes)
     depth = past.elements.depths[past.total]
-    fading = 0.0
+    rate = 0.0
     for j in range(contact.compliances.shape[0]):
-        level = contact.compliances[j] * recall(recovery.level, r, j, elapsed, work.basis)
-        depth += level
-        fading += contact.recoveries[j] * level
-    return depth, fading
+        depth += contact.compliances[j] * recall(recovery.level, r, j, elapsed, work.basis)
+        rate += contact.compliances[j] * recall_rate(recovery.level, r, j, elapsed, work.slopes)
+    return depth, rate
 
 
 @entry_point
@@ -201,11 +209,9 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
                     phi_rate += growth / a - fading if a > 0.0 else 0.0
                 while r + 1 < recovery.starts.shape[0] and t >= recovery.starts[r + 1]:
                     r += 1
-                depth, fading = _crept(contact, past, recovery, work, r, t)
+                depth, rate = _crept(contact, past, recovery, work, r, t)
                 depth += contact.glass * phi
-                rate = contact.glass * phi_rate - fading
-                for j in range(contact.compliances.shape[0]):
-                    rate += contact.compliances[j] * phi
+                rate += contact.glass * phi_rate
         columns[0, n] = depth
         columns[1, n] = rate
         open_ = t >= past.end

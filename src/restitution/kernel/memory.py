@@ -89,6 +89,15 @@ def legendre_values(x: float, basis: Any) -> None:
         basis[n + 1] = _ASCENT[n] * x * basis[n] - _DESCENT[n] * basis[n - 1]
 
 
+@inlined
+def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
+    """Write the derivatives of P_0 to P_(TERMS-1) by the time in an element of this length, from their values."""
+    slopes[0] = 0.0
+    slopes[1] = 2.0 / length
+    for n in range(1, TERMS - 1):
+        slopes[n + 1] = slopes[n - 1] + (2 * n + 1) * 2.0 / length * values[n]
+
+
 @entry_point
 def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> None:
     """Fill the memory of f.
@@ -190,3 +199,15 @@ def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
     if c != 0.0:
         value += c * math.exp(-elapsed * memory.rates[k])
     return value
+
+
+@inlined
+def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> float:
+    """Rate of the memory of mode k; f - r_k M without its cancellation where the mode is fast."""
+    rate = 0.0
+    for n in range(TERMS):
+        rate += slopes[n] * memory.polynomial[e, k, n]
+    c = memory.transient[e, k]
+    if c != 0.0:
+        rate -= memory.rates[k] * c * math.exp(-elapsed * memory.rates[k])
+    return rate

@@ -55,6 +55,8 @@ class Scratch(NamedTuple):
     ----------
     basis : ndarray, shape (TERMS,)
         Legendre polynomials.
+    slopes : ndarray, shape (TERMS,)
+        Their derivatives by time.
     samples : ndarray, shape (2, TERMS)
         Rates at the nodes of an element.
     now : ndarray, shape (K,)
@@ -64,6 +66,7 @@ class Scratch(NamedTuple):
     """
 
     basis: Any
+    slopes: Any
     samples: Any
     now: Any
     sweep: Any

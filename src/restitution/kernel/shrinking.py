@@ -107,7 +107,9 @@ def equal_contact(
         low, high = b, b + h
         low_known, high_known = False, False
         t1 = min(max(t1, low), high)
-        previous = min(h, contact.shortest)
+        # The left-hand side bends over the shortest relaxation time.
+        scale = min(h, contact.shortest)
+        previous = scale
         moved = 0
         modulus = 0.0
         slope = 0.0
@@ -143,8 +145,8 @@ def equal_contact(
             elif low_known and high_known and abs(trial - t1) > 0.5 * previous:
                 trial = 0.5 * (low + high)
             step = abs(trial - t1)
-            # Newton's next step would be about step^3/previous^2.
-            done = step <= 1e-15 * t or step * (step / previous) ** 2 <= 1e-16 * t
+            # Newton's next step is about step^2/scale, or step^3/previous^2 where that is more.
+            done = step <= 1e-15 * t or step * max(step / scale, (step / previous) ** 2) <= 1e-16 * t
             t1 = trial
             if done and low < t1 < high:
                 break
