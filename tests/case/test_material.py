@@ -374,7 +374,7 @@ FILES = {
         (
             'library = "epoxy"\ntemperature = "80 degC"\n'
             'shift = {reference_temperature = 300, activation_energy = 1e5, temperature_range = "[0, 70] degC"}',
-            ": temperature = 353.15 K: must be in [273.15, 343.15] K, the range of the law",
+            '.temperature = "80 degC": must be in [273.15, 343.15] K, the range of the law',
         ),
         (
             'shear = {terms = "terms.csv"}\nbulk = inf',
