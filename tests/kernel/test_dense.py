@@ -1,3 +1,4 @@
+import numba
 import numpy as np
 import pytest
 
@@ -143,3 +144,9 @@ def test_power_path(exponent):
     _path(path, many, np.zeros((2, 8)), radii, integrals)
     assert radii == pytest.approx(many**exponent, rel=1e-14)
     assert integrals == pytest.approx(2.0 * many ** (exponent + 2.0) / (exponent + 2.0), rel=2e-14)
+
+
+def test_rows_with_gaps_are_refused():
+    # Rows are addressed by their distance from the start of the array.
+    with pytest.raises(numba.TypingError):
+        _product(np.zeros((8, 8)), np.zeros(16)[::2], np.zeros(8))

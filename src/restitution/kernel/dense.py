@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.extending import lower_builtin, type_callable
 
 from restitution.kernel.compile import inlined
 from restitution.kernel.lanes import (
@@ -16,6 +15,7 @@ from restitution.kernel.lanes import (
     address,
     broadcast,
     constant,
+    operation,
     read,
     read8,
     repeated,
@@ -52,18 +52,15 @@ def invert_two(matrices: Any, first: int) -> None:
 
 
 def _inverter(function: Any, count: int) -> None:
-    @type_callable(function)
-    def _(context: Any) -> Any:
-        return lambda matrices, first: types.void
-
-    @lower_builtin(function, types.Array, types.Integer)
+    @operation(function, types.void, types.Array, types.Integer)
     def _(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         first = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        start = builder.mul(first, ir.Constant(first.type, WIDTH * WIDTH))
         places = [
             [
                 address(
                     context, builder, signature.args[0], arguments[0],
-                    [builder.add(first, ir.Constant(first.type, n)), *(ir.Constant(first.type, m) for m in (i, 0))],
+                    builder.add(start, ir.Constant(first.type, (n * WIDTH + i) * WIDTH)),
                 )
                 for i in range(WIDTH)
             ]

@@ -1,9 +1,10 @@
 """Eight numbers as one register: the values of a quantity at the nodes of an element.
 
-Compiled, a `Lanes` is an LLVM vector of eight doubles, one AVX-512 register or two or four smaller ones: what the scalar
-loops over the nodes left to chance is one instruction. Without compilation it is a NumPy array of length 8.
+Compiled, a `Lanes` is an LLVM vector of eight doubles: one AVX-512 register, or two or four smaller ones. Without
+compilation it is a NumPy array of length 8. docs/development/lanes.md explains how to add an operation.
 """
 
+import inspect
 import math
 import operator
 from collections.abc import Callable
@@ -13,8 +14,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing import templates
-from numba.extending import lower_builtin, models, register_model
+from numba.extending import lower_builtin, models, register_model, type_callable
 
 WIDTH = 8
 
@@ -24,7 +24,7 @@ _NOTHING = ir.Constant(_VECTOR, ir.Undefined)
 
 
 class LanesType(types.Type):
-    """Type of eight doubles in the eyes of the compiler."""
+    """Numba type of eight doubles."""
 
     def __init__(self) -> None:
         super().__init__(name="Lanes")
@@ -62,11 +62,10 @@ def repeated(builder: Any, number: Any) -> Any:
     return shuffled(builder, builder.insert_element(_NOTHING, number, ir.Constant(_INDEX, 0)), [0] * WIDTH)
 
 
-def address(context: Any, builder: Any, array_type: Any, array: Any, index: list[Any]) -> Any:
-    """Address of the eight numbers of an array that begin at an index, in LLVM."""
-    made = context.make_array(array_type)(context, builder, array)
-    pointer = cgutils.get_item_pointer(context, builder, array_type, made, index, wraparound=False)
-    return builder.bitcast(pointer, _VECTOR.as_pointer())
+def address(context: Any, builder: Any, array_type: Any, array: Any, offset: Any) -> Any:
+    """Address of the eight numbers of a contiguous array that begin `offset` numbers after its start, in LLVM."""
+    data = cgutils.create_struct_proxy(array_type)(context, builder, array).data
+    return builder.bitcast(builder.gep(data, [offset], inbounds=True), _VECTOR.as_pointer())
 
 
 def read(builder: Any, pointer: Any) -> Any:
@@ -87,21 +86,24 @@ def _folded(builder: Any, value: Any, combine: Callable[[Any, Any], Any]) -> Any
     return builder.extract_element(value, ir.Constant(_INDEX, 0))
 
 
-def _returns(function: Any, result: Any, *arguments: type | tuple[type, ...]) -> None:
-    """Declare to the compiler what a function of these argument types returns."""
+def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
+    """Declare what a function of these kinds of arguments returns; decorates the function that writes its LLVM code."""
 
-    class Signature(templates.AbstractTemplate):
-        key = function
+    def declared(context: Any) -> Any:
+        def typer(*given: Any) -> Any:
+            fits = all(map(isinstance, given, kinds))
+            # Rows are addressed by their distance from the start of the array, which strides would change.
+            return (
+                result
+                if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array))
+                else None
+            )
 
-        def generic(self, given: Any, keywords: Any) -> Any:
-            fits = len(given) == len(arguments) and all(map(isinstance, given, arguments))
-            return templates.signature(result, *given) if fits and not keywords else None
+        typer.__signature__ = inspect.signature(function)  # pyright: ignore[reportFunctionMemberAccess]
+        return typer
 
-    templates.infer(Signature)
-    templates.infer_global(function, types.Function(Signature))
-
-
-_NUMBER = (types.Float, types.Integer)
+    type_callable(function)(declared)
+    return lower_builtin(function, *kinds)
 
 
 def _arithmetic(function: Any, instruction: str) -> None:
@@ -112,12 +114,10 @@ def _arithmetic(function: Any, instruction: str) -> None:
         ]
         return getattr(builder, instruction)(*values)
 
-    for left, right in ((LanesType, LanesType), (LanesType, _NUMBER), (_NUMBER, LanesType)):
-        _returns(function, LANES, left, right)
-    lower_builtin(function, LANES, LANES)(lower)
-    for kind in _NUMBER:
-        lower_builtin(function, LANES, kind)(lower)
-        lower_builtin(function, kind, LANES)(lower)
+    operation(function, LANES, LanesType, LanesType)(lower)
+    for number in (types.Float, types.Integer):
+        operation(function, LANES, LanesType, number)(lower)
+        operation(function, LANES, number, LanesType)(lower)
 
 
 _arithmetic(operator.add, "fadd")
@@ -126,10 +126,7 @@ _arithmetic(operator.mul, "fmul")
 _arithmetic(operator.truediv, "fdiv")
 
 
-_returns(operator.getitem, types.float64, LanesType, types.Integer)
-
-
-@lower_builtin(operator.getitem, LANES, types.Integer)
+@operation(operator.getitem, types.float64, LanesType, types.Integer)
 def _lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     value, lane = arguments
     return builder.extract_element(value, context.cast(builder, lane, signature.args[1], types.int32))
@@ -140,13 +137,10 @@ def read8(row: Any, start: int) -> Any:
     return row[start : start + WIDTH].copy()
 
 
-_returns(read8, LANES, types.Array, types.Integer)
-
-
-@lower_builtin(read8, types.Array, types.Integer)
+@operation(read8, LANES, types.Array, types.Integer)
 def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     start = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    return read(builder, address(context, builder, signature.args[0], arguments[0], [start]))
+    return read(builder, address(context, builder, signature.args[0], arguments[0], start))
 
 
 def write8(row: Any, start: int, value: Any) -> None:
@@ -154,13 +148,10 @@ def write8(row: Any, start: int, value: Any) -> None:
     row[start : start + WIDTH] = value
 
 
-_returns(write8, types.void, types.Array, types.Integer, LanesType)
-
-
-@lower_builtin(write8, types.Array, types.Integer, LANES)
+@operation(write8, types.void, types.Array, types.Integer, LanesType)
 def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     start = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    write(builder, arguments[2], address(context, builder, signature.args[0], arguments[0], [start]))
+    write(builder, arguments[2], address(context, builder, signature.args[0], arguments[0], start))
     return context.get_dummy_value()
 
 
@@ -169,10 +160,7 @@ def broadcast(number: float) -> Any:
     return np.full(WIDTH, number)
 
 
-_returns(broadcast, LANES, types.Float)
-
-
-@lower_builtin(broadcast, types.Float)
+@operation(broadcast, LANES, types.Float)
 def _spread(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return repeated(builder, arguments[0])
 
@@ -182,10 +170,7 @@ def absolute(x: Any) -> Any:
     return np.abs(x)
 
 
-_returns(absolute, LANES, LanesType)
-
-
-@lower_builtin(absolute, LANES)
+@operation(absolute, LANES, LanesType)
 def _absolute(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.select(
         builder.fcmp_ordered("<", arguments[0], constant(0.0)), builder.fneg(arguments[0]), arguments[0]
@@ -197,10 +182,7 @@ def at_least(x: Any, least: float) -> Any:
     return np.where(x > least, x, least)
 
 
-_returns(at_least, LANES, LanesType, types.Float)
-
-
-@lower_builtin(at_least, LANES, types.Float)
+@operation(at_least, LANES, LanesType, types.Float)
 def _at_least(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     x, least = arguments[0], repeated(builder, arguments[1])
     return builder.select(builder.fcmp_ordered(">", x, least), x, least)
@@ -211,10 +193,7 @@ def where_positive(condition: Any, x: Any) -> Any:
     return np.where(condition > 0.0, x, 0.0)
 
 
-_returns(where_positive, LANES, LanesType, LanesType)
-
-
-@lower_builtin(where_positive, LANES, LANES)
+@operation(where_positive, LANES, LanesType, LanesType)
 def _where_positive(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     positive = builder.fcmp_ordered(">", arguments[0], constant(0.0))
     return builder.select(positive, arguments[1], constant(0.0))
@@ -225,10 +204,7 @@ def from_lane(lane: int, x: Any, before: Any) -> Any:
     return np.where(np.arange(WIDTH) >= lane, x, before)
 
 
-_returns(from_lane, LANES, types.Integer, LanesType, LanesType)
-
-
-@lower_builtin(from_lane, types.Integer, LANES, LANES)
+@operation(from_lane, LANES, types.Integer, LanesType, LanesType)
 def _from_lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     first = repeated(builder, context.cast(builder, arguments[0], signature.args[0], types.float64))
     lanes = ir.Constant(_VECTOR, [float(n) for n in range(WIDTH)])
@@ -240,10 +216,7 @@ def total(x: Any) -> float:
     return np.sum(x)
 
 
-_returns(total, types.float64, LanesType)
-
-
-@lower_builtin(total, LANES)
+@operation(total, types.float64, LanesType)
 def _total(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return _folded(builder, arguments[0], builder.fadd)
 
@@ -259,9 +232,7 @@ def smallest(x: Any) -> float:
 
 
 def _extreme(function: Any, comparison: str) -> None:
-    _returns(function, types.float64, LanesType)
-
-    @lower_builtin(function, LANES)
+    @operation(function, types.float64, LanesType)
     def _(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         def better(x: Any, y: Any) -> Any:
             return builder.select(builder.fcmp_ordered(comparison, x, y), x, y)
@@ -291,10 +262,7 @@ def exp(x: Any) -> Any:
     return np.exp(x)
 
 
-_returns(exp, LANES, LanesType)
-
-
-@lower_builtin(exp, LANES)
+@operation(exp, LANES, LanesType)
 def _exp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     # x = n ln 2 + r: n is read off the low bits of a number near 1.5 2^52; Taylor's series to r^13, |r| < 0.35.
     x = arguments[0]
@@ -313,10 +281,7 @@ def log(x: Any) -> Any:
     return np.log(x)
 
 
-_returns(log, LANES, LanesType)
-
-
-@lower_builtin(log, LANES)
+@operation(log, LANES, LanesType)
 def _log(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     # x = 2^n m with m in [sqrt(1/2), sqrt(2)): ln m = 2 artanh z with z = (m - 1)/(m + 1), |z| < 0.172.
     def bits(number: int) -> Any:
