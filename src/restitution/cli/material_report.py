@@ -255,7 +255,7 @@ def _of_terms(terms: PronyTerms, source: str) -> Report:
         "deformation": terms.deformation or "not said",
         "terms": int(terms.moduli.size),
         "relative": terms.relative,
-        "sum": terms.total,
+        "sum": float(terms.moduli.sum()),
         "instantaneous_modulus_Pa": terms.instantaneous_modulus,
         "equilibrium_modulus_Pa": terms.equilibrium_modulus,
         "notes": "; ".join(terms.notes) or None,

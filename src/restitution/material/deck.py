@@ -17,6 +17,8 @@ from restitution.material.measurement import Deformation, PronyTerms, beyond_one
 from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material
 
+_Terms = PronyTerms | None
+
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticDeck:
@@ -61,8 +63,8 @@ class ViscoelasticDeck:
 
         Raises
         ------
-        ValueError
-            If an elastic constant is missing, or the terms leave nothing at long times to scale.
+        InputError
+            If an elastic constant is missing, or long-time constants are given and the terms add up to one.
 
         Examples
         --------
@@ -72,11 +74,9 @@ class ViscoelasticDeck:
         """
         modulus = self.youngs_modulus if youngs_modulus is None else youngs_modulus
         ratio = self.poisson_ratio if poisson_ratio is None else poisson_ratio
-        for name, value in (("youngs_modulus", modulus), ("poisson_ratio", ratio)):
-            if value is None:
-                raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
-        assert modulus is not None
-        assert ratio is not None
+        if modulus is None or ratio is None:
+            name = "youngs_modulus" if modulus is None else "poisson_ratio"
+            raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
         e = float(positive("youngs_modulus", modulus, "Pa"))
         if not -1.0 < ratio <= 0.5:
             raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
@@ -100,14 +100,14 @@ class ViscoelasticDeck:
 
 
 class _Entry(NamedTuple):
-    """Number of a deck and the line in which it stands."""
+    """Number of a deck and the line where it stands."""
 
     value: float
     line: int
 
 
 class _Elastic(NamedTuple):
-    """Elastic constants, each with its line."""
+    """Elastic constants with their lines."""
 
     youngs_modulus: _Entry | None = None
     poisson_ratio: _Entry | None = None
@@ -117,13 +117,8 @@ class _Elastic(NamedTuple):
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
     """Material of an ANSYS deck with TB,PRON tables of relative moduli and times, for shear and bulk.
 
-    MP,EX, MP,PRXY (or NUXY) and MP,DENS are taken as well; ANSYS means instantaneous constants. One
-    temperature; `name` chooses one of several materials by its number.
-
-    Raises
-    ------
-    ValueError
-        With the name of the source and the number of the line.
+    MP,EX, MP,PRXY (or NUXY) and MP,DENS are read too; ANSYS means instantaneous constants. The deck must have one
+    temperature; `name` chooses one of several materials by its number. Errors name the line.
     """
     tables: dict[tuple[str, str], tuple[_Entry, dict[int, _Entry]]] = {}
     constants: dict[tuple[str, str], _Entry] = {}
@@ -153,24 +148,18 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
             key = cells[1] or "1", cells[0].upper().replace("NUXY", "PRXY")
             constants[key] = _Entry(_number(source, line, cells[2]), line.number)
     chosen = _chosen(source, [material for material, _ in tables], name)
-    terms = {
-        kind: _ansys_terms(source, kind, *table)
-        for (material, kind), table in tables.items()
-        if material == chosen
-    }
+    own = {kind: table for (material, kind), table in tables.items() if material == chosen}
+    terms = {kind: _ansys_terms(source, kind, *table) for kind, table in own.items()}
     elastic = _Elastic(*(constants.get((chosen, key)) for key in ("EX", "PRXY", "DENS")))
     return _deck(source, chosen, terms.get("SHEA"), terms.get("BULK"), elastic, long_term=False)
 
 
 def _ansys_terms(source: str, kind: str, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
     wanted = 2 * (int(count.value) or len(data) // 2)
-    if len(data) != wanted or set(data) != set(range(1, wanted + 1)):
+    if len(data) != wanted or max(data) > wanted:
         last = max((entry.line for entry in data.values()), default=count.line)
-        raise FileError(
-            source,
-            last,
-            f"{len(data)} constants in TBDATA: must be {wanted}, for {wanted // 2} terms (line {count.line})",
-        )
+        should = f"must be {wanted}, for {wanted // 2} terms (line {count.line})"
+        raise FileError(source, last, f"{len(data)} constants in TBDATA: {should}")
     entries = [data[i] for i in range(1, wanted + 1)]
     return _terms(source, "shear" if kind == "SHEA" else "bulk", entries[0::2], entries[1::2])
 
@@ -178,13 +167,8 @@ def _ansys_terms(source: str, kind: str, count: _Entry, data: dict[int, _Entry])
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
     """Material of an Abaqus deck with *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i) and *ELASTIC (E, nu).
 
-    The constants are those of long times unless *ELASTIC says MODULI=INSTANTANEOUS. *DENSITY is taken as
-    well. One temperature; `name` chooses one of several materials.
-
-    Raises
-    ------
-    ValueError
-        With the name of the source and the number of the line.
+    The constants are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *DENSITY is read too.
+    The deck must have one temperature; `name` chooses one of several materials. Errors name the line.
     """
     materials: dict[str, list[_Block]] = {"": []}
     current = ""
@@ -218,7 +202,7 @@ def read_abaqus(source: str, text: str, name: str | None = None) -> Viscoelastic
 
 
 def _chosen(source: str, names: list[str], name: str | None) -> str:
-    """Name of the one material, or of that which is asked for."""
+    """Name of the only material, or of the chosen one."""
     known = list(dict.fromkeys(names))
     if name is None and len(known) == 1:
         return known[0]
@@ -231,13 +215,7 @@ def _chosen(source: str, names: list[str], name: str | None) -> str:
 
 
 def _deck(
-    source: str,
-    name: str | None,
-    shear: PronyTerms | None,
-    bulk: PronyTerms | None,
-    elastic: _Elastic,
-    *,
-    long_term: bool,
+    source: str, name: str | None, shear: _Terms, bulk: _Terms, elastic: _Elastic, *, long_term: bool
 ) -> ViscoelasticDeck:
     modulus, ratio, density = elastic
     for label, entry in (("Young's modulus", modulus), ("density", density)):
@@ -306,16 +284,12 @@ def _number(source: str, line: Line, cell: str) -> float:
 def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequence[_Entry]) -> PronyTerms:
     for modulus, time in zip(moduli, times, strict=True):
         if modulus.value < 0:
-            raise FileError(
-                source, modulus.line, f"relative modulus in {kind} = {modulus.value:g}: must be >= 0"
-            )
+            message = f"relative modulus in {kind} = {modulus.value:g}: must be >= 0"
+            raise FileError(source, modulus.line, message)
         if time.value <= 0:
             raise FileError(source, time.line, f"relaxation time in {kind} = {time.value:g}: must be > 0")
     shares = np.array([entry.value for entry in moduli])
     if (beyond := beyond_one(shares)) is not None:
-        raise FileError(
-            source,
-            moduli[beyond].line,
-            f"relative moduli in {kind} add up to {shares.sum():.6g}: must be at most 1",
-        )
+        message = f"relative moduli in {kind} add up to {shares.sum():.6g}: must be at most 1"
+        raise FileError(source, moduli[beyond].line, message)
     return PronyTerms(np.array([entry.value for entry in times]), shares, True, kind, source=source)

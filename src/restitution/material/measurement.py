@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from restitution.material.prony import PronySeries
 Array = NDArray[np.float64]
 Deformation = Literal["tension", "shear", "bulk"]
 
-# Printed relative moduli add up to one but for their rounding: four decimals, some thirty terms.
+# Printed relative moduli add up to one apart from rounding: four decimals, some thirty terms.
 _SUM_TOLERANCE = 2e-3
 
 
@@ -54,12 +54,8 @@ class DynamicTable:
         Angular frequencies [rad/s], strictly ascending, shape (n,).
     storage_modulus, loss_modulus
         Moduli [Pa], positive and non-negative, shape (n,).
-    deformation
-        "tension", "shear", "bulk", or None where the file does not state it.
-    source
-        Name of the file.
-    notes
-        Remarks of the reader: units that were assumed, columns that are not used.
+    deformation, source, notes
+        As in `RelaxationTable`.
     """
 
     angular_frequency: Array
@@ -82,14 +78,10 @@ class PronyTerms:
         R_k [Pa], or R_k/R_0 [-] if `relative`, shape (n_branch,).
     relative
         Whether the moduli are shares of the instantaneous modulus.
-    deformation
-        "tension", "shear", "bulk", or None where the file does not state it.
     instantaneous_modulus, equilibrium_modulus
         R_0 and R_inf [Pa], None where the file does not state them.
-    source
-        Name of the file.
-    notes
-        Remarks of the reader: units that were assumed, columns that are not used.
+    deformation, source, notes
+        As in `RelaxationTable`.
     """
 
     relaxation_times: Array
@@ -98,13 +90,8 @@ class PronyTerms:
     deformation: Deformation | None = None
     instantaneous_modulus: float | None = None
     equilibrium_modulus: float | None = None
-    source: str = field(default="", compare=False)
-    notes: tuple[str, ...] = field(default=(), compare=False)
-
-    @property
-    def total(self) -> float:
-        """Sum of the moduli, [Pa] or relative."""
-        return float(self.moduli.sum())
+    source: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def window(self) -> tuple[float, float] | None:
@@ -122,9 +109,9 @@ class PronyTerms:
     ) -> PronySeries:
         """Prony series, with the end modulus from the file unless given here.
 
-        Absolute terms need none: without it they are those of a liquid. Relative terms that leave no room
-        for the equilibrium modulus but for rounding make a liquid, too, unless both end moduli are given;
-        then they are shares of the difference.
+        Absolute terms need no end modulus; without one they are those of a liquid. Relative terms are shares of the
+        instantaneous modulus, or of the difference where both end moduli are given. If they add up to one, they are
+        those of a liquid.
 
         Parameters
         ----------
@@ -135,7 +122,7 @@ class PronyTerms:
 
         Raises
         ------
-        ValueError
+        InputError
             If an end modulus is missing or contradicts the terms.
 
         Examples
@@ -152,52 +139,52 @@ class PronyTerms:
         low = None if low is None else float(nonnegative("equilibrium_modulus", low, "Pa"))
         if self.relative:
             low, moduli = self._from_shares(high, low)
-        else:
-            if high is not None and low is not None and abs(high - low - self.total) > _SUM_TOLERANCE * high:
-                raise ValueError(
-                    f"instantaneous_modulus = {high:g} Pa: must be {low + self.total:g} Pa, the sum of all"
-                )
-            if low is None:
-                low = 0.0 if high is None else high - self.total
-            if low < -_SUM_TOLERANCE * self.total:
-                raise ValueError(
-                    f"instantaneous_modulus = {high:g} Pa: must be >= {self.total:g} Pa, the sum of the terms"
-                )
-            low, moduli = max(low, 0.0), self.moduli
-        return PronySeries(low, moduli, self.relaxation_times)
+            return PronySeries(low, moduli, self.relaxation_times)
+        total = float(self.moduli.sum())
+        if high is not None and low is not None and abs(high - low - total) > _SUM_TOLERANCE * high:
+            raise _refused("instantaneous", high, f"must be {low + total:g} Pa, the sum of all")
+        if low is None:
+            low = 0.0 if high is None else high - total
+            if low < -_SUM_TOLERANCE * total:
+                raise _refused("instantaneous", high, f"must be >= {total:g} Pa, the sum of the terms")
+        return PronySeries(max(low, 0.0), self.moduli, self.relaxation_times)
 
     def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
-        total = self.total
+        """Equilibrium modulus and branch moduli of relative terms."""
+        total = float(self.moduli.sum())
+        sum_of_terms = f"the relative moduli add up to {total:.6g}"
         if high is None and low is None:
-            raise ValueError(
-                "instantaneous_modulus or equilibrium_modulus: one must be given, as the terms are relative"
-            )
+            names = "instantaneous_modulus or equilibrium_modulus"
+            raise InputError(names, wanted="one must be given, as the terms are relative")
         if total > 1.0 + _SUM_TOLERANCE:
-            raise ValueError(f"the relative moduli add up to {total:.6g}: must be at most 1")
-        if high is not None and low is not None:
-            if low > high:
-                raise ValueError(
-                    f"equilibrium_modulus = {low:g} Pa: must be <= {high:g} Pa, the instantaneous"
-                )
-            if min(abs(total - 1.0), abs(total - 1.0 + low / high)) > _SUM_TOLERANCE:
-                raise ValueError(
-                    f"the relative moduli add up to {total:.6g}: must be 1 (shares of the difference) or "
-                    f"{1.0 - low / high:.6g} (shares of the instantaneous modulus)"
-                )
-            return low, self.moduli * ((high - low) / total)
-        if high is not None:
+            raise InputError("moduli", wanted=f"{sum_of_terms}: must be at most 1")
+        if low is None:
+            assert high is not None
             return high * max(1.0 - total, 0.0), self.moduli * high
-        assert low is not None
-        if total >= 1.0 - 1e-12:
-            raise ValueError(f"the relative moduli add up to {total:.6g}: must be below 1")
-        return low, self.moduli * (low / (1.0 - total))
+        if high is None:
+            if total >= 1.0 - 1e-12:
+                raise InputError("moduli", wanted=f"{sum_of_terms}: must be below 1")
+            return low, self.moduli * (low / (1.0 - total))
+        if low > high:
+            raise _refused("equilibrium", low, f"must be <= {high:g} Pa, the instantaneous")
+        share = 1.0 - low / high
+        if min(abs(total - 1.0), abs(total - share)) > _SUM_TOLERANCE:
+            wanted = (
+                f"must be 1 (shares of the difference) or {share:.6g} (shares of the instantaneous modulus)"
+            )
+            raise InputError("moduli", wanted=f"{sum_of_terms}: {wanted}")
+        return low, self.moduli * ((high - low) / total)
+
+
+def _refused(end: str, modulus: float | None, wanted: str) -> InputError:
+    return InputError(f"{end}_modulus", modulus, wanted, "Pa")
 
 
 def agreed_deformation(stated: Deformation | None, given: Deformation | None) -> Deformation:
     """Return the deformation that a file states or that is given, refusing none and two different ones."""
     kind = given or stated
     if kind not in ("tension", "shear"):
-        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not say it')
+        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
     if stated not in (None, kind):
         raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
     return kind
