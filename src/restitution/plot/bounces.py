@@ -50,48 +50,27 @@ def flight(bounces: Bounces) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def height_time(ax: Axes, bounces: Bounces) -> Axes:
-    """Draw the height [m] over time [s].
-
-    Examples
-    --------
-    >>> from restitution.plot.style import new_figure
-    >>> import restitution as rs
-    >>> rubber = rs.standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
-    >>> found = rs.bounces(rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5), max_bounces=3)
-    >>> height_time(new_figure().add_subplot(), found).get_ylabel()
-    'height [mm]'
-    """
+    """Draw the height [m] over time [s]."""
     time, height = flight(bounces)
     across, up = scaled_unit(time, "s"), scaled_unit(bounces.drop_height, "m")
     ax.plot(time * across.factor, height * up.factor, color=style.BLUE)
     ax.axhline(0.0, color=style.GREY, linewidth=0.8)
     ax.set_xlim(0.0, None)
-    ax.set_xlabel(f"time since the release [{across.unit}]")
-    ax.set_ylabel(f"height [{up.unit}]")
-    ax.grid(True)
-    return ax
+    return style.labelled(ax, f"time since the release [{across.unit}]", f"height [{up.unit}]")
 
 
 def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
     scale = scaled_unit(bounces.velocity, "m/s")
-    ax.plot(
-        bounces.velocity * scale.factor,
-        bounces.restitution_coefficient,
-        "o",
-        color=style.VERMILION,
-        markersize=4,
-    )
+    velocity, e = bounces.velocity * scale.factor, bounces.restitution_coefficient
+    ax.plot(velocity, e, "o", color=style.VERMILION, markersize=4)
     ax.set_xscale("log")
     ax.set_ylim(0.0, 1.0)
-    ax.set_xlabel(f"impact velocity $v_0$ [{scale.unit}]")
-    ax.set_ylabel("restitution coefficient $e$")
-    ax.grid(True)
-    return ax
+    return style.labelled(ax, f"impact velocity $v_0$ [{scale.unit}]", "restitution coefficient $e$")
 
 
 def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
-    """Draw the height [m] that each bounce reaches, as far as it comes out of its imprint."""
+    """Draw the height [m] that each bounce reaches, where it rises out of its imprint."""
     from matplotlib.ticker import MaxNLocator
 
     number = np.arange(bounces.n_bounces + 1)
@@ -102,25 +81,11 @@ def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
     ax.set_yscale("log")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     ax.set_xlim(-0.5, bounces.n_bounces + 0.5)
-    ax.set_xlabel("bounce (0: the release)")
-    ax.set_ylabel(f"height reached [{scale.unit}]")
-    ax.grid(True)
-    return ax
+    return style.labelled(ax, "bounce (0: the release)", f"height reached [{scale.unit}]")
 
 
 def overview(bounces: Bounces) -> Figure:
-    """Draw a body that bounces on a page.
-
-    Parameters
-    ----------
-    bounces : Bounces
-        The result of `restitution.bounces`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A notebook shows it; `figure.savefig(...)` writes it.
-    """
+    """Draw the height over time, the restitution coefficients and the heights of the result of `restitution.bounces`."""
     with style.context():
         page = style.new_figure(style.PAGE_WIDTH, 5.0)
         grid: Any = page.add_gridspec(2, 2)

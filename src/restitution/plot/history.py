@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from restitution.impact.result import EnergyBudget
 
-# From the bottom of the stack: what is lost for good, what may come back, what is motion.
+# From the bottom of the stack to its top.
 _PARTS = {
     "dissipated_energy": ("dissipated", style.ORANGE),
     "stored_energy": ("stored", style.GREEN),
@@ -38,28 +38,13 @@ def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Ax
         values.append(column * scale.factor)
         labels.append(quantity_label(name, scale.unit))
     ax.plot(values[0], values[1], color=color)
-    ax.set_xlabel(labels[0])
-    ax.set_ylabel(labels[1])
-    ax.grid(True)
-    return ax
+    return style.labelled(ax, labels[0], labels[1])
 
 
 def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
     """Draw the contact force F [N] over time t [s].
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    history : xarray.Dataset
-        `ImpactResult.history` of one impact, in SI.
-    color : str
-        The line's colour.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
+    The history is `ImpactResult.history` or `IndentationResult.history`, in SI. All functions here return `ax`.
 
     Examples
     --------
@@ -74,18 +59,7 @@ def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axe
 
 
 def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
-    """Draw the force F [N] over the indentation depth d [m]: the loop whose area is the energy lost.
-
-    Parameters and result as of `force_time`.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> from restitution.plot.style import new_figure
-    >>> history = xr.Dataset({name: ("time", [0.0, 2e-3, 0.0]) for name in ("force", "indentation_depth")})
-    >>> force_indentation(new_figure().add_subplot(), history).get_xlabel()
-    'indentation depth $d$ [mm]'
-    """
+    """Draw the force F [N] over the indentation depth d [m]: the loop whose area is the energy lost."""
     _draw(ax, history, "indentation_depth", "force", color)
     depth = np.asarray(history["indentation_depth"].values)
     force = np.asarray(history["force"].values)
@@ -95,18 +69,7 @@ def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE)
 
 
 def contact_radius_time(ax: Axes, history: xr.Dataset, *, color: str = style.GREEN) -> Axes:
-    """Draw the contact radius a [m] over time t [s].
-
-    Parameters and result as of `force_time`.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> from restitution.plot.style import new_figure
-    >>> history = xr.Dataset({"contact_radius": ("time", [0.0, 4e-6, 0.0])}, {"time": [0.0, 1.0, 2.0]})
-    >>> contact_radius_time(new_figure().add_subplot(), history).get_ylabel()
-    'contact radius $a$ [µm]'
-    """
+    """Draw the contact radius a [m] over time t [s]."""
     _draw(ax, history, "time", "contact_radius", color)
     # Under a flat face it does not change.
     ax.set_ylim(bottom=0.0)
@@ -114,42 +77,15 @@ def contact_radius_time(ax: Axes, history: xr.Dataset, *, color: str = style.GRE
 
 
 def depth_time(ax: Axes, history: xr.Dataset, *, color: str = style.VERMILION) -> Axes:
-    """Draw the indentation depth d [m] over time t [s].
-
-    Parameters and result as of `force_time`.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> from restitution.plot.style import new_figure
-    >>> history = xr.Dataset({"indentation_depth": ("time", [0.0, 0.4, 0.1])}, {"time": [0.0, 1.0, 2.0]})
-    >>> depth_time(new_figure().add_subplot(), history).get_ylabel()
-    'indentation depth $d$ [mm]'
-    """
+    """Draw the indentation depth d [m] over time t [s]."""
     return _draw(ax, history, "time", "indentation_depth", color)
 
 
 def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw where the energy [J] is over time as a stacked area: dissipated, stored, kinetic.
 
-    The three add up to the kinetic energy at impact (dashed), and the work of a constant force.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    history : xarray.Dataset
-        `ImpactResult.history` of one impact solved by the exact method, in SI.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-
-    Raises
-    ------
-    InputError
-        If the history lacks one of the energies. Only that of the exact method has them all.
+    The three add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
+    exact method has all three; another one is refused.
 
     Examples
     --------
@@ -163,11 +99,8 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     """
     missing = [name for name in _PARTS if name not in history.variables]
     if missing:
-        raise InputError(
-            "history",
-            list(history.data_vars),
-            f"must have {missing[0]!r}, which only the exact method computes",
-        )
+        wanted = f"must have {missing[0]!r}, which only the exact method computes"
+        raise InputError("history", list(history.data_vars), wanted)
     time = np.asarray(history["time"].values, dtype=np.float64)
     parts = [np.asarray(history[name].values, dtype=np.float64) for name in _PARTS]
     total = np.sum(parts, axis=0)
@@ -195,19 +128,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
 
 
 def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
-    """Draw where the kinetic energy of the impact [J] went, as one stacked bar with its shares.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    energy : EnergyBudget
-        `ImpactResult.energy`: kinetic energy before and after, dissipated, still stored [J].
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
+    """Draw where the kinetic energy of the impact [J] went, as one stacked bar of `ImpactResult.energy`.
 
     Examples
     --------

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
 
 _POINTS = 241
-# Pressures rise without bound at the edge of a flat face and under the tip of a cone: this close to
-# either they do not set the scale.
+# Pressures are unbounded at the edge of a flat face and under the tip of a cone; so close to either, they do not set
+# the scale.
 _RIM = 0.03
 # Where an edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
 _LAST = 1.0 - 1e-6
@@ -40,8 +40,8 @@ def overview(
 ) -> Figure:
     """Draw one impact on a page: force, loop, depth, contact radius, pressure at some instants, energies.
 
-    Pressure and energies over time are those of the exact method. For the element method a bar shows where the
-    energy went in the end.
+    Only the exact method has the pressure and the energies over time. A bar shows the final energies of the element
+    method.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def overview(
     times : array_like, optional
         Times [s] at which to show the pressure, at most seven; four where left out.
     title : str
-        What stands above the page, before restitution coefficient and contact time.
+        A line above the restitution coefficient and the contact time.
     figure : matplotlib.figure.Figure, optional
         An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; a new one if left out.
 
@@ -103,19 +103,8 @@ def instants(result: ImpactResult) -> np.ndarray[Any, Any]:
 def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = None) -> Axes:
     """Draw the contact pressure p [Pa] over the radius r [m] at some times; dashed after the turning point.
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    result : ImpactResult
-        The result of one impact, solved by the exact method.
-    times : array_like, optional
-        Times [s] within the contact, at most seven; `instants` where left out.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
+    The result is that of one impact, solved by the exact method. The times [s], at most seven, lie within the contact;
+    `instants` chooses them where left out.
 
     Examples
     --------
@@ -130,7 +119,7 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
     if moments.size > len(_COLORS):
         raise InputError(
-            "times", moments.size, f"must be at most {len(_COLORS)} times, to tell the curves apart"
+            "times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct"
         )
     if not np.all((moments > 0.0) & (moments < float(result.contact_time))):
         bad = moments[~((moments > 0.0) & (moments < float(result.contact_time)))][0]
@@ -157,8 +146,5 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     ax.set_ylim(0.0, 1.05 * min(finite, 1.1 * top) * up.factor)
     # Beyond the contact there is room for the legend.
     ax.set_xlim(0.0, 1.45 * float(extents.max()) * across.factor)
-    ax.set_xlabel(f"radius $r$ [{across.unit}]")
-    ax.set_ylabel(f"pressure $p$ [{up.unit}]")
-    ax.grid(True)
     ax.legend(title="$t$", loc="upper right")
-    return ax
+    return style.labelled(ax, f"radius $r$ [{across.unit}]", f"pressure $p$ [{up.unit}]")

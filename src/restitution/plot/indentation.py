@@ -37,25 +37,12 @@ def curve(result: IndentationResult) -> xr.Dataset:
     import xarray as xr
 
     knots = np.unique(result.history_given.knots)
-    # Sorting keeps the order of what has the same time.
+    # Sorting keeps the order of points at the same time.
     return xr.concat([result.sample(knots, before=True), result.sample()], "time").sortby("time")
 
 
 def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figure:
-    """Draw an indentation on a page: depth, force and contact radius over time, and force over depth.
-
-    Parameters
-    ----------
-    result : IndentationResult
-        The result of `restitution.indent`.
-    figure : matplotlib.figure.Figure, optional
-        An empty figure to draw into; a new one if left out.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A notebook shows it; `figure.savefig(...)` writes it.
-    """
+    """Draw depth, force and contact radius over time and force over depth, into a new or a given empty figure."""
     history = curve(result)
     with style.context():
         page = style.new_figure(style.PAGE_WIDTH, 5.0) if figure is None else figure
@@ -67,7 +54,6 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
         _loop(panels[3], history, result)
         for panel in panels[:3]:
             _mark_end(panel, history, result)
-        for panel in panels[:3]:
             # A prescribed history may begin before the touch.
             panel.set_xlabel(panel.get_xlabel().replace(HISTORY["time"].words, "time"))
         style.panel_letters(panels)
@@ -75,7 +61,7 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
 
 
 def _loop(ax: Axes, history: xr.Dataset, result: IndentationResult) -> None:
-    """Force over depth; its area is the work only where the contact ends, and where no step is drawn as a line."""
+    """Draw force over depth, with its area where that is the work: the contact ends, and the history has no step."""
     force_indentation(ax, history)
     steps = np.any(np.diff(result.history_given.knots) == 0.0)
     if result.status != IndentationStatus.SEPARATED or steps:

@@ -18,10 +18,10 @@ _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3:
 
 RESTITUTION = "restitution_coefficient"
 
-# Values that span more than this are shown on a logarithmic axis. A restitution coefficient ends at 1 and is not.
+# Values that span more than this have a logarithmic axis, except the restitution coefficient, which ends at 1.
 _LOG_SPAN = 30.0
 
-# On an axis over more than this a prefix misleads: 1 Pa s to 1 MPa s is not "1e-6 to 1 MPa s".
+# An axis that spans more than this has no prefix: "1e-6 to 1 MPa s" would be hard to read.
 _PREFIX_SPAN = 2000.0
 
 
@@ -35,18 +35,8 @@ class ScaledUnit(NamedTuple):
 def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     """Return the prefixed unit in which the largest of `values` lies in [1, 1000).
 
-    Parameters
-    ----------
-    values : array-like
-        Values in SI; those that are not finite are left out.
-    unit : str
-        The unit without prefix, e.g. `N`. A unit with an exponent, K, rad and a plain number (the empty unit)
-        stay as they are; masses are shown in g up to 1 kg.
-
-    Returns
-    -------
-    ScaledUnit
-        `values * factor` are in `unit`.
+    Values that are not finite do not count. A unit with an exponent, K, rad and the empty unit of a plain number stay as
+    they are; masses are in g up to 1 kg.
 
     Examples
     --------
@@ -88,20 +78,9 @@ def _label(words: str, symbol: str, unit: str) -> str:
 
 
 class Values(NamedTuple):
-    """A variable in the unit that suits its numbers.
+    """A variable in a unit that suits its numbers, NaN where they are not finite; no unit for a plain number.
 
-    Attributes
-    ----------
-    values : array
-        Its values; NaN where they are not finite.
-    label : str
-        Words, symbol, unit.
-    short : str
-        Symbol, or words where it has none.
-    unit : str
-        The unit; empty for a plain number.
-    logarithmic : bool
-        Whether it is best shown on a logarithmic axis.
+    The label has words, symbol and unit; the short one the symbol, or the words without one.
     """
 
     values: Array

@@ -19,18 +19,14 @@ Array = NDArray[np.float64]
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.2)), (0, (5, 1.2, 1, 1.2)))
 _MARKERS = "os^vD<>pPX"
 
-FEW = 12
-"""Up to so many points a curve shows them by markers; up to `_SPARSE` no line joins them."""
-
-_SPARSE = 3
-
-_LABEL_HEIGHT = 7.5
-_LABEL_WIDTH = 24.0
-"""Room of a label of 7 points [points]."""
+# Curves of up to so many points have markers, and below that no line.
+FEW, _SPARSE = 12, 3
+# Room of a label of 7 points [points].
+_LABEL_HEIGHT, _LABEL_WIDTH = 7.5, 24.0
 
 
 def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
-    """Return `n` colours in the order of their lightness; the palest end, lost on white paper, is left out.
+    """Return `n` colours in the order of their lightness, without those that are too pale on white paper.
 
     Examples
     --------
@@ -43,7 +39,7 @@ def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
-    """Return the look of a curve of few points: markers, and no line where it would look like a law.
+    """Return the look of a curve of few points: markers, and no line through fewer still.
 
     Examples
     --------
@@ -68,13 +64,13 @@ def curve_family(
 ) -> Axes:
     """Draw curves in the order of their parameter, and a limiting one as a thin black line.
 
-    The lightness runs with the parameter, the dashes repeat in threes, and a short label on each curve names it, so
-    that curves are told apart without colour.
+    The lightness follows the parameter, and the dashes repeat in threes. With the short labels on the curves, colour is
+    not needed to distinguish them.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-        Where to draw, with its scales and limits set.
+        Where to draw, with its scales and limits set; also returned.
     x : array-like, shape (n,)
         Abscissa of all curves.
     curves : array-like, shape (n_curve, n)
@@ -87,11 +83,6 @@ def curve_family(
         The limiting curve.
     limit_label : str
         Its legend entry.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
 
     Raises
     ------
@@ -124,7 +115,7 @@ def curve_family(
 
 
 def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors: Sequence[Any]) -> None:
-    """Write a label on each curve where the other curves and the labels are furthest away, least room first."""
+    """Write a label on each curve, far from other curves and labels; the curve with the least room comes first."""
     from matplotlib.patheffects import withStroke
 
     figure: Any = ax.figure
@@ -180,7 +171,7 @@ def contour_map(
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-        Where to draw.
+        Where to draw; also returned.
     x, y : array-like, shapes (n,), (m,)
         Grid lines, ascending.
     z : array-like, shape (m, n)
@@ -197,11 +188,6 @@ def contour_map(
         Label of a colour bar with ticks at the isolines; no bar if absent.
     labels_at : sequence of tuple of float
         Points (x, y) whose nearest isolines get their labels there; matplotlib chooses if absent.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
 
     Raises
     ------
@@ -239,7 +225,7 @@ def contour_map(
     if not reached:
         return ax
     lines = ax.contour(x, y, z, levels=reached, colors="black", linewidths=0.8, linestyles="solid")
-    # The gaps of the labels are cut in the final size of the axes, which the layout settles when it is drawn.
+    # The gaps for the labels depend on the final size of the axes, which the layout sets when it is drawn.
     figure.draw_without_rendering()
     spacing = round(2.0 / 72.0 * figure.dpi)
     where: Any = list(labels_at) or False

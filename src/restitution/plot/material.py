@@ -20,6 +20,7 @@ from restitution.plot.style import (
     VERMILION,
     context,
     finish,
+    labelled,
     new_figure,
     panel_letters,
 )
@@ -101,16 +102,8 @@ def overview(
 ) -> Figure:
     """Return a figure of the relaxation moduli over time and the complex ones over frequency.
 
-    Parameters
-    ----------
-    series : dict of str to PronySeries
-        Relaxation functions by their names, at most four.
-    window : tuple of float, optional
-        Shortest and longest time [s]; a decade beyond all relaxation times if left out.
-    data : RelaxationTable or DynamicTable, optional
-        The data to which one was fitted.
-    unit : str
-        Unit of the moduli; empty for shares of the instantaneous modulus.
+    There are at most four series, by their names. The window of times [s] reaches a decade beyond all relaxation times
+    where left out. The unit is empty for shares of the instantaneous modulus.
 
     Examples
     --------
@@ -149,8 +142,5 @@ def shift_factors(table: ShiftTable) -> Figure:
 def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.set_xlabel(x)
-    ax.set_ylabel(f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")
-    ax.grid(True)
     ax.legend()
-    return ax
+    return labelled(ax, x, f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")

@@ -21,22 +21,7 @@ _RESTITUTION_LEVELS = (0.01, 0.02, 0.05, *(round(0.1 * n, 1) for n in range(1, 1
 
 
 def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = None) -> Axes:
-    """Draw an output over one axis, as a family of curves over a second one.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    output : xarray.DataArray
-        Over `x` and, if given, `family`.
-    x, family : str
-        Names of dimensions.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-    """
+    """Draw an output over one axis, as a family of curves over a second one."""
     values = scaled(output.transpose(*([family] if family else []), x))
     across = _along(ax, output, x)
     _frame(ax, across, values, output.name)
@@ -49,7 +34,7 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
         margin = 0.05 * (high - low or abs(high) or 1.0)
         ax.set_ylim((low / 1.1, 1.1 * high) if values.logarithmic else (low - margin, high + margin))
     names = _names(output, family)
-    # On the curves stands the value alone; the legend has the symbol and the unit.
+    # The label on a curve is the value alone; the legend has the symbol and the unit.
     short = [name.rpartition(" = ")[2].split(" ")[0] for name in names]
     curve_family(ax, across.values, values.values, names, short=short if across.values.size > 3 else ())
     ax.legend(loc="best", ncols=2 if output.sizes[family] > 6 else 1, fontsize=7.5)
@@ -57,22 +42,7 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
 
 
 def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
-    """Draw the median of an output over one axis, and the bands of 50 % and 90 % of the draws.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    output : xarray.DataArray
-        Over `x` and `draws`.
-    x, draws : str
-        Names of dimensions.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-    """
+    """Draw the median of an output over one axis, and the bands of 50 % and 90 % of the draws."""
     values = scaled(output.transpose(draws, x))
     across = _along(ax, output, x)
     _frame(ax, across, values, output.name)
@@ -81,7 +51,7 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
     bands = ((low, high, 0.15, 1.0, "90 % of the draws"), (lower, upper, 0.3, 3.0, "50 %"))
     for bottom, top, alpha, width, words in bands:
         if "linestyle" in look:
-            # Between few points nothing is known: bars, no bands.
+            # Nothing is computed between few points, so they get bars, not bands.
             ax.vlines(places, bottom, top, color=style.BLUE, linewidth=width, label=words)
         else:
             ax.fill_between(places, bottom, top, color=style.BLUE, alpha=alpha, linewidth=0, label=words)
@@ -93,18 +63,8 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
 class MapLevels(NamedTuple):
     """Isolines and shading of an output, the same for all panels that show it.
 
-    Attributes
-    ----------
-    levels : array
-        The isolines, in the unit of `label`, or their logarithms.
-    low, high : float
-        Ends of the shading.
-    factor : float
-        From SI to that unit.
-    label : str
-        Words, symbol and unit.
-    logarithmic : bool
-        Whether logarithms are shown.
+    The isolines and the ends of the shading are in the unit of the label, to which the factor leads from SI; they are
+    decadic logarithms of values where `logarithmic`.
     """
 
     levels: Array
@@ -135,24 +95,7 @@ def map_levels(output: xr.DataArray) -> MapLevels:
 
 
 def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels | None = None) -> Axes:
-    """Draw labelled isolines of an output over two axes, with a colour bar.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    output : xarray.DataArray
-        Over `x` and `y`.
-    x, y : str
-        Names of dimensions with numbers.
-    levels : MapLevels, optional
-        Isolines and shading; those that suit `output` if left out.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-    """
+    """Draw labelled isolines of an output over two axes, with a colour bar."""
     from matplotlib.colors import Normalize
 
     across, up = scaled(output[x]), scaled(output[y])
@@ -160,13 +103,13 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     ax.set_yscale(up.scale)
     ax.set_xlabel(across.label)
     ax.set_ylabel(up.label)
-    # Isolines want ascending axes.
+    # Isolines need ascending axes.
     order = np.argsort(across.values), np.argsort(up.values)
     shown = map_levels(output) if levels is None else levels
     z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
     z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
-        # Where the body stays, there is no rebound to be graded.
+        # A body that stays has no rebound.
         z = np.where(z == 0.0, np.nan, z)
     if not np.isfinite(z).any():
         ax.set_title(shown.label)
@@ -179,20 +122,7 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
 
 
 def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
-    """Draw how the draws of an output are distributed.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    output : xarray.DataArray
-        Over the draws.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-    """
+    """Draw how the draws of an output are distributed."""
     values = scaled(output)
     finite = values.values[np.isfinite(values.values)]
     ax.hist(finite, bins=min(60, max(8, int(np.sqrt(finite.size)))), color=style.BLUE, alpha=0.6)
@@ -205,35 +135,11 @@ def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
 
 
 def draw_scatter(ax: Axes, output: xr.DataArray, drawn: str) -> Axes:
-    """Draw an output over one of the quantities drawn, a point for each draw.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    output : xarray.DataArray
-        Over the draws.
-    drawn : str
-        Name of the quantity.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        `ax`.
-    """
+    """Draw an output over one of the quantities drawn, a point for each draw."""
     across, values = scaled(output[drawn]), scaled(output)
-    ax.plot(
-        across.values,
-        values.values,
-        ".",
-        markersize=2.5,
-        color=family_colors(3)[1],
-        alpha=0.6,
-        rasterized=True,
-    )
-    ax.set_xlabel(across.label)
-    ax.set_ylabel(values.label)
-    return ax
+    look: dict[str, Any] = {"markersize": 2.5, "color": family_colors(3)[1], "alpha": 0.6, "rasterized": True}
+    ax.plot(across.values, values.values, ".", **look)
+    return style.labelled(ax, across.label, values.label)
 
 
 def is_numeric(output: xr.DataArray, dimension: str) -> bool:
@@ -269,12 +175,12 @@ def _frame(ax: Axes, across: Values, values: Values, name: Any) -> None:
     from matplotlib.ticker import NullFormatter
 
     if across.logarithmic and np.nanmax(across.values) >= 9.9 * np.nanmin(across.values):
-        # The decades say enough, and labels between them overlap.
+        # Labels between the decades would overlap.
         ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(across.label)
     ax.set_ylabel(values.label)
     ax.grid(True)
-    # Markers at the ends are to be seen whole.
+    # Markers at the ends need room.
     if across.values.size > FEW:
         ax.set_xlim(float(np.min(across.values)), float(np.max(across.values)))
     if name == RESTITUTION:

@@ -15,7 +15,7 @@ from restitution.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito (2008), https://jfly.uni-koeln.de/color: told apart under all common colour blindness.
+# Okabe and Ito (2008), https://jfly.uni-koeln.de/color: distinct under all common colour blindness.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -69,7 +69,7 @@ _SETTINGS: dict[str, Any] = {
 def context() -> Generator[None]:
     """Give every figure made inside this context the look of the package, whatever the user's own settings.
 
-    Matplotlib's settings are those of before when the context ends.
+    Matplotlib's own settings return when the context ends.
 
     Examples
     --------
@@ -118,12 +118,8 @@ class Picture(Figure):
 def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 100.0) -> Figure:
     """Return an empty figure that pyplot does not hold, and that notebooks show.
 
-    Parameters
-    ----------
-    width, height : float
-        Size [inch].
-    dpi : float
-        Resolution on a screen. Files are written at 300, and fastest if the figure has that resolution already.
+    The size is in inches, and the resolution that on a screen. Files have 300 dots per inch; a figure that has that
+    resolution already is written fastest.
 
     Examples
     --------
@@ -140,19 +136,9 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 1
 
 
 def paler(cmap: str, share: float = 0.35) -> Any:
-    """Return a colormap mixed with white, as a shading under black lines and text.
+    """Return a colormap mixed with a share of white, as a shading under black lines and text.
 
-    Parameters
-    ----------
-    cmap : str
-        A colormap's name.
-    share : float
-        Share of white in the mixture.
-
-    Returns
-    -------
-    matplotlib.colors.Colormap
-        The mixture; opaque, since transparent areas show seams in PDF viewers.
+    It is opaque, as transparent areas show seams in PDF viewers.
 
     Examples
     --------
@@ -167,8 +153,16 @@ def paler(cmap: str, share: float = 0.35) -> Any:
     return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 
+def labelled(ax: Axes, x: str, y: str) -> Axes:
+    """Return axes with their labels and a grid."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(True)
+    return ax
+
+
 def panel_letters(panels: Iterable[Axes]) -> None:
-    """Write (a), (b), ... above the upper left corners of panels; nothing where there is one alone."""
+    """Write (a), (b), ... above the upper left corners of several panels."""
     panels = list(panels)
     if len(panels) > 1:
         for ax, letter in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
@@ -176,7 +170,7 @@ def panel_letters(panels: Iterable[Axes]) -> None:
 
 
 def finish(figure: Figure, title: str = "") -> Figure:
-    """Set the title, and make all texts now, while the fonts are those of the package."""
+    """Set the title, and make all texts while the fonts are those of the package."""
     if title:
         figure.suptitle(title, fontsize=11 if len(title) < 80 else 9)
     figure.draw_without_rendering()
@@ -225,7 +219,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     if suffix == "png":
         options["pil_kwargs"] = {"compress_level": 4}
     elif suffix == "pdf":
-        # Of a page only smooth shadings are pixels: half the resolution looks the same and halves the file.
+        # Only smooth shadings are pixels in these formats: half the resolution looks the same, in half the bytes.
         options |= {"metadata": {"CreationDate": None}, "dpi": 150}
     elif suffix in ("svg", "svgz"):
         options |= {"metadata": {"Date": None}, "dpi": 150}

@@ -27,43 +27,33 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Fewer values than this make a family of curves, more a map.
+# An axis of up to so many values makes a family of curves, a longer one a map.
 _MOST_CURVES = 10
 _MOST_PANELS = 6
-# More points than a figure can show need not be read.
+# A figure cannot show more points.
 _MOST_POINTS = {"curves": 2000, "map": 300, "draws": 20000}
-# People round the ends of axes.
+# Users round the ends of axes.
 _ROUNDED = 1e-6
 
+# Width of a symbol with its value and unit in a title [inch].
 _WIDTH_OF_VALUE = 1.3
-"""Room that a symbol with its value and unit takes in a title [inch]."""
 
 
 class Layout(NamedTuple):
-    """Which dimension of a sweep goes where.
-
-    Attributes
-    ----------
-    kind : str
-        "curves", "map", "bands" or "draws".
-    x : str or None
-        Abscissa.
-    y : str or None
-        Ordinate of a map, or the parameter of a family of curves.
-    slices : str or None
-        Dimension of which each panel shows one value.
-    draws : str or None
-        Dimension of random draws.
-    rest : tuple of str
-        Dimensions of which one value in the middle is shown.
-    """
+    """Which dimension of a sweep goes where; None where there is no such dimension."""
 
     kind: str
+    """"curves", "map", "bands" or "draws"."""
     x: str | None
+    """Abscissa."""
     y: str | None
+    """Ordinate of a map, or the parameter of a family of curves."""
     slices: str | None
+    """Each panel shows one of its values."""
     draws: str | None
+    """Random draws."""
     rest: tuple[str, ...]
+    """Only the value in the middle is shown."""
 
 
 def plot_sweep(
@@ -77,15 +67,15 @@ def plot_sweep(
 ) -> Figure:
     """Figure of the result of a sweep.
 
-    One axis makes a curve. Two make a map, or a family of curves where one of them has few values. Of further
-    axes panels show slices, or one value in the middle. Random draws become bands, or histograms.
+    One axis makes a curve. Two axes make a map, or a family of curves where one of them has few values. A third axis
+    makes panels, and any other is shown at its middle value. Random draws make bands, or histograms.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         What `restitution.sweep` or `restitution.open_sweep` returned.
     outputs : sequence of str
-        Which outputs; all, or the first one where there are slices, if none is named.
+        The outputs to draw; all where left out, but only the first where there are slices or `ax` is given.
     x : str, optional
         Dimension along the abscissa.
     y : str, optional
@@ -104,10 +94,6 @@ def plot_sweep(
     ------
     InputError
         If a name is unknown, a value outside its axis, there is nothing to show, or more than fits into `ax`.
-
-    Notes
-    -----
-    Above the panels stand the title and the values that all points share.
 
     Examples
     --------
@@ -141,24 +127,7 @@ def plot_sweep(
 
 
 def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = None) -> Layout:
-    """Choose what goes where.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        The result of a sweep.
-    x, y : str, optional
-        What the reader wants.
-
-    Returns
-    -------
-    Layout
-
-    Raises
-    ------
-    InputError
-        If there is no such dimension.
-    """
+    """Choose which dimension of a sweep goes where, given the dimensions that the user wants along x and y."""
     probe = dataset[next(iter(dataset.data_vars))]
     sizes = {str(name): size for name, size in probe.sizes.items() if size > 1}
     x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
@@ -210,7 +179,7 @@ def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
 
 
 def _nearest(axis: xr.DataArray, value: Any) -> int:
-    """Place of the nearest value along an axis that reaches so far."""
+    """Place of the nearest value along an axis; a value beyond its ends is refused."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
         raise InputTypeError(f"at {axis.name}", value, "must be a number")
     values = np.asarray(axis.values, dtype=np.float64)
@@ -227,7 +196,7 @@ def _nearest(axis: xr.DataArray, value: Any) -> int:
 
 
 def _finite(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
-    """Leave out what lies at infinity, as what is incompressible does along an axis of bulk moduli."""
+    """Leave out places at infinity, such as that of an incompressible material on an axis of bulk moduli."""
     for name in (layout.x, layout.y if layout.kind == "map" else None):
         if name is not None and np.issubdtype(dataset[name].dtype, np.number):
             dataset = dataset.isel({name: np.isfinite(dataset[name].values)})
@@ -301,7 +270,7 @@ def _draws_figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figu
 
 
 def _title(dataset: xr.Dataset, width: float) -> str:
-    """Title, and below it the values that all points share, on as many lines as the width [inch] asks for."""
+    """Title, and below it the values that all points share, in lines that fit the width [inch]."""
     lines = [str(dataset.attrs.get("title", ""))]
     shared = [_held(coordinate) for coordinate in dataset.coords.values() if not coordinate.dims]
     each = max(1, int(width / _WIDTH_OF_VALUE))
