@@ -8,11 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
-from restitution.kernel.growing import TOO_DEEP, Elements, grow, turning_point
+from restitution.kernel.growing import BEYOND_PROFILE, Elements, grow, turning_point
 from restitution.kernel.indentation import Recovery, recover
 from restitution.kernel.memory import TERMS, allocate, quadrature, remember
 from restitution.kernel.prescribed import DEPTH, Contact, Scratch, segment_rates
-from restitution.kernel.shrinking import Past, end_of_contact, regrowth, remembered, rise_of_center
+from restitution.kernel.shrinking import (
+    Past,
+    end_of_contact,
+    innermost_load_rises,
+    regrowth,
+    write_depth_memory,
+)
 from restitution.material.prony import Retardation
 
 Array = NDArray[np.float64]
@@ -111,7 +117,7 @@ def _elements(
         room *= 4
         elements = _allocated(room)
         count = grow(contact, quadrature(), work, segments, turning, tolerance, elements)
-        if count == TOO_DEEP:
+        if count == BEYOND_PROFILE:
             raise InputError(
                 "force", wanted=f"must not press the tip deeper than {deepest:g} m, where the profile ends"
             )
@@ -128,9 +134,9 @@ def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array
     low = np.maximum(contact.knots[past.first : m], past.turning)[:, None]
     high = contact.knots[past.first + 1 :, None]
     width = high - low
-    shares = np.linspace(0.0, 1.0, 9)
-    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), shares, np.inf)
-    inner = np.where(width > 0.0, inner, np.where(shares == 0.0, 0.0, np.inf))
+    fractions = np.linspace(0.0, 1.0, 9)
+    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), fractions, np.inf)
+    inner = np.where(width > 0.0, inner, np.where(fractions == 0.0, 0.0, np.inf))
     # A mode answers to a kink within its relaxation time.
     modes = 1.0 / contact.rates
     near = np.where((modes < width) & (modes > 1e-4 * width), modes, np.inf)
@@ -167,14 +173,16 @@ def shrink_contact(
     else:
         past = past._replace(end=end_of_force(contact))
     if contact.path.exponent != 0.0 and places.size:
-        slack = _rounding(contact, past)
+        rounding_allowance = _rounding(contact, past)
         tolerance += 10.0 * depth_rounding(past)[0]
-        n = regrowth(contact, past, work, places, times, tolerance, slack)
+        n = regrowth(contact, past, work, places, times, tolerance, rounding_allowance)
         if n >= 0:
             low, high = float(times[max(n - 1, 0)]), float(times[n])
             for _ in range(3):
                 finer = np.linspace(low, high, 33)
-                found = regrowth(contact, past, work, np.full(33, places[n]), finer, 0.1 * tolerance, slack)
+                found = regrowth(
+                    contact, past, work, np.full(33, places[n]), finer, 0.1 * tolerance, rounding_allowance
+                )
                 if found < 0:
                     break
                 low, high = float(finer[max(found - 1, 0)]), float(finer[found])
@@ -192,14 +200,14 @@ def check_recontact(
     creep: Retardation,
 ) -> None:
     """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
-    if not rise_of_center(contact, past, work, places, times, tolerance, _rounding(contact, past)):
+    if not innermost_load_rises(contact, past, work, places, times, tolerance, _rounding(contact, past)):
         return
     # A steep history is where it is only to the rounding of its times.
-    slack = tolerance + 1e-15 * _steepest(contact, past)
+    rounding_allowance = tolerance + 1e-15 * _largest_rate(contact, past)
 
     def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
-        surface = free_surface(contact, past, work, creep, moments)
-        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + slack)
+        surface = recovering_surface(contact, past, work, creep, moments)
+        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + rounding_allowance)
 
     share = np.linspace(0.0, 1.0, 65)
     for i in range(past.first, contact.values.shape[0]):
@@ -222,7 +230,7 @@ def check_recontact(
 def _rounding(contact: Contact, past: Past) -> float:
     """Rounding of the rate of the load while the contact shrinks; the times round the decay of fast modes."""
     relative = _LOAD_ROUNDING + _TIME_ROUNDING * float(np.max(contact.rates, initial=0.0))
-    return relative * (contact.equilibrium + float(contact.moduli.sum())) * _steepest(contact, past)
+    return relative * (contact.equilibrium + float(contact.moduli.sum())) * _largest_rate(contact, past)
 
 
 def depth_rounding(past: Past) -> tuple[float, float]:
@@ -235,7 +243,7 @@ def depth_rounding(past: Past) -> tuple[float, float]:
     return float(rounding[worst]), float(elements.starts[worst])
 
 
-def _steepest(contact: Contact, past: Past) -> float:
+def _largest_rate(contact: Contact, past: Past) -> float:
     """Largest rate of what is prescribed, about, from where the contact ceases to grow; at least 1."""
     widths = np.diff(contact.knots)[past.first :]
     steps = np.abs(contact.values[past.first :, 1:]).sum(axis=1)
@@ -248,7 +256,9 @@ def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Ar
     return np.einsum("in,in->i", contact.values[places], u[:, None] ** np.arange(contact.values.shape[1]))
 
 
-def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
+def recovering_surface(
+    contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array
+) -> Array:
     """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
 
     With the load gone it is a sum of exponentials at the retardation times.
@@ -259,7 +269,7 @@ def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation
     depth = float(
         contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0]
     )
-    remembered(contact, past, work, i, past.end)
+    write_depth_memory(contact, past, work, i, past.end)
     loads = np.append(contact.moduli * work.now, contact.equilibrium * depth)
     rates = np.append(contact.rates, 0.0)
     surface = np.full(times.size, depth if contact.equilibrium == 0.0 else 0.0)
@@ -275,7 +285,7 @@ def free_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation
 def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float) -> Recovery:
     """Depth of the shrinking contact under a prescribed force; empty where the contact does not shrink."""
     count, room = 0, 512
-    starts, lengths, phi = np.empty(0), np.empty(0), np.empty((0, TERMS))
+    starts, lengths, q = np.empty(0), np.empty(0), np.empty((0, TERMS))
     if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
         compliance = contact.glass + float(
             np.sum(np.where(contact.recoveries > 0.0, 1.0, 0.0) * contact.compliances
@@ -285,8 +295,8 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
         allowed = tolerance * float(past.elements.depths[past.total]) / compliance
         allowed += (contact.equilibrium + float(contact.moduli.sum())) * depth_rounding(past)[0]
         while True:
-            starts, lengths, phi = np.empty(room), np.empty(room), np.empty((room, TERMS))
-            count = recover(contact, past, quadrature(), work, allowed, starts, lengths, phi)
+            starts, lengths, q = np.empty(room), np.empty(room), np.empty((room, TERMS))
+            count = recover(contact, past, quadrature(), work, allowed, starts, lengths, q)
             if count >= 0:
                 break
             room *= 4
@@ -295,5 +305,5 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
                     "force", wanted="needs too many elements; smooth or thin the history, or loosen rtol"
                 )
     level = allocate(contact.recoveries, count)
-    remember(lengths[:count], phi[:count], np.zeros(count), level, work.sweep)
-    return Recovery(starts[:count], lengths[:count], phi[:count], level)
+    remember(lengths[:count], q[:count], np.zeros(count), level, work.sweep)
+    return Recovery(starts[:count], lengths[:count], q[:count], level)

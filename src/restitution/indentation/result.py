@@ -282,8 +282,8 @@ def _step_work(solution: Solution, place: int, rtol: float) -> float:
 
     def values(low: Array, high: Array) -> Array:
         half = 0.5 * (high - low)
-        shares = (low + half)[:, None] + half[:, None] * _NODES
-        return half * (solution.through(place, shares.ravel())[column].reshape(shares.shape) @ _WEIGHTS)
+        fractions = (low + half)[:, None] + half[:, None] * _NODES
+        return half * (solution.through(place, fractions.ravel())[column].reshape(fractions.shape) @ _WEIGHTS)
 
     # At both ends force and depth may be powers of each other.
     fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]

@@ -145,10 +145,10 @@ def _graded(history: History) -> History:
     """History whose first rise is cut towards first touch, so that what creeps there keeps its relative accuracy."""
     n = 0 if history.knots[1] > history.knots[0] else 1
     low, high = history.knots[n], history.knots[n + 1]
-    shares = np.concatenate([[0.0], 10.0 ** np.arange(-18, 1)])
-    pieces = [restricted(history.coefficients[n], *ends) for ends in pairwise(shares)]
+    fractions = np.concatenate([[0.0], 10.0 ** np.arange(-18, 1)])
+    pieces = [restricted(history.coefficients[n], *ends) for ends in pairwise(fractions)]
     return History(
-        np.concatenate([history.knots[:n], low + (high - low) * shares[:-1], history.knots[n + 1 :]]),
+        np.concatenate([history.knots[:n], low + (high - low) * fractions[:-1], history.knots[n + 1 :]]),
         np.concatenate([history.coefficients[:n], pieces, history.coefficients[n + 1 :]]),
     )
 

@@ -247,18 +247,18 @@ class Solution:
         knots = self._contact.knots
         return np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)).tolist()
 
-    def through(self, place: int, shares: Array) -> tuple[Array, Array]:
-        """Depth [m] and force [N] on the way through the step at this place, at shares of it in [0, 1]."""
-        columns = np.empty((2, shares.size))
-        order = np.argsort(shares)
-        sorted_columns = np.empty((2, shares.size))
+    def through(self, place: int, fractions: Array) -> tuple[Array, Array]:
+        """Depth [m] and force [N] on the way through the step at this place, at fractions of it in [0, 1]."""
+        columns = np.empty((2, fractions.size))
+        order = np.argsort(fractions)
+        sorted_columns = np.empty((2, fractions.size))
         through_jump(
             self._contact,
             self._past,
             self._recovery,
             scratch(self._contact),
             place,
-            shares[order],
+            fractions[order],
             sorted_columns,
         )
         columns[:, order] = sorted_columns

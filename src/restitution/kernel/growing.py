@@ -13,9 +13,24 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
 from restitution.kernel.path import Path, radius_and_integral
-from restitution.kernel.prescribed import DEPTH, FORCE, Contact, Scratch, prescribed, spread, tail, trim
+from restitution.kernel.prescribed import (
+    DEPTH,
+    FORCE,
+    SHORTEST_ELEMENT,
+    TIME_ROUNDING,
+    Contact,
+    Scratch,
+    drop_rounding,
+    prescribed,
+    truncation_error,
+    variation,
+)
 
-NO_ROOM, TOO_DEEP = -1, -2
+NO_ROOM, BEYOND_PROFILE = -1, -2
+# Length of the shortest element at first touch over the duration, where rates are powers of time.
+FIRST_ELEMENT = 1e-60
+# Rounding of the rate of Pi over Pi/t and the rate of the force; a smaller fall is not a turning point.
+RATE_ROUNDING = 1e-13
 
 
 class Elements(NamedTuple):
@@ -74,17 +89,19 @@ def root_of_depth(path: Path, integral: float) -> float:
 
 
 @inlined
-def grown(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+def growing_contact(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
     if contact.control == DEPTH:
         value, rate, _ = prescribed(contact, i, t)
         a, integral = radius_and_integral(contact.path, math.sqrt(max(value, 0.0)))
         return value, rate, integral, a * rate
-    return _grown_by_force(contact, work, i, t)
+    return _growing_contact_by_force(contact, work, i, t)
 
 
 @compiled
-def _grown_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+def _growing_contact_by_force(
+    contact: Contact, work: Scratch, i: int, t: float
+) -> tuple[float, float, float, float]:
     """Creep under the prescribed force."""
     value, rate, _ = prescribed(contact, i, t)
     h = contact.knots[i + 1] - contact.knots[i]
@@ -104,12 +121,12 @@ def _grown_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[
 
 @entry_point
 def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
-    """Find where the contact stops to grow under a prescribed force: the segment, and the time in it.
+    """Turning point under a prescribed force: the segment, and the time in it.
 
     The contact grows as long as Pi does, beyond the largest force where creep outweighs the unloading.
     """
     last = contact.knots[segments]
-    fell = False
+    unloading = False
     for i in range(segments):
         b = contact.knots[i]
         h = contact.knots[i + 1] - b
@@ -117,8 +134,8 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
         step = 0.0
         for n in range(1, contact.values.shape[1]):
             step += contact.values[i, n]
-        fell = fell or step < 0.0
-        if not fell:
+        unloading = unloading or step < 0.0
+        if not unloading:
             continue
         if h == 0.0:
             if step < 0.0 and (contact.glass > 0.0 or _rate(contact, work, i + 1, b) < 0.0):
@@ -154,8 +171,8 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
 def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
     """Rate of Pi, where rounding does not count as a fall."""
     rate = prescribed(contact, i, t)[1]
-    _, _, integral, integral_rate = grown(contact, work, i, t)
-    return integral_rate + 1e-13 * (integral / t + contact.glass * abs(rate))
+    _, _, integral, integral_rate = growing_contact(contact, work, i, t)
+    return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
 
 
 @entry_point
@@ -187,20 +204,20 @@ def grow(
     Returns
     -------
     int
-        Number of elements; NO_ROOM where they are more than there is room for, TOO_DEEP where a force presses the body
+        Number of elements; NO_ROOM where they are more than there is room for, BEYOND_PROFILE where a force presses the body
         deeper than the table of its profile reaches.
     """
     room = elements.starts.shape[0]
     e = 0
     depth = 0.0
     integral = 0.0
-    _, _, most, _ = grown_at(contact, work, segments - 1, end)
+    _, _, most, _ = growing_contact_at(contact, work, segments - 1, end)
     if contact.control == FORCE and contact.path.exponent < 0.0:
-        known = 0.0
+        largest_integral = 0.0
         for n in range(contact.path.integral.shape[1]):
-            known += contact.path.integral[contact.path.integral.shape[0] - 1, n]
-        if most > known:
-            return TOO_DEEP
+            largest_integral += contact.path.integral[contact.path.integral.shape[0] - 1, n]
+        if most > largest_integral:
+            return BEYOND_PROFILE
     largest = root_of_depth(contact.path, most) ** 2
     for i in range(segments):
         b = contact.knots[i]
@@ -213,7 +230,7 @@ def grow(
             for n in range(TERMS):
                 elements.depth_rates[e, n] = 0.0
                 elements.integral_rates[e, n] = 0.0
-            depth, _, integral, _ = grown_at(contact, work, i, b)
+            depth, _, integral, _ = growing_contact_at(contact, work, i, b)
             e += 1
             elements.depths[e], elements.integrals[e] = depth, integral
             continue
@@ -226,7 +243,7 @@ def grow(
                 h = stop - b
             for j in range(TERMS):
                 t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
-                _, work.samples[0, j], _, work.samples[1, j] = grown(contact, work, i, t)
+                _, work.samples[0, j], _, work.samples[1, j] = growing_contact(contact, work, i, t)
             for n in range(TERMS):
                 depth_rate = 0.0
                 integral_rate = 0.0
@@ -235,19 +252,23 @@ def grow(
                     integral_rate += quadrature.coefficients[n, j] * work.samples[1, j]
                 elements.depth_rates[e, n] = depth_rate
                 elements.integral_rates[e, n] = integral_rate
-            end_depth, _, end_integral, _ = grown(contact, work, i, stop if h == stop - b else b + h)
+            end_depth, _, end_integral, _ = growing_contact(
+                contact, work, i, stop if h == stop - b else b + h
+            )
             rate, integral_rate = (end_depth - depth) / h, (end_integral - integral) / h
-            # What the nodes have missed shows in the mean: a fast mode answers to a kink before the first of them. The
-            # times themselves are rounded, and a steep history cannot be smoother than that.
-            rounded = 1e-15 * (b + h) / most * spread(work.samples[1])
-            missed = abs(elements.integral_rates[e, 0] - integral_rate) * h / most - rounded
-            missing = tail(elements.integral_rates[e]) / most - rounded / h
+            # A fast mode may relax between a kink and the first node, which only the mean of the rate shows. The times
+            # are rounded, and the values of a steep history scatter by that.
+            rounded = TIME_ROUNDING * (b + h) / most * variation(work.samples[1])
+            mean_error = abs(elements.integral_rates[e, 0] - integral_rate) * h / most - rounded
+            truncation = truncation_error(elements.integral_rates[e]) / most - rounded / h
             if contact.control == FORCE:
-                rounded = 1e-15 * (b + h) / largest * spread(work.samples[0])
-                missed = max(missed, abs(elements.depth_rates[e, 0] - rate) * h / largest - rounded)
-                missing = max(missing, tail(elements.depth_rates[e]) / largest - rounded / h)
-            coarse = missing * end > tolerance * max(1.0, contact.shortest / h) or missed > tolerance
-            if coarse and h > 1e-14 * b + 1e-60 * stop:
+                rounded = TIME_ROUNDING * (b + h) / largest * variation(work.samples[0])
+                mean_error = max(mean_error, abs(elements.depth_rates[e, 0] - rate) * h / largest - rounded)
+                truncation = max(
+                    truncation, truncation_error(elements.depth_rates[e]) / largest - rounded / h
+                )
+            coarse = truncation * end > tolerance * max(1.0, contact.shortest / h) or mean_error > tolerance
+            if coarse and h > SHORTEST_ELEMENT * b + FIRST_ELEMENT * stop:
                 h *= 0.5
                 continue
             elements.starts[e], elements.lengths[e], elements.segments[e] = b, h, i
@@ -256,8 +277,8 @@ def grow(
             elements.depth_rates[e, 0] = rate
             elements.integral_rates[e, 0] = integral_rate
             depth, integral = end_depth, end_integral
-            trim(elements.depth_rates[e])
-            trim(elements.integral_rates[e])
+            drop_rounding(elements.depth_rates[e])
+            drop_rounding(elements.integral_rates[e])
             e += 1
             elements.depths[e], elements.integrals[e] = depth, integral
             h *= 2.0
@@ -265,12 +286,14 @@ def grow(
 
 
 @compiled
-def grown_at(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
-    """Depth, its rate, Pi and its rate as `grown`, also behind a jump."""
+def growing_contact_at(
+    contact: Contact, work: Scratch, i: int, t: float
+) -> tuple[float, float, float, float]:
+    """Depth, its rate, Pi and its rate as `growing_contact`, also behind a jump."""
     if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:
         integral = contact.glass * (contact.values[i, 0] + contact.values[i, 1])
         for j in range(contact.compliances.shape[0]):
             integral += contact.compliances[j] * contact.level.begin[i, j]
         s = root_of_depth(contact.path, integral)
         return s * s, 0.0, integral, 0.0
-    return grown(contact, work, i, t)
+    return growing_contact(contact, work, i, t)

@@ -1,18 +1,18 @@
-"""The contact under a prescribed history at given times: growing, shrinking, and after it.
+"""Contact under a prescribed history at requested times: growing, shrinking, and over.
 
 Under a prescribed depth the force follows from the past. Under a prescribed force the depth of the shrinking contact does,
-by creep: d - d_m = int J(t - t') dphi(t') with
+by creep: d - d_m = int J(t - t') dq(t') with
 
-    phi(t) = E d1 + sum E_k X_k H_k(t1) - (the same for t1 = t_m),
+    q(t) = E d1 + sum E_k X_k H_k(t1) - (the same for t1 = t_m),
 
-which is cut into elements as the rates of the growing contact are.
+which is cut into elements like the rates of the growing contact (docs/theory/indentation.md).
 """
 
 import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.growing import grown, root_of_depth
+from restitution.kernel.growing import growing_contact, root_of_depth
 from restitution.kernel.memory import (
     TERMS,
     Memory,
@@ -23,25 +23,33 @@ from restitution.kernel.memory import (
     recall_rate,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.prescribed import DEPTH, Contact, Scratch, prescribed, tail
-from restitution.kernel.shrinking import Past, center, equal_contact, remaining, shrunk
+from restitution.kernel.prescribed import (
+    DEPTH,
+    SHORTEST_ELEMENT,
+    TIME_ROUNDING,
+    Contact,
+    Scratch,
+    prescribed,
+    truncation_error,
+)
+from restitution.kernel.shrinking import Past, equal_contact, innermost_load, remaining, shrinking_contact
 
 
 class Recovery(NamedTuple):
-    """Depth of the shrinking contact under a prescribed force: phi over elements, and its memory.
+    """Depth of the shrinking contact under a prescribed force: q over elements, and its memory.
 
     Attributes
     ----------
     starts, lengths : ndarray, shape (E,)
-    phi : ndarray, shape (E, TERMS)
+    q : ndarray, shape (E, TERMS)
         Legendre coefficients.
     level : Memory
-        Memory of phi at the rates `recoveries`.
+        Memory of q at the rates `recoveries`.
     """
 
     starts: Any
     lengths: Any
-    phi: Any
+    q: Any
     level: Memory
 
 
@@ -54,9 +62,9 @@ def recover(
     tolerance: float,
     starts: Any,
     lengths: Any,
-    phi: Any,
+    q: Any,
 ) -> int:
-    """Cut phi of the shrinking contact under a prescribed force into elements; returns their number, -1 without room."""
+    """Cut q of the shrinking contact under a prescribed force into elements; returns their number, -1 without room."""
     room = starts.shape[0]
     m = contact.values.shape[0]
     r = 0
@@ -76,27 +84,27 @@ def recover(
             for j in range(TERMS):
                 t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
                 force = prescribed(contact, i, t)[0] if t < past.end else 0.0
-                e_next, t1_next, value = _phi(contact, past, work, t, force, e_next, t1_next)
+                e_next, t1_next, value = _load_since_turning(contact, past, work, t, force, e_next, t1_next)
                 work.samples[0, j] = value
                 least, most = min(least, value), max(most, value)
             for n in range(TERMS):
                 total = 0.0
                 for j in range(TERMS):
                     total += quadrature.coefficients[n, j] * work.samples[0, j]
-                phi[r, n] = total
-            # What the nodes have missed shows at the ends: a fast mode answers to a kink before the first of them.
+                q[r, n] = total
+            # A fast mode may relax between a kink and the first node, which only the values at the ends show.
             force = prescribed(contact, i, b)[0] if b < past.end else 0.0
-            _, _, first = _phi(contact, past, work, b, force, e, t1)
+            _, _, first = _load_since_turning(contact, past, work, b, force, e, t1)
             t = stop if h == stop - b else b + h
             force = prescribed(contact, i, t)[0] if t < past.end else 0.0
-            _, _, last = _phi(contact, past, work, t, force, e_next, t1_next)
+            _, _, last = _load_since_turning(contact, past, work, t, force, e_next, t1_next)
             for n in range(TERMS):
-                first -= phi[r, n] if n % 2 == 0 else -phi[r, n]
-                last -= phi[r, n]
-            missing = max(tail(phi[r]), abs(first), abs(last))
-            # The times themselves are rounded: a steep phi cannot be smoother than that.
-            allowed = tolerance * max(1.0, contact.shortest / h) + 1e-15 * b / h * (most - least)
-            if missing > allowed and h > 1e-14 * b:
+                first -= q[r, n] if n % 2 == 0 else -q[r, n]
+                last -= q[r, n]
+            truncation = max(truncation_error(q[r]), abs(first), abs(last))
+            # The times are rounded, and the values of a steep q scatter by that.
+            allowed = tolerance * max(1.0, contact.shortest / h) + TIME_ROUNDING * b / h * (most - least)
+            if truncation > allowed and h > SHORTEST_ELEMENT * b:
                 h *= 0.5
                 continue
             starts[r], lengths[r] = b, h
@@ -108,33 +116,33 @@ def recover(
 
 
 @inlined
-def _lost(contact: Contact, past: Past, t: float) -> tuple[float, float]:
-    """Phi at time t if the contact were over, and its rate."""
-    phi = -contact.equilibrium * past.elements.depths[past.total]
+def _load_after_contact(contact: Contact, past: Past, t: float) -> tuple[float, float]:
+    """Load q at time t after the contact, and its rate."""
+    q = -contact.equilibrium * past.elements.depths[past.total]
     rate = 0.0
     for k in range(contact.moduli.shape[0]):
         left = contact.moduli[k] * math.exp(-(t - past.turning) * contact.rates[k])
         left *= past.depth.begin[past.total, k]
-        phi -= left
+        q -= left
         rate += contact.rates[k] * left
-    return phi, rate
+    return q, rate
 
 
 @compiled
-def _phi(
+def _load_since_turning(
     contact: Contact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
 ) -> tuple[int, float, float]:
-    """Element and instant of equal contact, from which to start too, and phi, at time t under this force."""
-    phi, _ = _lost(contact, past, t)
+    """Element and instant of equal contact, from which to start too, and q, at time t under this force."""
+    q, _ = _load_after_contact(contact, past, t)
     if force > 0.0:
         e, t1, depth, _, _, _ = equal_contact(contact, past, work, t, force, e, t1)
-        by = depth - past.elements.depths[e]
-        phi += contact.equilibrium * depth + remaining(contact, past, work, past.depth, t, e, t1, by)[0]
-    return e, t1, phi
+        step = depth - past.elements.depths[e]
+        q += contact.equilibrium * depth + remaining(contact, past, work, past.depth, t, e, t1, step)[0]
+    return e, t1, q
 
 
 @compiled
-def _crept(
+def _creep(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
 ) -> tuple[float, float]:
     """Part of the depth at time t in element r of the recovery that is due to creep, and its rate."""
@@ -151,12 +159,12 @@ def _crept(
 
 @entry_point
 def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
-    """Sample the contact at ascending times; at a jump, what is behind it.
+    """Sample the contact at ascending times; behind a jump at its time.
 
     Parameters
     ----------
     contact, past, recovery, work
-        What `restitution.indentation` has put together.
+        Made by `restitution.indentation`.
     times : ndarray, shape (n,)
         From 0 to the end of the history.
     columns : ndarray, shape (4, n)
@@ -179,12 +187,12 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
         depth_1, growth = 0.0, 0.0
         if punch:
             if by_depth:
-                force = center(contact, past, work, i, t)[0]
+                force = innermost_load(contact, past, work, i, t)[0]
             else:
                 force = value
-                depth, rate, _, _ = grown(contact, work, i, t)
+                depth, rate, _, _ = growing_contact(contact, work, i, t)
         elif t < past.turning or past.first == m:
-            depth, rate, integral, integral_rate = grown(contact, work, i, t)
+            depth, rate, integral, integral_rate = growing_contact(contact, work, i, t)
             s1 = math.sqrt(max(depth, 0.0))
             force = value
             if by_depth:
@@ -195,33 +203,35 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
         else:
             if t < past.end:
                 guess = t1 + t1_rate * (t - before)
-                place, t1, depth_1, force, growth, _, slope = shrunk(contact, past, work, i, t, place, guess)
+                place, t1, depth_1, force, growth, _, slope = shrinking_contact(
+                    contact, past, work, i, t, place, guess
+                )
                 before = t
                 t1_rate = growth / slope if slope > 0.0 and growth < 0.0 else 0.0
                 s1 = math.sqrt(max(depth_1, 0.0))
             if not by_depth:
-                phi, phi_rate = _lost(contact, past, t)
+                q, q_rate = _load_after_contact(contact, past, t)
                 if t < past.end:
-                    by = depth_1 - past.elements.depths[place]
-                    load, fading = remaining(contact, past, work, past.depth, t, place, t1, by)
-                    phi += contact.equilibrium * depth_1 + load
+                    step = depth_1 - past.elements.depths[place]
+                    load, fading = remaining(contact, past, work, past.depth, t, place, t1, step)
+                    q += contact.equilibrium * depth_1 + load
                     a = radius_and_integral(contact.path, s1)[0]
-                    phi_rate += growth / a - fading if a > 0.0 else 0.0
+                    q_rate += growth / a - fading if a > 0.0 else 0.0
                 while r + 1 < recovery.starts.shape[0] and t >= recovery.starts[r + 1]:
                     r += 1
-                depth, rate = _crept(contact, past, recovery, work, r, t)
-                depth += contact.glass * phi
-                rate += contact.glass * phi_rate
+                depth, rate = _creep(contact, past, recovery, work, r, t)
+                depth += contact.glass * q
+                rate += contact.glass * q_rate
         columns[0, n] = depth
         columns[1, n] = rate
-        open_ = t >= past.end
-        columns[2, n] = 0.0 if open_ else force
-        columns[3, n] = 0.0 if open_ else radius_and_integral(contact.path, s1)[0]
+        separated = t >= past.end
+        columns[2, n] = 0.0 if separated else force
+        columns[3, n] = 0.0 if separated else radius_and_integral(contact.path, s1)[0]
 
 
 @entry_point
 def through_jump(
-    contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, shares: Any, columns: Any
+    contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, fractions: Any, columns: Any
 ) -> None:
     """Follow depth and force through the jump of segment i.
 
@@ -231,7 +241,7 @@ def through_jump(
         As for `sample`.
     i : int
         Segment of length 0.
-    shares : ndarray, shape (n,)
+    fractions : ndarray, shape (n,)
         Shares of the jump, ascending in [0, 1].
     columns : ndarray, shape (2, n)
         Written: depth and force.
@@ -264,33 +274,33 @@ def through_jump(
             force = contact.equilibrium * integral
             for k in range(K):
                 force += contact.moduli[k] * past.integral.begin[e, k]
-        for n in range(shares.shape[0]):
+        for n in range(fractions.shape[0]):
             if by_depth:
-                depth = start + shares[n] * jump
+                depth = start + fractions[n] * jump
                 now = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
                 columns[0, n], columns[1, n] = depth, max(force + glass * (now - integral), 0.0)
             else:
-                now = integral + contact.glass * shares[n] * jump
+                now = integral + contact.glass * fractions[n] * jump
                 columns[0, n] = root_of_depth(contact.path, now) ** 2
-                columns[1, n] = start + shares[n] * jump
+                columns[1, n] = start + fractions[n] * jump
         return
     if by_depth:
         for k in range(K):
             load += contact.moduli[k] * past.depth.begin[past.total + i - past.first, k]
-        for n in range(shares.shape[0]):
-            target = load + glass * shares[n] * jump
+        for n in range(fractions.shape[0]):
+            target = load + glass * fractions[n] * jump
             place, t1, _, integral, _, _ = equal_contact(contact, past, work, t, target, place, t1)
-            by = integral - past.elements.integrals[place]
-            left, _ = remaining(contact, past, work, past.integral, t, place, t1, by)
-            columns[0, n] = start + shares[n] * jump
+            step = integral - past.elements.integrals[place]
+            left, _ = remaining(contact, past, work, past.integral, t, place, t1, step)
+            columns[0, n] = start + fractions[n] * jump
             columns[1, n] = contact.equilibrium * integral + left if target > 0.0 else 0.0
         return
     r = 0
     while r + 1 < recovery.starts.shape[0] and t >= recovery.starts[r + 1]:
         r += 1
-    crept = _crept(contact, past, recovery, work, r, t)[0]
-    for n in range(shares.shape[0]):
-        force = start + shares[n] * jump
-        place, t1, phi = _phi(contact, past, work, t, force, place, t1)
-        columns[0, n] = crept + contact.glass * phi
+    creep = _creep(contact, past, recovery, work, r, t)[0]
+    for n in range(fractions.shape[0]):
+        force = start + fractions[n] * jump
+        place, t1, q = _load_since_turning(contact, past, work, t, force, place, t1)
+        columns[0, n] = creep + contact.glass * q
         columns[1, n] = force

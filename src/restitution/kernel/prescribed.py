@@ -1,4 +1,4 @@
-"""What is prescribed, a depth or a force, and what it acts on: dimensionless numbers for the kernel."""
+"""Prescribed depth or force and the contact under it, in dimensionless numbers for the kernel."""
 
 from typing import Any, NamedTuple
 
@@ -7,10 +7,15 @@ from restitution.kernel.memory import TERMS, Memory, Quadrature
 from restitution.kernel.path import Path
 
 DEPTH, FORCE = 0, 1
+# Rounding of a time over the time itself, and of Legendre coefficients over the largest of an element: a few units in
+# the last place.
+TIME_ROUNDING = COEFFICIENT_ROUNDING = 1e-15
+# Length of the shortest element over the time of its start: its nodes must be distinct numbers.
+SHORTEST_ELEMENT = 1e-14
 
 
 class Contact(NamedTuple):
-    """What is pressed into what, and how; dimensionless, first touch at t = 0, F = E Pi for an elastic body.
+    """Materials, profile and prescribed history; dimensionless, first touch at t = 0, F = E Pi for an elastic body.
 
     Attributes
     ----------
@@ -105,19 +110,19 @@ def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: A
             for n in range(TERMS):
                 rates[i - first, n] += quadrature.coefficients[n, j] * rate
                 levels[i - first, n] += quadrature.coefficients[n, j] * value
-        trim(rates[i - first])
-        trim(levels[i - first])
+        drop_rounding(rates[i - first])
+        drop_rounding(levels[i - first])
 
 
 @inlined
-def tail(coefficients: Any) -> float:
-    """Size of the last two coefficients, which bounds what is missing."""
+def truncation_error(coefficients: Any) -> float:
+    """Truncation error of a Legendre series, about: the size of its last two coefficients."""
     return abs(coefficients[TERMS - 1]) + abs(coefficients[TERMS - 2])
 
 
 @inlined
-def spread(values: Any) -> float:
-    """Largest less smallest of the values at the nodes of an element."""
+def variation(values: Any) -> float:
+    """Difference of the largest and the smallest of the values at the nodes of an element."""
     least = values[0]
     most = values[0]
     for n in range(1, TERMS):
@@ -127,12 +132,12 @@ def spread(values: Any) -> float:
 
 
 @inlined
-def trim(coefficients: Any) -> None:
-    """Put coefficients to zero that are rounding: what is linear in time costs less then."""
+def drop_rounding(coefficients: Any) -> None:
+    """Set coefficients to zero that are rounding, which makes the memory of a short series cheaper."""
     size = 0.0
     for n in range(TERMS):
         size = max(size, abs(coefficients[n]))
     for n in range(TERMS - 1, -1, -1):
-        if abs(coefficients[n]) > 1e-15 * size:
+        if abs(coefficients[n]) > COEFFICIENT_ROUNDING * size:
             return
         coefficients[n] = 0.0

@@ -13,14 +13,14 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import entry_point, inlined
-from restitution.kernel.growing import Elements, grown, root_of_depth
+from restitution.kernel.growing import Elements, growing_contact, root_of_depth
 from restitution.kernel.memory import Memory, legendre_values, recall
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.prescribed import DEPTH, Contact, Scratch, prescribed
+from restitution.kernel.prescribed import DEPTH, TIME_ROUNDING, Contact, Scratch, prescribed
 
 
 class Past(NamedTuple):
-    """The growing contact and what is remembered of it.
+    """The growing contact and its memory.
 
     Attributes
     ----------
@@ -110,11 +110,11 @@ def equal_contact(
         # The left-hand side bends over the shortest relaxation time.
         scale = min(h, contact.shortest)
         previous = scale
-        moved = 0
+        side = 0
         modulus = 0.0
         slope = 0.0
         for _ in range(200):
-            depth, depth_rate, integral, integral_rate = grown(contact, work, segment, t1)
+            depth, depth_rate, integral, integral_rate = growing_contact(contact, work, segment, t1)
             legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
             value = contact.equilibrium * (depth if by_depth else integral)
             modulus = contact.equilibrium
@@ -128,12 +128,12 @@ def equal_contact(
                 break
             if residual > 0.0:
                 if t1 <= b:
-                    moved = -1
+                    side = -1
                     break
                 high, high_known = t1, True
             else:
                 if t1 >= b + h:
-                    moved = 1
+                    side = 1
                     break
                 low, low_known = t1, True
             # Newton, else bisection; an end that was not tried yet is tried first.
@@ -146,34 +146,34 @@ def equal_contact(
                 trial = 0.5 * (low + high)
             step = abs(trial - t1)
             # Newton's next step is about step^2/scale, or step^3/previous^2 where that is more.
-            done = step <= 1e-15 * t or step * max(step / scale, (step / previous) ** 2) <= 1e-16 * t
+            done = step <= TIME_ROUNDING * t or step * max(step / scale, (step / previous) ** 2) <= 1e-16 * t
             t1 = trial
             if done and low < t1 < high:
                 break
             if low_known and high_known and high - low <= 2e-16 * high:
                 break
             previous = step
-        if moved < 0 and e > 0 and direction <= 0:
+        if side < 0 and e > 0 and direction <= 0:
             e -= 1
             t1 = elements.starts[e] + elements.lengths[e]
             direction = -1
             continue
-        if moved > 0 and e + 1 < past.total and direction >= 0:
+        if side > 0 and e + 1 < past.total and direction >= 0:
             e += 1
             t1 = elements.starts[e]
             direction = 1
             continue
-        depth, _, integral, _ = grown(contact, work, segment, t1)
+        depth, _, integral, _ = growing_contact(contact, work, segment, t1)
         return e, t1, depth, integral, modulus, slope
 
 
 @inlined
 def remaining(
-    contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, by: float
+    contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, step: float
 ) -> tuple[float, float]:
-    """What is left at t of the load that the modes carried at t1 in element e, and the rate at which it fades.
+    """Load at t of the modes that they carried at t1 in element e and have not relaxed yet, and its rate of decay.
 
-    `by` is what the integral of the memory jumped by up to there, where the element is a jump.
+    `step` is the jump up to there of the quantity whose memory it is, if the element is a jump.
     """
     b, h = past.elements.starts[e], past.elements.lengths[e]
     if h > 0.0:
@@ -181,7 +181,7 @@ def remaining(
     load = 0.0
     fading = 0.0
     for k in range(contact.moduli.shape[0]):
-        value = recall(memory, e, k, t1 - b, work.basis) if h > 0.0 else memory.begin[e, k] + by
+        value = recall(memory, e, k, t1 - b, work.basis) if h > 0.0 else memory.begin[e, k] + step
         value *= contact.moduli[k] * math.exp(-(t - t1) * contact.rates[k])
         load += value
         fading += contact.rates[k] * value
@@ -189,8 +189,8 @@ def remaining(
 
 
 @inlined
-def center(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
-    """Load of the innermost element under a prescribed depth, and its rate; leaves the memory in `now`.
+def innermost_load(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
+    """Load of the innermost element under a prescribed depth, and its rate; writes the memory to `work.now`.
 
     For segments of the shrinking contact, and for the whole history of a flat punch.
     """
@@ -214,17 +214,17 @@ def center(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tup
 
 
 @entry_point
-def remembered(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
-    """Leave in `now` the memory of the depth at time t in segment i of the shrinking contact; before a jump."""
+def write_depth_memory(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
+    """Write the memory of the depth to `work.now`, at time t in segment i of the shrinking contact; before a jump."""
     if contact.knots[i + 1] == contact.knots[i]:
         for k in range(contact.moduli.shape[0]):
             work.now[k] = past.depth.begin[past.total + i - past.first, k]
         return
-    center(contact, past, work, i, t)
+    innermost_load(contact, past, work, i, t)
 
 
 @inlined
-def shrunk(
+def shrinking_contact(
     contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float, float]:
     """Shrinking contact at time t in segment i; e and t1 are where to start.
@@ -232,17 +232,17 @@ def shrunk(
     Returns
     -------
     int, float, float, float, float, float, float
-        Element, t1, depth there, force; the rate by which the right-hand side outgrows the left at constant t1, which must
+        Element, t1, depth there, force; the rate of the right-hand side less that of the left at constant t1, which must
         not be positive; E(t - t1) and the derivative of the left-hand side by t1, which divide it to the rates of d1 and t1.
     """
     value, rate, _ = prescribed(contact, i, t)
     if contact.control == DEPTH:
-        target, growth = center(contact, past, work, i, t)
+        target, growth = innermost_load(contact, past, work, i, t)
     else:
         target, growth = value, rate
     e, t1, depth, integral, modulus, slope = equal_contact(contact, past, work, t, target, e, t1)
-    by = integral - past.elements.integrals[e]
-    load, fading = remaining(contact, past, work, past.integral, t, e, t1, by)
+    step = integral - past.elements.integrals[e]
+    load, fading = remaining(contact, past, work, past.integral, t, e, t1, step)
     force = value
     if contact.control == DEPTH:
         force = contact.equilibrium * integral + load
@@ -266,14 +266,14 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
     low = 0.0
     for n in range(times.shape[0]):
         i, t = places[n], times[n]
-        if t == 0.0 or center(contact, past, work, i, t)[0] > 0.0:
+        if t == 0.0 or innermost_load(contact, past, work, i, t)[0] > 0.0:
             low = t
             continue
         if n > 0 and places[n - 1] == i and t > low:
             high = t
             t = 0.5 * (low + high)
             for _ in range(200):
-                load, rate = center(contact, past, work, i, t)
+                load, rate = innermost_load(contact, past, work, i, t)
                 if load > 0.0:
                     low = t
                 else:
@@ -308,7 +308,9 @@ def regrowth(
     for n in range(times.shape[0]):
         if times[n] >= past.end:
             break
-        e, t1, depth, _, growth, modulus, _ = shrunk(contact, past, work, places[n], times[n], e, t1)
+        e, t1, depth, _, growth, modulus, _ = shrinking_contact(
+            contact, past, work, places[n], times[n], e, t1
+        )
         ahead = times[n + 1] - times[n] if n + 1 < times.shape[0] else 0.0
         if depth > least + tolerance:
             return n
@@ -319,7 +321,7 @@ def regrowth(
 
 
 @entry_point
-def rise_of_center(
+def innermost_load_rises(
     contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> bool:
     """Whether the innermost element, if it stuck to the indenter after the contact, would be loaded again.
@@ -330,7 +332,7 @@ def rise_of_center(
     for n in range(times.shape[0]):
         if times[n] <= past.end:
             continue
-        load, rate = center(contact, past, work, places[n], times[n])
+        load, rate = innermost_load(contact, past, work, places[n], times[n])
         if load > least + tolerance or rate > tolerance + rounding:
             return True
         least = min(least, load)
