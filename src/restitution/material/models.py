@@ -1,4 +1,4 @@
-"""The registry of material models: a function from constants to a material is one entry.
+"""Registry of material models; an entry is a function from constants to a material.
 
 A new model is one function with the decorator `material_model`. Case files, the command line and the documentation
 read its constants, their units and their ranges from its signature.
@@ -42,48 +42,22 @@ _SHARED = ("density", "name")
 
 
 class Constant(NamedTuple):
-    """A constant of a material model.
+    """A constant of a material model."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in Python and in case files.
-    quantity : Quantity
-        Its dimension, unit, words and admissible range.
-    is_list : bool
-        Whether it is a list of numbers.
-    required : bool
-        Whether it must be given.
-    """
-
-    name: str
-    quantity: Quantity
-    is_list: bool = False
-    required: bool = True
+    name: str  # in Python and in case files
+    quantity: Quantity  # its dimension, unit, words and admissible range
+    is_list: bool = False  # whether it is a list of numbers
+    required: bool = True  # whether it must be given
 
 
 class MaterialModel(NamedTuple):
-    """A material model by name.
+    """A material model by name."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the model, that of its function.
-    build : callable
-        Makes a `Material` or a `FractionalMaterial` from the constants in SI, and from `density` and `name`.
-    constants : dict
-        The constants by name, without the density, which every material has.
-    one_of : tuple of tuple of str
-        From each group of constants exactly one must be given.
-    needs_window : bool
-        Whether `build` returns a `FractionalMaterial`, which becomes a material by `within(window)`.
-    """
-
-    name: str
-    build: Callable[..., Any]
-    constants: dict[str, Constant]
-    one_of: tuple[tuple[str, ...], ...] = ()
-    needs_window: bool = False
+    name: str  # that of its function
+    build: Callable[..., Any]  # makes the material from the constants in SI, and from `density` and `name`
+    constants: dict[str, Constant]  # by name, without the density, which every material has
+    one_of: tuple[tuple[str, ...], ...] = ()  # from each group of constants exactly one must be given
+    needs_window: bool = False  # whether `build` returns a `FractionalMaterial`, which needs `within(window)`
 
 
 _MODELS: dict[str, MaterialModel] = {}
@@ -110,15 +84,8 @@ def register(model: MaterialModel) -> None:
 def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
     """Register a function as a material model, and check its arguments before each call.
 
-    Parameters
-    ----------
-    *one_of : tuple of str
-        Groups of parameters; exactly one of each group must be given.
-
-    Returns
-    -------
-    callable
-        Decorator. The parameters of the function must be annotated as ``Annotated[float, quantity]``.
+    Its parameters must be annotated as ``Annotated[float, quantity]``. From each group of names in `one_of` exactly
+    one must be given.
     """
 
     def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
@@ -167,7 +134,7 @@ def _checked(constant: Constant, value: Any) -> Any:
 
 
 def exactly_one(**values: Any) -> None:
-    """Refuse values that are all absent, or more than one of which is given."""
+    """Refuse values unless exactly one of them is given."""
     given = [name for name, value in values.items() if value is not None]
     if len(given) != 1:
         names = ", ".join(values)

@@ -25,21 +25,13 @@ _MAX_ITERATIONS = 120
 
 
 class SecularRoots(NamedTuple):
-    """Roots of S(-lambda) = 0 and the terms of the residues there, free of cancellation.
+    """Roots of S(-lambda) = 0 in ascending order of lambda, and the terms of the residues, free of cancellation."""
 
-    Attributes
-    ----------
-    times
-        Reciprocals 1/lambda of the roots [s], descending, shape (n_root,).
-    slopes
-        lambda S'(-lambda), positive, in the unit of S, shape (n_root,).
-    terms
-        lambda/(lambda - lambda_k), the value of s/(s + lambda_k) at s = -lambda, shape (n_root, n_pole).
-    """
-
-    times: Array
-    slopes: Array
-    terms: Array
+    times: Array  # 1/lambda [s], shape (n_root,)
+    slopes: Array  # lambda S'(-lambda), positive, in the unit of S, shape (n_root,)
+    terms: (
+        Array  # lambda/(lambda - lambda_k), that is s/(s + lambda_k) at s = -lambda, shape (n_root, n_pole)
+    )
 
 
 def log_ratios(upper: Array, lower: Array) -> Array:
@@ -53,12 +45,11 @@ def log_ratios(upper: Array, lower: Array) -> Array:
 def secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots:
     """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0.
 
-    Each root is found as the offset u = ln(lambda/lambda_o) from its nearest pole lambda_o, as in LAPACK's
-    dlaed4 but in log time, so a root that float64 cannot tell from its pole still has an offset of full
-    relative accuracy. The unknown is y = 1/expm1(|u|), in which the pole's own term is linear and every other
-    one a hyperbola, and the sum is concave. So each evaluation yields two bounds: Newton's step from below,
-    and from above the step of a model that keeps the nearest pole's weight and bends all others into one at
-    the far end of the interval.
+    The unknown is the offset u = ln(lambda/lambda_o) from the nearest pole lambda_o, as in LAPACK's dlaed4 but in log
+    time. A root that float64 cannot tell from its pole still has an offset of full relative accuracy. In the variable
+    y = 1/expm1(|u|) the term of that pole is linear, every other one is a hyperbola, and the sum is concave. So each
+    evaluation yields two bounds: Newton's step from below, and from above the step of a model that keeps the weight of
+    the nearest pole and bends all others into one at the far end of the interval.
 
     Parameters
     ----------
@@ -209,7 +200,7 @@ def _solve(
         rising = value <= 0
         lowest = np.maximum(np.maximum(lowest, y - value / slope), np.where(rising, y, 0.0))
         highest = np.where(rising, highest, np.minimum(highest, y))
-        # A model taken from afar is noisy, so its bound serves for one step only.
+        # A model made far from the root is noisy, so its bound holds for one step only.
         target = np.minimum(highest, np.maximum(y + step, lowest))
         target = np.where(target < 4.0 * lowest, target, np.sqrt(lowest) * np.sqrt(target))
         done |= np.abs(target - y) <= 2.0 * _EPS * y
@@ -227,10 +218,10 @@ def _solve(
 def _slopes(constant: float, viscosity: float, total: float, roots: Array, terms: Array) -> Array:
     """Slope lambda S'(-lambda) at each root as a product over all poles and all other roots.
 
-    The sum over the poles would do for exact roots. Where a weak pole lies within u of a root of the rest,
-    two roots straddle it, and their unlike rounding errors would spoil the sum of the residues by
-    up to eps/u. The product belongs exactly to an S whose weights differ from the given ones by rounding (Gu
-    and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+    The sum over the poles would be right for exact roots. Where a weak pole lies within u of a root of the rest, two
+    roots straddle it. Their different rounding errors would change the sum of the residues by up to eps/u. The product
+    belongs exactly to an S whose weights differ from the given ones by rounding (Gu and Eisenstat, SIAM J. Matrix
+    Anal. Appl. 15 (1994) 1266).
     """
     n_root, n_pole = terms.shape
     factors = np.ones((n_root, max(n_root, n_pole)))

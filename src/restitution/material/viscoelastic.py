@@ -55,9 +55,9 @@ class Material:
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range.
-    TypeError
+    InputTypeError
         If a modulus is neither a number nor a `PronySeries`.
 
     Examples
@@ -129,7 +129,7 @@ class Material:
 
         Raises
         ------
-        ValueError
+        InputError
             If the material has no `shift`, or the temperature is outside its range.
 
         Examples
@@ -140,12 +140,8 @@ class Material:
         0.01
         """
         if self.shift is None or self.temperature is None:
-            raise InputError(
-                "temperature",
-                temperature,
-                "must not be given without a time-temperature shift",
-                "K",
-            )
+            wanted = "must not be given without a time-temperature shift"
+            raise InputError("temperature", temperature, wanted, "K")
         factor = self.shift.factor(temperature) / self.shift.factor(self.temperature)
         bulk, window = self.bulk, self.window
         return replace(
@@ -239,7 +235,7 @@ class Material:
 
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:
-    """Return the shortest and longest time [s] of a window, refusing what does not ascend."""
+    """Return the shortest and longest time [s] of a window, which must ascend."""
     low, high = (checks.single("window", positive("window", time, "s"), "s") for time in window)
     if low >= high:
         raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
