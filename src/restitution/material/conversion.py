@@ -226,7 +226,11 @@ class Part(NamedTuple):
 
     def plus(self, other: Part, factor: float) -> Part:
         """Parallel connection with the other part, the latter times a factor."""
-        return Part(*(own + factor * added for own, added in zip(self, other, strict=True)))
+        return Part(
+            self.constant + factor * other.constant,
+            self.viscosity + factor * other.viscosity,
+            self.weights + factor * other.weights,
+        )
 
     def at(self, times: Array, terms: Array, sizes: Array) -> tuple[Array, Array]:
         """Value at s = -1/times, and the sum of the magnitudes of its terms."""
