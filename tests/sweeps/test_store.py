@@ -17,6 +17,7 @@ import xarray as xr
 import restitution as rs
 from restitution.errors import RestitutionWarning
 from restitution.sweeps import plan as plans
+from restitution.sweeps.doubts import Tally
 from restitution.sweeps.store import Store, sole_writer
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -103,11 +104,11 @@ def cut_after(chunks: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every run keep so many chunks and no more."""
     keep = Store.keep
 
-    def limited(self: Store, index: Any, results: Any) -> None:
+    def limited(self: Store, index: Any, results: Any, tally: Any) -> None:
         self.kept = getattr(self, "kept", 0) + 1  # type: ignore[attr-defined]
         if self.kept > chunks:  # type: ignore[attr-defined]
             raise Cut
-        keep(self, index, results)
+        keep(self, index, results, tally)
 
     monkeypatch.setattr(Store, "keep", limited)
 
@@ -159,7 +160,7 @@ def test_a_store_that_is_unfinished_says_so(tmp_path: Path, monkeypatch: pytest.
     np.testing.assert_array_equal(np.isnan(part.contact_time.values), missing)
 
 
-def test_the_status_of_a_chunk_is_written_last(undisturbed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_status_of_a_chunk_is_written_last(tmp_path: Path) -> None:
     plan = plans.Plan.__new__(plans.Plan)
     object.__setattr__(plan, "outputs", ("contact_time", "restitution_coefficient"))
     written: list[str] = []
@@ -172,10 +173,10 @@ def test_the_status_of_a_chunk_is_written_last(undisturbed: Path, monkeypatch: p
             written.append(self.name)
 
     store = Store.__new__(Store)
-    store._plan = plan
+    store._plan, store.path = plan, tmp_path
     store._arrays = {name: Watched(name) for name in plan.variables}
     object.__setattr__(plan, "grid", type("Grid", (), {"region": lambda self, index: index})())
-    store.keep((0,), dict.fromkeys(plan.variables, np.zeros(1)))
+    store.keep((0,), dict.fromkeys(plan.variables, np.zeros(1)), Tally())
     assert written == ["contact_time", "restitution_coefficient", "status"]
 
 

@@ -1,5 +1,9 @@
 """The numbers of the validity report as variables of a sweep: those of single results."""
 
+import json
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,3 +58,53 @@ def test_they_have_units_and_words():
     assert table.mean_density.attrs["units"] == "kg/m^3"
     assert table.strain_number.attrs["units"] == "1"
     assert float(table.mean_density[0]) == pytest.approx(0.005 / (4 / 3 * np.pi * 0.01**3))
+
+
+def swept(base, axes, **options):
+    """Result of a sweep, and its warnings by kind."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        table = rs.sweep(base, axes, **options)
+    return table, {one.message.kind: str(one.message) for one in caught}
+
+
+def test_a_sweep_counts_the_impacts_that_single_results_call_doubtful(tmp_path):
+    material = replace(RUBBER, window=(1e-3, 1e-1))
+    ball, speeds = replace(BALL, material=material), np.geomspace(0.01, 20.0, 40)
+    wanted: dict[str, int] = {}
+    worst: dict[str, float] = {}
+    for v in speeds:
+        for check in rs.solve(replace(ball, velocity=v)).validity:
+            wanted[check.kind] = wanted.get(check.kind, 0) + check.exceeded
+            if check.kind == "small_strain":
+                worst["small_strain"] = max(worst.get("small_strain", 0.0), check.value)
+    for out in (None, tmp_path / "a.zarr"):
+        table, said = swept(ball, {"velocity": speeds}, chunk=7, out=out)
+        stored = json.loads(table.attrs["validity"])
+        assert stored["impacts"] == 40
+        assert {kind: check["exceeded_in"] for kind, check in stored["checks"].items()} == wanted
+        assert stored["checks"]["small_strain"]["value"] == pytest.approx(worst["small_strain"], rel=1e-9)
+        assert set(said) == {kind for kind, count in wanted.items() if count}
+        assert 0 < wanted["small_strain"] < 40
+        assert f"exceeded in {wanted['small_strain']} of 40 impacts" in said["small_strain"]
+    # The store keeps the counts of each chunk; one that is lost is computed again.
+    (tmp_path / "a.zarr" / "validity" / "c-2").unlink()
+    again, repeated = swept(ball, {"velocity": speeds}, chunk=7, out=tmp_path / "a.zarr")
+    assert again.attrs["validity"] == table.attrs["validity"]
+    assert repeated == said
+
+
+def test_of_a_material_for_each_impact_only_the_shape_is_checked():
+    n = 300
+    table, _ = swept(BALL, {"viscosity": np.geomspace(1e2, 1e4, n), "radius": [0.005, 0.01]})
+    checks = json.loads(table.attrs["validity"])["checks"]
+    assert checks["small_strain"]["value"] is not None
+    assert checks["waves"]["value"] is None
+    few, _ = swept(BALL, {"viscosity": [1e2, 1e4]})
+    assert json.loads(few.attrs["validity"])["checks"]["waves"]["value"] is not None
+
+
+def test_without_dimensions_there_is_nothing_to_check():
+    table, said = swept(None, {"nu": [0.3], "p2": [1e-3, 1e-2], "p3": [1.0]})
+    assert "validity" not in table.attrs
+    assert not said

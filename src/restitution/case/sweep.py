@@ -285,6 +285,8 @@ class CaseTemplate:
     keys: tuple[str, ...]
     columns: tuple[str, ...]
 
+    dimensionless = False
+
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names whose every combination needs an impact of its own."""
         return tuple(name for name in names if name in self.keys)

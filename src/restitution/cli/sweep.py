@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli.exit_codes import BadInput, tell, user_input
+from restitution.cli.exit_codes import BadInput, tell, user_input, warn
 from restitution.cli.options import Outputs, Picture, Workers, argument, axes, option
 from restitution.cli.progress import progress_bar
 from restitution.cli.tables import PICTURES, check_target
@@ -101,11 +101,14 @@ def plot(
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     check_target("--out", target, PICTURES)
     with user_input():
+        from restitution.sweeps.doubts import messages
         from restitution.sweeps.store import open_sweep
 
         dataset = open_sweep(result)
         chosen = dict(_slice(dataset, text) for text in at or ())
         _draw(dataset, target, output or [], x=x, y=y, at=chosen)
+        for message in messages(dataset).values():
+            warn(message)
 
 
 def map_(

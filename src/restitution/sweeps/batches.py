@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.quantities import BODY, VALIDITY
+from restitution.quantities import BODY
+from restitution.sweeps.doubts import without_material
 from restitution.sweeps.materials import Bodies, Columns, changed_impact, combinations, material_rows
 from restitution.sweeps.varied import Prepared, Template, profile_names
-from restitution.validity import columns as numbers_by_name
-from restitution.validity import numbers
+from restitution.validity import Numbers, numbers
 
 Array = NDArray[Any]
 Places = NDArray[np.intp]
@@ -81,8 +81,10 @@ class Assembly:
                 found.append((places[inner], part))
         yield from Batch.joined(found)
 
-    def validity(self, columns: Columns, n: int, found: Columns, tick: Tick) -> dict[str, Array]:
-        """Numbers of the validity report at each point.
+    def validity(
+        self, columns: Columns, n: int, found: Columns, tick: Tick, most: int | None = None
+    ) -> Iterator[tuple[Places, Numbers]]:
+        """Yield the numbers of the validity report, with the places of the impacts.
 
         Parameters
         ----------
@@ -94,27 +96,25 @@ class Assembly:
             `restitution.validity.COLUMNS` of the impacts there.
         tick : callable
             Called now and then with 0; ends the work by raising.
-
-        Returns
-        -------
-        dict of str to array, shape (n,)
-            `restitution.quantities.VALIDITY` by name; NaN where one is not known.
+        most : int, optional
+            With more combinations of materials or builder arguments, numbers that depend on the material are NaN, or
+            nothing is yielded.
         """
-        judged = {name: np.full(n, np.nan) for name in VALIDITY}
-        for places, values in combinations({name: columns[name] for name in self._built}, n):
+        groups = list(combinations({name: columns[name] for name in self._built}, n))
+        if most is not None and len(groups) > most:
+            return
+        for places, values in groups:
             try:
                 prepared = self._prepare(values)
                 own = {name: column[places] for name, column in columns.items() if name not in self._built}
                 own = own if prepared.derive is None else prepared.derive(own)
             except ValueError:
                 continue
-            for inner, impact in _impacts(prepared, own, places.size, tick):
+            for inner, impact, is_own in _impacts(prepared, own, places.size, tick, most):
                 there = places[inner]
                 outputs = {name: column[there] for name, column in found.items()}
                 report = numbers(impact.contact, **outputs, velocity=impact.velocity, mass=impact.mass)
-                for name, column in numbers_by_name(report).items():
-                    judged[name][there] = column
-        return judged
+                yield there, report if is_own else without_material(report)
 
     def _prepare(self, values: dict[str, Any]) -> Prepared:
         # Objects come from lists that live as long as the sweep: their identity is theirs alone.
@@ -128,11 +128,19 @@ class Assembly:
         return known
 
 
-def _impacts(prepared: Prepared, columns: Columns, n: int, tick: Tick) -> Iterator[tuple[Places, Impact]]:
-    """Impacts of one pair of materials each, with arrays of all other numbers."""
+def _impacts(
+    prepared: Prepared, columns: Columns, n: int, tick: Tick, most: int | None
+) -> Iterator[tuple[Places, Impact, bool]]:
+    """Impacts of one pair of materials each, with arrays of all other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     arrays = {*BODY, *(names if impact.profile.path_exponent is not None else ())}
-    for places, values in combinations({k: v for k, v in columns.items() if k not in arrays}, n):
+    groups = list(combinations({k: v for k, v in columns.items() if k not in arrays}, n))
+    is_own = most is None or len(groups) <= most
+    if not is_own:
+        groups = list(combinations({k: v for k, v in columns.items() if k in names and k not in arrays}, n))
+        if most is not None and len(groups) > most:
+            return
+    for places, values in groups:
         tick(0)
         own = {name: column[places] for name, column in columns.items() if name in arrays} | {
             name: value for name, value in values.items() if name in names
@@ -142,7 +150,7 @@ def _impacts(prepared: Prepared, columns: Columns, n: int, tick: Tick) -> Iterat
             changed = changed_impact(impact, material, prepared.held)
             shape = {name: own.pop(name) for name in names if name in own}
             profile: Any = changed.profile
-            yield places, replace(changed, profile=replace(profile, **shape), **own)
+            yield places, replace(changed, profile=replace(profile, **shape), **own), is_own
         except ValueError:
             continue
 

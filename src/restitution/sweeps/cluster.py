@@ -13,10 +13,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan
 
-Keep = Callable[[Index, dict[str, Any]], None]
+Keep = Callable[[Index, dict[str, Any], Tally], None]
 
 # Tasks that the scheduler knows of at a time: enough for it to see that more workers would be of use.
 _LEAST_KNOWN = 256
@@ -81,7 +82,7 @@ def run_on_dask(
     chunks : iterable of tuple of int
         Which chunks.
     keep : callable
-        Takes the index and the results of a chunk where there is no store.
+        Takes the index, the results and the tally of a chunk where there is no store.
     path : Path or None
         The store, into which the workers write.
     cluster : str or object
@@ -112,9 +113,9 @@ def run_on_dask(
         pending: set[Any] = set(running.futures)
         try:
             for future in running:
-                index, results = future.result()
+                index, results, own = future.result()
                 if results is not None:
-                    keep(index, results)
+                    keep(index, results, own)
                 done += plan.grid.size(index)
                 report(done)
                 pending.discard(future)
@@ -132,19 +133,20 @@ def _same(plan: Plan) -> Plan:
 
 def _compute(
     plan: Plan, made_by: str, index: Index, path: Path | None
-) -> tuple[Index, dict[str, Any] | None]:
+) -> tuple[Index, dict[str, Any] | None, Tally]:
     """Compute a chunk on a worker, and write it where there is a store."""
     if made_by != version("restitution"):
         raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {made_by}")
-    results = plan.compute(index)
+    tally = Tally()
+    results = plan.compute(index, tally=tally)
     if path is None:
-        return index, results
+        return index, results, tally
     if not path.is_dir():
         raise RuntimeError(f"a worker does not see {path}: workers and client must share the file system")
     from restitution.sweeps.store import Store
 
-    Store(path, plan).keep(index, results)
-    return index, None
+    Store(path, plan).keep(index, results, tally)
+    return index, None, tally
 
 
 def _left_to_the_client() -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
+from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from restitution.impact.status import Status
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, input_attributes
 from restitution.sweeps.axes import Axis, Listed
+from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.plan import Plan
 
@@ -112,6 +114,7 @@ class Memory:
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
+        self._tally, self._lock = Tally(), Lock()
         self._fields = output_fields(plan)
         n = plan.grid.n_points
         needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
@@ -129,8 +132,10 @@ class Memory:
         except MemoryError:
             raise refusal from None
 
-    def keep(self, index: Index, results: dict[str, Array]) -> None:
+    def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
         """Keep the results of a chunk."""
+        with self._lock:
+            self._tally.merge(tally)
         for name, values in results.items():
             self._arrays[name][self._plan.grid.region(index)] = values
 
@@ -156,7 +161,7 @@ class Memory:
                 for name, field in self._fields.items()
             },
             {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
-            self._plan.attributes,
+            self._plan.attributes | self._tally.attributes(grid.n_points),
         )
         return in_words(dataset)
 

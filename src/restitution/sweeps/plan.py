@@ -15,6 +15,7 @@ from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.quantities import STATUS, VALIDITY, needs_quadrature
 from restitution.sweeps.batches import Assembly
+from restitution.sweeps.doubts import Tally
 from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.varied import Template
@@ -25,6 +26,8 @@ Tick = Callable[[int], None]
 
 # Points that are made and solved at a time: memory stays small however large the chunk.
 _BLOCK = 4096
+# Each material takes a report of its own: with more of them in a block, only assumptions on the shape are checked.
+_MOST_MATERIALS = 16
 
 
 class Interrupted(Exception):
@@ -112,15 +115,19 @@ class Plan:
             for _ in self.assembly.parts(point, 1, _go_on, strict=True):
                 pass
 
-    def compute(self, index: Index, tick: Tick = lambda _: None) -> dict[str, Array]:
+    def compute(
+        self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None
+    ) -> dict[str, Array]:
         """Compute a chunk.
 
         Parameters
         ----------
         index : tuple of int
-            Which one.
+            Which chunk.
         tick : callable
             Called with the number of points done since the last call; ends the work by raising.
+        tally : Tally, optional
+            Counts the impacts that exceed the assumptions of the theory.
 
         Returns
         -------
@@ -130,25 +137,29 @@ class Plan:
         points = self.grid.points(index)
         results = {name: np.full(points.size, np.nan) for name in self.outputs}
         status = np.full(points.size, Status.INADMISSIBLE, dtype=np.int8)
+        wanted = set(VALIDITY).intersection(self.outputs)
         for start in range(0, points.size, _BLOCK):
             stop = min(start + _BLOCK, points.size)
-            counted = 0
-            wanted = COLUMNS if set(VALIDITY).intersection(self.outputs) else ()
-            found = {name: np.full(stop - start, np.nan) for name in wanted}
-            for places, part in self.assembly.parts(points.part(start, stop), stop - start, tick):
-                columns = self._solve(part, tick)
-                for name in set(columns).intersection(self.outputs):
-                    results[name][start + places] = columns[name]
-                status[start + places] = columns[STATUS]
+            n, counted = stop - start, 0
+            columns = points.part(start, stop)
+            found = {name: np.full(n, np.nan) for name in COLUMNS}
+            for places, part in self.assembly.parts(columns, n, tick):
+                solved = self._solve(part, tick)
+                for name in set(solved).intersection(self.outputs):
+                    results[name][start + places] = solved[name]
+                status[start + places] = solved[STATUS]
                 for name in found:
-                    found[name][places] = columns[name]
+                    found[name][places] = solved[name]
                 counted += places.size
-            if found:
-                judged = self.assembly.validity(points.part(start, stop), stop - start, found, tick)
-                for name in set(VALIDITY).intersection(self.outputs):
-                    results[name][start:stop] = judged[name]
+            if wanted or (tally is not None and not self.template.dimensionless):
+                most = None if wanted else _MOST_MATERIALS
+                for places, numbers in self.assembly.validity(columns, n, found, tick, most):
+                    for name in wanted:
+                        results[name][start + places] = getattr(numbers, name)
+                    if tally is not None and not self.template.dimensionless:
+                        tally.add(numbers)
             # Points that are not admissible are done too.
-            tick(stop - start - counted)
+            tick(n - counted)
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}
         return shaped | {STATUS: status.reshape(points.shape)}
 

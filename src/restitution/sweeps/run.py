@@ -20,6 +20,7 @@ from restitution.impact.status import Status
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.dataset import Memory
+from restitution.sweeps.doubts import Tally, messages
 from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.materials import HeldElastic
 from restitution.sweeps.plan import Interrupted, Plan
@@ -86,7 +87,9 @@ def sweep(
     -------
     xarray.Dataset
         The outputs and `status` over the axes, with units; attributes say how it was made. From a store, it
-        is loaded when asked for. Impacts that failed are NaN, the status says why, and a warning counts them.
+        is loaded when asked for. Impacts that failed are NaN, the status says why, and a warning counts them. One
+        `RestitutionWarning` for each doubtful assumption of the theory counts the impacts that exceed it; the
+        attribute `validity` holds the report as JSON.
 
     Raises
     ------
@@ -212,9 +215,10 @@ def run(
             )
             raise OSError(error.errno, f"{error.strerror}; {stored}", str(out)) from error
         _count_failures(keeper, grid.n_points)
-        if path is None:
-            return keeper.dataset()
-        return store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]
+        dataset = keeper.dataset() if path is None else store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]
+        for kind, message in messages(dataset).items():
+            warnings.warn(RestitutionWarning(kind, message), stacklevel=3)
+        return dataset
 
 
 def _count_failures(keeper: Any, n_points: int) -> None:
@@ -234,7 +238,7 @@ def _count_failures(keeper: Any, n_points: int) -> None:
 def _run_on_threads(
     plan: Plan,
     chunks: Iterable[Index],
-    keep: Callable[[Index, dict[str, Any]], None],
+    keep: Callable[[Index, dict[str, Any], Tally], None],
     workers: int | None,
     report: Callable[[int], None],
 ) -> None:
@@ -247,7 +251,7 @@ def _run_on_threads(
     chunks : iterable of tuple of int
         Which chunks.
     keep : callable
-        Takes the index and the results of a chunk, in any order and on any thread.
+        Takes the index, the results and the tally of a chunk, in any order and on any thread.
     workers : int or None
         Threads; all cores where None.
     report : callable
@@ -264,6 +268,7 @@ def _run_on_threads(
             counted += points
 
     def run(index: Index) -> None:
-        keep(index, plan.compute(index, tick))
+        tally = Tally()
+        keep(index, plan.compute(index, tick, tally), tally)
 
     on_threads(run, chunks, workers, lambda: report(counted), stop)

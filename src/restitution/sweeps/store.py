@@ -30,6 +30,7 @@ from restitution.sweeps.dataset import (
     in_words,
     output_fields,
 )
+from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan, hash_of
 
@@ -41,6 +42,7 @@ Array = NDArray[Any]
 # Of coordinates; chunks of the outputs are those of the sweep.
 _COORDINATE_CHUNK = 2**20
 _CHECKSUM = 4
+_TALLIES = "validity"
 _REPAIR = "the command or call that made the sweep repairs it"
 
 
@@ -121,9 +123,11 @@ class Store:
                 name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables
             }
 
-    def keep(self, index: Index, results: dict[str, Array]) -> None:
+    def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
         """Write the results of a chunk."""
         region = self._plan.grid.region(index)
+        content = tally.to_text().encode()
+        _write(self._tally(index), content + google_crc32c.value(content).to_bytes(_CHECKSUM, "little"))
         # The status last: it stands for the others.
         for name in self._plan.variables:
             self._arrays[name][region] = results[name]
@@ -133,6 +137,7 @@ class Store:
         done: set[Index] = set()
         for index in self._plan.grid.chunks():
             chunks = [self.path / _chunk_key(name, index) for name in self._plan.variables]
+            chunks.insert(0, self._tally(index))
             broken = [chunk for chunk in chunks if not self._holds(chunk)]
             if not broken and self._arrays[STATUS][self._plan.grid.region(index)].min() > NOT_COMPUTED:
                 done.add(index)
@@ -140,6 +145,9 @@ class Store:
             for chunk in (chunks[-1], *broken):
                 _clear(chunk, self.path)
         return done
+
+    def _tally(self, index: Index) -> Path:
+        return self.path / _TALLIES / "-".join(("c", *map(str, index)))
 
     def _holds(self, chunk: Path) -> bool:
         try:
@@ -379,7 +387,13 @@ def open_sweep(path: str | Path) -> xr.Dataset:
         warnings.warn(RestitutionWarning("unfinished", what), stacklevel=2)
     # Zarr has its members in the order of the alphabet.
     outputs = [name for name in (*SWEEP_OUTPUTS, STATUS) if name in dataset]
-    return in_words(dataset[outputs])
+    tally = Tally()
+    for file in sorted((path / _TALLIES).glob("*")):
+        content = file.read_bytes()
+        if not _is_intact(content):
+            raise _refusal(path, f"{file.relative_to(path)} is damaged; {_REPAIR}")
+        tally.merge(Tally.from_text(content[:-_CHECKSUM].decode()))
+    return in_words(dataset[outputs].assign_attrs(tally.attributes(dataset[STATUS].size)))
 
 
 def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:

@@ -38,6 +38,11 @@ class Prepared:
 class Template(Protocol):
     """What a sweep varies."""
 
+    @property
+    def dimensionless(self) -> bool:
+        """Whether its bodies have no dimensions, so that no assumption can be checked."""
+        ...
+
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return those of the names whose every combination needs an impact of its own.
 
@@ -73,10 +78,13 @@ class ImpactTemplate:
         A single impact.
     held : {"bulk_modulus", "poisson_ratio"}
         What stays where an axis changes the shear modulus at equilibrium.
+    dimensionless : bool
+        Whether its body has no dimensions, so that no assumption can be checked.
     """
 
     impact: Impact
     held: HeldElastic = "bulk_modulus"
+    dimensionless: bool = False
 
     def __post_init__(self) -> None:
         if self.impact.shape:
@@ -112,6 +120,7 @@ class BuilderTemplate:
 
     build: Callable[..., Impact]
     held: HeldElastic = "bulk_modulus"
+    dimensionless = False
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names of the function's arguments; all where it takes any keyword."""
@@ -141,7 +150,7 @@ class BuilderTemplate:
 def dimensionless_template() -> ImpactTemplate:
     """Impact of mass, radius, velocity and equilibrium modulus 1: axes set nu, p2, p3."""
     solid = standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.5)
-    return ImpactTemplate(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0))
+    return ImpactTemplate(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0), dimensionless=True)
 
 
 def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
