@@ -84,7 +84,7 @@ def cite(*subjects: Any) -> str:
     Returns
     -------
     str
-        The entries, each once, under a comment that says what it is for.
+        The entries, each once, under a comment with its purpose.
 
     Raises
     ------

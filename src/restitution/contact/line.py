@@ -151,7 +151,9 @@ def line_function(
 
 def evaluate(coefficients: Array, t: Array) -> Array:
     """Chebyshev series with coefficients of shape (..., n) at local coordinates t, shape (...)."""
-    return np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False)
+    return np.asarray(
+        np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False), np.float64
+    )
 
 
 def _starting_cells(extent: float, breakpoints: Iterable[float]) -> Array:

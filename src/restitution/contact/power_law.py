@@ -92,7 +92,7 @@ class PowerLaw(Profile, case_name="power_law"):
     Parameters
     ----------
     exponent : float or array
-        Exponent n [-], any real number > 0. The theory of small slopes wants n >= 1; below that the tip is a
+        Exponent n [-], any real number > 0. The theory of small slopes requires n >= 1; below that the tip is a
         cusp, its slope and the pressure at r = 0 are infinite.
     coefficient : float or array
         Coefficient A [m^(1-n)], > 0.

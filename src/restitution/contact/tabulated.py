@@ -200,7 +200,7 @@ def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
     """Places y at which g falls, although it does not between the samples: the minima of its slope, three times closer."""
     least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
     if not least.size:
-        return least
+        return y[least]
     columns = np.arange(least.size)
     low, high = y[least - 1], y[least + 1]
     fall, reached = np.zeros(least.size), np.zeros(least.size)

@@ -199,7 +199,7 @@ class Computation:
         return dataset
 
     def attributes(self) -> dict[str, Any]:
-        """Return the attributes that say how the numbers were made."""
+        """Return the attributes that describe how the numbers were computed."""
         drawn = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in RANGES.items())
         return {
             "source": f"restitution {version('restitution')}",
