@@ -27,10 +27,10 @@ TEXT = """\
 Made by `validation/ting.py`: {count} random histories a row of straight lines, a fifth of them with a step, a part of them
 begun above the surface; 1 to 8 terms with relaxation times over eleven decades, solids and liquids, a dashpot in parallel
 in some; parabola, cone, r^0.7, r^3.3, sphere. The reference uses E*(t) itself, closed forms, quadrature on graded panels
-and `brentq`. Errors are over the largest value, less the change of
-the result from the double before the time to the one behind it: fast terms make the force of an unloading change by more
-than the tolerance within the rounding of a time. The last row of a block is the residual of Ting's condition
-`int_t1^t E* d' dt' = 0` over E*(0) and the largest depth.
+and `brentq`. Errors are over the largest value. The error of the
+force is less the change of the force between the doubles next to the time: right after a sudden turn fast terms change the
+force by more than 1e-10 within the rounding of a time. The last row of a
+block is the residual of Ting's condition `int_t1^t E* d' dt' = 0` over E*(0) and the largest depth.
 
 {table}
 """
