@@ -16,64 +16,64 @@ DOCS = Path(__file__).parent
 # Keys that are no registered quantity, or whose meaning depends on the section.
 WORDS = {
     "name": "name of the material in messages and pictures",
-    "temperature": "temperature at which the moduli are wanted",
-    "density": "density; for a body, in place of its mass, that of a solid sphere",
-    "reference_temperature": "temperature of the moduli that are given",
+    "temperature": "temperature of the impact, to which the shift takes the moduli",
+    "density": "density; the density of a solid sphere replaces the mass of a body",
+    "reference_temperature": "temperature of the given moduli",
     "max_bounces": "bounces after which the series ends",
-    "n_points": "number of even times of the table that `--history` writes",
+    "n_points": "number of equally spaced times of the table that `--history` writes",
     "shift": "section with the law of the time-temperature shift, or the name of a table of shift factors",
-    "temperature_range": "lowest and highest temperature for which the law is meant, e.g. `\"[-20, 100] degC\"`",
+    "temperature_range": "lowest and highest temperature of the law, such as `\"[-20, 100] degC\"`",
     "library": "name of a material of the library; `restitution material --list` prints them",
-    "file": "name of a file beside the case file",
-    "shear": "a modulus (elastic) or a section with a Prony series",
+    "file": "name of a file in the folder of the case file",
+    "shear": "a modulus (if elastic) or a section with a Prony series",
     "bulk": "a constant modulus or a section with a Prony series",
     "terms": "CSV file of the terms with the header `relaxation_time_s,relative_modulus` or "
     "`relaxation_time_s,branch_modulus_MPa`",
     "model": "name of the model; without it, the standard solid",
-    "material_name": "which material of a deck that has several",
-    "deformation": "kind of the moduli, where the header of the file does not have it",
+    "material_name": "name of the material in a deck of several",
+    "deformation": "kind of the moduli, if the header of the file does not state it",
     "liquid": "whether the fitted equilibrium modulus is zero",
-    "type": "form of the profile; may be left out for a parabola and for a table",
-    "material": "section as `[material]`; without it `[counter_material]`, or else the material of the body",
-    "method": "how the impact is solved",
+    "type": "type of the profile; the default is a parabola, or a table if there is one",
+    "material": "section as `[material]`; the default is `[counter_material]`, or else the material of the body",
+    "method": "method of solution",
     "depth": "largest indentation depth, with `shape`; or a list over `time`",
     "force": "largest force, with `shape`; or a list over `time`",
     "shape": "history of the depth or force",
-    "time": "times of a list of `depth` or `force`, joined by straight lines; the same time twice is a step",
+    "time": "times of a list of `depth` or `force`, connected by straight lines; the same time twice is a step",
     "loading_time": "loading time of a triangle",
-    "unloading_time": "unloading time of a triangle; as the loading time if left out",
-    "hold_time": "time of a triangle at its peak; 0 if left out",
+    "unloading_time": "unloading time of a triangle; the default is the loading time",
+    "hold_time": "time of a triangle at its peak; the default is 0",
     "duration": "duration of a ramp, a hold or a sine arch",
-    "rise_time": "rise before a hold; 0 if left out",
+    "rise_time": "duration of the ramp before a hold; the default is 0",
     "rtol": "relative tolerance",
-    "outputs": "what is computed; `restitution.sweeps` lists the names",
-    "chunk": "points of a chunk along every axis, or a table of such numbers by axis",
+    "outputs": "computed outputs; [sweeps](sweeps.md#outputs) lists the names",
+    "chunk": "number of points of a chunk along every axis, or a table of such numbers by axis",
 }  # fmt: skip
 
 INTRODUCTION = """# Case files
 
-A case file is [TOML](https://toml.io). A quantity is a plain number in SI, or a text with a unit: `radius = "10 mm"`.
-A list is a list of either, or one text: `"[1, 2, 3] ms"`. Moduli are those of shear unless the key has bulk or Young's
-in its name. Unknown keys are refused. Examples are in the folder `examples/`.
+A case file is a [TOML](https://toml.io) file. A quantity is a plain number in SI units or a string with a unit:
+`radius = "10 mm"`. A list holds numbers or such strings; it may also be one string: `"[1, 2, 3] ms"`. Moduli are shear
+moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The folder `examples/` has examples.
 
 | file | sections | command |
 |---|---|---|
-| impact | `[body]`, `[material]`, `[impact]`; perhaps those below | `restitution solve`, `surrogate`, `map` |
-| bounces | the same, perhaps `[bounces]` | `restitution bounce` |
-| indentation | `[profile]`, `[material]`, `[indentation]`; perhaps `[counter_material]`, `[solver]` | `restitution indent` |
-| sweep | an impact with `[axes]` or `[samples]`, perhaps `[sweep]` | `restitution sweep` |
+| impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
+| bounces | the same; also `[bounces]` | `restitution bounce` |
+| indentation | `[profile]`, `[material]`, `[indentation]`; also `[counter_material]`, `[solver]` | `restitution indent` |
+| sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
 
-Without `[counter_body]` the body hits a half-space, and `[material]` and `[counter_material]` are the materials of the
-two in any order; without `[counter_material]` one of them is rigid.
+Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of the
+body and the half-space in any order. Without `[counter_material]` one of the two is rigid.
 """
 AXES = """## `[axes]` and `[samples]`
 
-A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these names alone: {names}.
+A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these short names: {names}.
 Its value is a list, one value, or a table such as `{{ linear = [0.1, 1.0], n = 10 }}` or
-`{{ logarithmic = ["1 cm/s", "10 m/s"], n = 50 }}`. `[axes]` with `nu`, `p2` and `p3` alone is the paper's problem.
+`{{ logarithmic = ["1 cm/s", "10 m/s"], n = 50 }}`. `[axes]` with only `nu`, `p2` and `p3` is the problem of the paper.
 
-`[samples]` has `n`, perhaps `method` and `seed`, and a table for each key that is drawn: `uniform`, `loguniform`,
-`normal` or `lognormal` with two numbers, such as `mass = {{ normal = ["5 g", "0.1 g"] }}`. See [sweeps](sweeps.md).
+`[samples]` has `n`, optionally `method` and `seed`, and a table for each random key: `uniform`, `loguniform`, `normal`
+or `lognormal` with two numbers, such as `mass = {{ normal = ["5 g", "0.1 g"] }}`. See [sweeps](sweeps.md).
 """
 
 
@@ -98,8 +98,8 @@ def row(key: str, section: type[Section]) -> str:
         words += ": " + ", ".join(choices)
     unit = "" if found is None else found.quantity.unit or "-"
     if not field.is_required() and field.default is not None and isinstance(field.default, (int, float, str)):
-        words += f"; {field.default} if left out" if not isinstance(field.default, bool) else ""
-    return f"| `{key}`{' (needed)' if field.is_required() else ''} | {unit} | {words} |"
+        words += f"; the default is {field.default}" if not isinstance(field.default, bool) else ""
+    return f"| `{key}`{' (required)' if field.is_required() else ''} | {unit} | {words} |"
 
 
 def table(title: str, section: type[Section], keys: Iterable[str] = ()) -> list[str]:
@@ -119,7 +119,7 @@ def page() -> str:
     """Return the page as MyST Markdown."""
     shared = list(material.MaterialSection.model_fields)
     lines = [INTRODUCTION.rstrip()]
-    lines += ["", "At the top of the file, `title` is printed above the results."]
+    lines += ["", "The key `title` at the top of the file is printed above the results."]
     lines += table("`[body]`", impact.BodySection)
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
@@ -129,10 +129,10 @@ def page() -> str:
         lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
     lines += [
         "",
-        "The `radius` of a parabola, a sphere and a flat-ended parabola is that of the body if left out.",
+        "The default `radius` of a parabola, a sphere and a flat-ended parabola is that of the body.",
     ]
     lines += [
-        "In a table, `r` and `f` are the radii and heights, or `file` is a CSV file with these columns."
+        "The lists `r` and `f` of a table are radii and heights. `file` is a CSV file with these columns instead."
     ]
     lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
     lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]
@@ -141,7 +141,7 @@ def page() -> str:
         lines.append(f"| `\"{name}\"` | {', '.join(f'`{key}`{_unit(one, key)}' for key in own)} |")  # fmt: skip
     lines += [
         "",
-        "Of `poisson_ratio` and `bulk_modulus` (also of `shear_modulus` and `youngs_modulus`) one is given.",
+        "Give one of `poisson_ratio` and `bulk_modulus`, and one of `shear_modulus` and `youngs_modulus`.",
     ]
     lines += ["An incompressible material has `poisson_ratio = 0.5` or `bulk_modulus = \"incompressible\"`."]  # fmt: skip
     for title, one in (

@@ -25,8 +25,8 @@ ax.set_title(r"$\log_{10} p_2 = -3$")
 ax.legend()
 
 # %%
-# The Poisson ratio is that of the relaxed material. Under a sudden load the same material has another one, which is
-# negative for all compressible curves here. One impact in SI units, of bodies that have the three numbers:
+# The Poisson ratio is that of the relaxed material. The instantaneous Poisson ratio is smaller, and negative for all
+# curves here up to 0.499. The next lines solve one impact in SI units with the three numbers:
 
 equilibrium, branch, radius, mass, velocity = 1e6, 1e9, 0.01, 0.03, 2.0
 viscosity = 10.0 / (velocity * radius / (mass**2 * equilibrium**3)) ** 0.2
@@ -38,7 +38,7 @@ result = rs.solve(impact)
 print(f"e = {result.restitution_coefficient:.9f}")
 
 # %%
-# An implicit Radau integration by another program, at a relative tolerance of 1e-11, found 0.219706363846
+# An implicit Radau integration by another program, with a relative tolerance of 1e-11, gives 0.219706363846
 # (``tests/data/standard_solid.csv``).
 
 assert abs(result.restitution_coefficient - 0.219706363846) < 2e-10

@@ -2,8 +2,8 @@
 Restitution of a measured epoxy over the velocity
 =================================================
 
-A steel ball hits a block of cured epoxy, whose relaxation in shear Simon, McKenna and Sindt (2000) measured over
-twelve decades of time. The bulk modulus, 3 GPa, is assumed.
+A steel ball hits a block of cured epoxy. Simon, McKenna and Sindt (2000) measured its relaxation in shear over twelve
+decades of time. The bulk modulus of 3 GPa is assumed.
 """
 
 import math
@@ -31,14 +31,14 @@ right.set_xlabel("impact velocity [m/s]")
 right.set_ylabel("restitution coefficient $e$")
 
 # %%
-# The contacts last from a tenth of a millisecond to a millisecond, some three decades less than the glass transition
-# takes: what is lost in them is the slow relaxation of the glass, and depends little on the velocity.
+# The contact times are far shorter than the glass transition. The losses in these contacts come from the slow
+# relaxation of the glass, and depend little on the velocity.
 
 e = rs.solve(rs.Impact(epoxy, rs.Parabola(radius), mass, velocity=1.0)).restitution_coefficient
 print(f"e at 1 m/s = {e:.10f}")
 
 # %%
-# An integration by SciPy, which shares nothing with the package but the data, found 0.9492797415
+# An integration by SciPy, which shares only the data with the package, gives 0.9492797415
 # (``validation/gallery_numbers.py``).
 
 assert abs(e - 0.9492797415) < 1e-9

@@ -2,8 +2,8 @@
 Polyisobutylene against temperature
 ===================================
 
-The same rubber is a spring, a damper or a glass, as the temperature has it. The time-temperature shift of the
-library's polyisobutylene (Williams, Landel and Ferry) moves its relaxation times over the contact time.
+The same rubber behaves as a spring, a damper or a glass, depending on the temperature. The time-temperature shift of
+polyisobutylene (Williams, Landel and Ferry) moves its relaxation times across the contact time.
 """
 
 import math
@@ -40,8 +40,8 @@ cold, warm = (
 print(f"e = {cold:.10f} at -20 °C, {warm:.10f} at 20 °C")
 
 # %%
-# An integration by SciPy of the shifted terms, taken from tension to shear and to the reduced modulus by partial
-# fractions, found 0.2478864750 and 0.2775651733 (``validation/gallery_numbers.py``).
+# An integration by SciPy gives 0.2478864750 and 0.2775651733. It converts the shifted terms from tension to shear and
+# to the reduced modulus by partial fractions (``validation/gallery_numbers.py``).
 
 assert abs(cold - 0.2478864750) < 1e-9
 assert abs(warm - 0.2775651733) < 1e-9

@@ -2,8 +2,8 @@ r"""
 Cone against sphere
 ===================
 
-How much the shape of the tip matters. A body on an elastic half-space follows :math:`F \sim d^{1+p}` with :math:`p =
-1/2` for the sphere and 1 for the cone; with relaxation, the exponent alone tells how the loss differs.
+This example shows the influence of the shape of the tip. The force on an elastic half-space is :math:`F \sim d^{1+p}`
+with :math:`p = 1/2` for the sphere and 1 for the cone. For small losses, only this exponent matters.
 """
 
 import math
@@ -18,7 +18,7 @@ modulus, mass, velocity = 1e6, 0.01, 1.0
 tips = {"sphere": (rs.Parabola(0.02), 0.5), "cone": (rs.Cone(half_angle=math.radians(75.0)), 1.0)}
 
 # %%
-# On a Maxwell material the shapes are compared at equal ratios of the elastic contact time to the relaxation time.
+# The comparison uses a Maxwell material at equal ratios of the elastic contact time to the relaxation time.
 
 ratios = np.geomspace(1e-3, 10.0, 41)
 fig, ax = plt.subplots(layout="constrained")
@@ -37,7 +37,7 @@ ax.set_ylabel("restitution coefficient $e$")
 ax.legend()
 
 # %%
-# Where little is lost, :math:`1 - e = \frac{2}{4 + p}\,T/\tau`: 4/9 for the sphere (Hunter 1960), 2/5 for the cone.
+# For small losses, :math:`1 - e = \frac{2}{4 + p}\,T/\tau`: 4/9 for the sphere (Hunter 1960), 2/5 for the cone.
 
 print({name: round(value, 6) for name, value in loss.items()})
 assert abs(loss["sphere"] - 4.0 / 9.0) < 1e-3

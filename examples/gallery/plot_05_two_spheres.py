@@ -2,9 +2,8 @@
 Two unlike spheres
 ==================
 
-A sphere of rubber and one of polyisobutylene, of different sizes, meet at a relative velocity. Both deform, both lose
-energy: their compliances add, each with its own relaxation, and no average of two coefficients of restitution would
-say the same.
+A sphere of rubber collides with a larger sphere of polyisobutylene. Both deform and dissipate energy. Their
+compliances add, each with its own relaxation. An average of two coefficients of restitution gives another result.
 """
 
 from dataclasses import replace
@@ -34,9 +33,9 @@ ax.set_ylim(0.0, 1.0)
 ax.legend()
 
 # %%
-# The softer partner takes more of the deformation, and with it more of the loss. Which one is softer depends on the
-# duration of the contact, and so on the velocity. Above some 0.6 m/s the pair rebounds better than either of the two
-# on a rigid sphere.
+# The softer sphere deforms more and dissipates more. The contact time, and so the velocity, decides which sphere is
+# softer. Above about 0.6 m/s the coefficient of restitution of the pair is larger than that of either sphere with a
+# rigid one.
 
 impact = rs.collision(small, large, velocity=1.0)
 print(impact.profile, f"reduced mass {impact.mass:.6f} kg, {impact.reduced_modulus.n_branches} terms in E*")
@@ -44,7 +43,7 @@ e = rs.solve(impact).restitution_coefficient
 print(f"e = {e:.10f}")
 
 # %%
-# An integration by SciPy, with a series connection by partial fractions of its own, found 0.3248634287
+# An integration by SciPy, with its own series connection by partial fractions, gives 0.3248634287
 # (``validation/gallery_numbers.py``).
 
 assert abs(e - 0.3248634287) < 1e-9

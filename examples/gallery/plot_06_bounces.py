@@ -2,8 +2,8 @@
 A dropped ball that bounces to rest
 ===================================
 
-A ball of hard rubber falls on a rigid floor. Its weight acts during contact as well: the last rebounds are too weak
-to lift the ball, and it stays. On the command line: ``restitution bounce examples/dropped_ball.toml --plot
+A ball of hard rubber falls on a rigid floor. Its weight also acts during contact. The last rebounds are too weak to
+lift the ball, and it stays on the floor. The command is ``restitution bounce examples/dropped_ball.toml --plot
 bounces.png``.
 """
 
@@ -24,10 +24,10 @@ restitution_velocity(fig.add_subplot(grid[1, 0]), bounces)
 bounce_heights(fig.add_subplot(grid[1, 1]), bounces)
 
 # %%
-# At high velocities the loss falls as the ball slows down, because relaxation has time to end within the contact. At
-# the lowest ones the weight takes over.
+# At high velocities the loss decreases as the ball becomes slower, because the material relaxes within the contact. At
+# the lowest velocities the weight dominates.
 #
-# An integration by SciPy of the first contact, weight included, found e = 0.7218493706
+# An integration of the first contact by SciPy, with the weight, gives e = 0.7218493706
 # (``validation/gallery_numbers.py``).
 
 print(f"e of the first bounce = {bounces.restitution_coefficient[0]:.10f}")

@@ -2,9 +2,8 @@ r"""
 Pressure at four instants
 =========================
 
-The force says little about where the contact is loaded. While the contact grows, fresh material at the edge is
-stiffer than relaxed material in the middle. While it shrinks, the pressure falls to zero at the edge with a finite
-imprint left outside.
+While the contact grows, the material at the edge is newly loaded and stiffer than the relaxed material in the middle.
+While it shrinks, the pressure at the edge is zero and an imprint remains outside.
 """
 
 import matplotlib.pyplot as plt
@@ -27,8 +26,8 @@ right.set_xlabel("radius $r$ [mm]")
 right.set_ylabel("height of the surface [mm]")
 
 # %%
-# The integral of the pressure over the contact has to be the force, which comes from the equations of motion and not
-# from the pressure. SciPy's quadrature, with :math:`r = a\sin\theta` to meet the edge:
+# The integral of the pressure over the contact must equal the force, which follows from the equations of motion. The
+# check uses SciPy's quadrature with :math:`r = a\sin\theta`:
 
 for t in instants(result):
     motion = result.sample([t])

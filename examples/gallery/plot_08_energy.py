@@ -2,8 +2,8 @@ r"""
 Where the energy goes
 =====================
 
-The kinetic energy of the body is stored in the foundation, given back in part, and dissipated in the rest. Some of it
-is still stored when the body leaves, and is lost to it too.
+The foundation stores the kinetic energy of the body, returns a part of it and dissipates the rest. The energy that is
+still stored at separation is also lost to the body.
 """
 
 import matplotlib.pyplot as plt
@@ -12,8 +12,8 @@ import restitution as rs
 from restitution.plot.history import energy_area, force_indentation
 
 # %%
-# The paper's solid with :math:`\nu = 0.3`, :math:`p_2 = 0.01` and :math:`p_3 = 3`, and a ball of 5 g and 10 mm radius
-# at 1 m/s.
+# A ball of 5 g and 10 mm radius hits the paper's solid with :math:`\nu = 0.3`, :math:`p_2 = 0.01` and
+# :math:`p_3 = 3` at 1 m/s.
 
 equilibrium, radius, mass, velocity = 1e6, 0.01, 0.005, 1.0
 viscosity = 3.0 * (mass**2 * equilibrium**3 / (velocity * radius)) ** 0.2
@@ -25,9 +25,10 @@ force_indentation(left, result.history)
 energy_area(right, result.history)
 
 # %%
-# The area of the loop is the energy lost. The package computes it by quadrature over the foundation, not as a
-# difference of kinetic energies. An independent integration at rtol 1e-11 found e = 0.222977189502
-# (``tests/data/standard_solid.csv``), so that :math:`1 - e^2` of the kinetic energy has to be lost.
+# The area of the loop is the lost energy. The package computes it by quadrature over the foundation, not as a
+# difference of kinetic energies. An independent integration with a relative tolerance of 1e-11 gives
+# e = 0.222977189502 (``tests/data/standard_solid.csv``). The lost share of the kinetic energy is therefore
+# :math:`1 - e^2`.
 
 budget = result.energy
 dissipated, stored = budget.dissipated / budget.kinetic_in, budget.stored / budget.kinetic_in

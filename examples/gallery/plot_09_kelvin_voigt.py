@@ -3,8 +3,8 @@ Kelvin-Voigt against a popular force law
 ========================================
 
 Many particle codes use :math:`F = \rho\,(d^{3/2} + \tfrac32 A\sqrt d\,\dot d)` throughout the contact (Kuwabara and
-Kono; Brilliantov and others). That is exact for a Kelvin-Voigt half-space while the contact grows. While it shrinks,
-the law is another one, and the two agree for small losses only.
+Kono; Brilliantov and others). This law is exact for a Kelvin-Voigt half-space while the contact grows. The exact
+law of the shrinking contact is different, and the two agree only for small losses.
 """
 
 import math
@@ -24,7 +24,7 @@ def sphere(p3):
 
 p3 = np.geomspace(1e-3, 3.0, 41)
 exact = rs.solve([sphere(value) for value in p3]).restitution_coefficient
-# The Pade approximant of Mueller and Poeschel (2011) for that law, with rho = (16/3) G sqrt(R), A = eta/G.
+# The Pade approximant of Mueller and Poeschel (2011) for this law, with rho = (16/3) G sqrt(R), A = eta/G.
 law = mueller_poeschel_restitution(np.sqrt(1.5 * (16.0 / 3.0) ** 0.4 * p3))
 
 fig, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), sharex=True, layout="constrained")
@@ -37,9 +37,9 @@ lower.set_xlabel("dimensionless viscosity $p_3$")
 lower.set_ylabel("relative difference of $e$")
 
 # %%
-# The difference is of second order in the loss: with a tenth of the viscosity it is a hundredth.
+# The difference is of second order in the loss: a tenth of the viscosity reduces it to a hundredth.
 #
-# Two programs that are independent of this package found e = 0.7362166 at :math:`p_3 = 0.1`.
+# Two programs that are independent of this package give e = 0.7362166 at :math:`p_3 = 0.1`.
 
 e = rs.solve(sphere(0.1)).restitution_coefficient
 print(f"e = {e:.7f}, force law {mueller_poeschel_restitution(math.sqrt(0.15 * (16.0 / 3.0) ** 0.4)):.7f}")

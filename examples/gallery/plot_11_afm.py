@@ -3,8 +3,8 @@ A triangle under an atomic force microscope
 ===========================================
 
 A tip of 2.5 µm radius is pressed into a gel at 1 µm/s for one second and pulled back at the same speed. The gel
-relaxes from 1000 Pa to 200 Pa, in tension, within some 0.3 s. It loses contact before the tip is back, because its
-surface has not recovered.
+relaxes from 1000 Pa to 200 Pa in tension, with a relaxation time of 0.3 s. The contact ends before the tip returns to
+the surface, because the imprint has not recovered. The depth is beyond small strain: :math:`a/R` reaches 0.63.
 """
 
 import math
@@ -25,7 +25,7 @@ force_time(left, result.history)
 force_indentation(right, result.history)
 
 # %%
-# An independent quadrature of Ting's equations found a largest force of 1.38541713e-9 N, a force of 2.32146714e-10 N
+# An independent quadrature of Ting's equations gives a largest force of 1.38541713e-9 N, a force of 2.32146714e-10 N
 # at 1.25 s, and an end of the contact near 1.41 s.
 
 late = float(result.sample([1.25]).force[0])
@@ -37,8 +37,8 @@ assert abs(late / 2.32146714e-10 - 1.0) < 1e-8
 assert abs(result.contact_end_time - 1.41) < 0.005
 
 # %%
-# Under a constant force the tip creeps in: :math:`a^3(t) = \tfrac34 R F J^*(t)` with the creep compliance that
-# belongs to the reduced modulus (Lee and Radok 1960), here :math:`E^*(t) = \tfrac43 E(t)`.
+# Under a constant force the depth creeps: :math:`a^3(t) = \tfrac34 R F J^*(t)` with the creep compliance of
+# the reduced modulus (Lee and Radok 1960), here :math:`E^*(t) = \tfrac43 E(t)`.
 
 times = np.linspace(0.0, 2.0, 201)
 creep = rs.indent(gel, tip, force=1e-9, time=times)

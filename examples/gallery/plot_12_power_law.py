@@ -2,9 +2,9 @@ r"""
 A fractional power law
 ======================
 
-Gels and tissue relax as :math:`t^{-\alpha}` over many decades: a springpot, neither spring (:math:`\alpha = 0`) nor
-dashpot (:math:`\alpha = 1`). It has no relaxation time, so that the coefficient of restitution of a flat punch
-depends on the exponent alone, not on its mass, its velocity or the stiffness.
+Gels and tissue relax as :math:`t^{-\alpha}` over many decades. The model is a springpot, between a spring
+(:math:`\alpha = 0`) and a dashpot (:math:`\alpha = 1`). It has no relaxation time. The coefficient of restitution of
+a flat punch therefore depends only on the exponent, not on mass, velocity or stiffness.
 """
 
 import math
@@ -20,7 +20,7 @@ import restitution as rs
 def restitution_on(exponent, profile, velocity=1.0):
     """Coefficient of restitution on a springpot of 10 kPa s^alpha."""
     gel = rs.FractionalMaterial(rs.springpot(1e4, exponent), bulk=math.inf, rtol=1e-8)
-    # A Prony series stands for the power law in a window of time, that of the contact itself.
+    # A Prony series approximates the power law in the window of time of the contact.
     impact = rs.for_contact(lambda window: rs.Impact(gel.within(window), profile, 0.02, velocity))
     return rs.solve(impact).restitution_coefficient
 
@@ -62,9 +62,8 @@ lower.set_ylabel(r"$e_\mathrm{sphere} - e_\mathrm{punch}$")
 lower.set_xlabel(r"exponent $\alpha$")
 
 # %%
-# The shape of the tip hardly matters: what does is the loss tangent :math:`\tan(\pi\alpha/2)`, the same at all times.
-#
-# At :math:`\alpha = 0.3`, for two velocities:
+# The shape of the tip has little influence. The loss tangent :math:`\tan(\pi\alpha/2)`, which is the same at all
+# times, determines the rebound. The last check compares two velocities at :math:`\alpha = 0.3`:
 
 slow, fast = (restitution_on(0.3, rs.FlatPunch(0.01), velocity) for velocity in (0.01, 1.0))
 print(f"e = {slow:.8f} and {fast:.8f}, closed form {closed_form(0.3):.8f}")
