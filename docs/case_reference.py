@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import typing
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -68,7 +69,8 @@ body and the half-space in any order. Without `[counter_material]` one of the tw
 """
 AXES = """## `[axes]` and `[samples]`
 
-A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these short names: {names}.
+A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these short names:
+{names}.
 Its value is a list, one value, or a table such as `{{ linear = [0.1, 1.0], n = 10 }}` or
 `{{ logarithmic = ["1 cm/s", "10 m/s"], n = 50 }}`. `[axes]` with only `nu`, `p2` and `p3` is the problem of the paper.
 
@@ -159,6 +161,7 @@ def page() -> str:
     lines += table("`[indentation]`", indentation.IndentationSection)
     lines += table("`[solver]` of an indentation", indentation.IndentationSolverSection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)
+    names = textwrap.fill(names, 116, break_long_words=False, break_on_hyphens=False)
     lines += ["", AXES.format(names=names).rstrip()]
     lines += table("`[sweep]`", sweep.SweepSection)
     return "\n".join(lines) + "\n"
