@@ -64,8 +64,8 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 | indentation | `[profile]`, `[material]`, `[indentation]`; also `[counter_material]`, `[solver]` | `restitution indent` |
 | sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
 
-Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of the
-body and the half-space in any order. Without `[counter_material]` one of the two is rigid.
+Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of
+the body and the half-space in any order. Without `[counter_material]` one of the two is rigid.
 """
 AXES = """## `[axes]` and `[samples]`
 
