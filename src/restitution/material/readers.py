@@ -211,7 +211,7 @@ class Table(NamedTuple):
 
     def deformation(self, *columns: Column) -> Deformation | None:
         """Return the deformation that the columns state, refusing two different ones."""
-        kinds = {column.deformation for column in columns if column.deformation is not None}
+        kinds: set[Deformation] = {column.deformation for column in columns if column.deformation is not None}
         if len(kinds) > 1:
             raise self.error("one modulus is in tension, the other in shear: must be of one kind")
         return kinds.pop() if kinds else None
