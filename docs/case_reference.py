@@ -125,7 +125,7 @@ def page() -> str:
     lines += table("`[body]`", impact.BodySection)
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
-    for name, one in profile.sections().items():
+    for name, one in sorted(profile.sections().items()):
         own = [key for key in one.model_fields if key != "type"]
         keys = ", ".join(f"`{key}`{_unit(one, key)}" for key in own)
         lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
@@ -159,7 +159,7 @@ def page() -> str:
     lines += table("`[bounces]`", impact.BouncesSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += table("`[indentation]`", indentation.IndentationSection)
-    lines += table("`[solver]` of an indentation", indentation.IndentationSolverSection)
+    lines += table("`[solver]` of an indentation", impact.AccuracySection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)
     names = textwrap.fill(names, 116, break_long_words=False, break_on_hyphens=False)
     lines += ["", AXES.format(names=names).rstrip()]

@@ -337,7 +337,7 @@ FILES = {
         ('file = "deck.inp"', ".youngs_modulus: must be given, as the deck lacks it"),
         (
             'file = "relaxation.csv"\nbulk_modulus = inf',
-            '.file = "relaxation.csv": number of times = 2, up to 2 s: must be >= 4, over half a decade or more',
+            '.file = "relaxation.csv": must be at least 4 times over half a decade or more',
         ),
         (
             'file = "relaxation.csv"\nmaterial_name = "A"\nbulk_modulus = inf',

@@ -35,7 +35,7 @@ _SHORT = {
     "p3": "p3",
 }  # fmt: skip
 SHORT_NAMES = (*_SHORT, *ALIASES)
-"""Keys that an axis may give without their section."""
+"""Keys that an axis may have without their section."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
 _AXES: dict[str, Callable[..., Any]] = {"linear": Linear, "logarithmic": Logarithmic}
 _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {
@@ -44,25 +44,10 @@ _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {
 
 
 def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
-    """Read the sections [axes] and [samples].
+    """Return the axes of the sections [axes] and [samples] by place of the key, such as `impact.velocity`.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    axes, samples : dict or None
-        Their content.
-
-    Returns
-    -------
-    dict
-        By place of the key, such as `impact.velocity`: `Linear`, `Logarithmic`, a list, or one value. Under
-        `DRAWS`: `Samples`, by places of keys too.
-
-    Raises
-    ------
-    CaseError
-        With a line for each mistake.
+    An axis is `Linear`, `Logarithmic`, a list or one value; that of `DRAWS` is `Samples`, by places too. A `CaseError`
+    has a line for each mistake.
     """
     for section, content in (("axes", axes), ("samples", samples)):
         if content is not None and not isinstance(content, dict):
@@ -103,13 +88,7 @@ def full_place(keys: tuple[str, ...]) -> str:
 
 
 def known_place(field: str, keys: tuple[str, ...]) -> str:
-    """Return where a key stands, as `full_place` does.
-
-    Raises
-    ------
-    InputError
-        If a name alone is not known.
-    """
+    """Return where a key stands, as `full_place` does; refuse an unknown name."""
     if len(keys) == 1:
         _known(field, keys[0], (*_SHORT, *ALIASES, *_SECTIONS))
     return full_place(keys)
@@ -149,27 +128,7 @@ def value_in_si(field: str, place: str, given: Any) -> Any:
 
 
 def read_axis(field: str, place: str, spec: Any) -> Any:
-    """Read one axis.
-
-    Parameters
-    ----------
-    field : str
-        Name of the axis in messages.
-    place : str
-        Place of the key that varies.
-    spec : object
-        What is given: a value, a list, or a table.
-
-    Returns
-    -------
-    object
-        `Linear`, `Logarithmic`, a list, or one value.
-
-    Raises
-    ------
-    InputError
-        If it is none of these.
-    """
+    """Return the axis of a key at a place: `Linear`, `Logarithmic`, a list, or one value; `field` names it in messages."""
     if isinstance(spec, list):
         if not spec:
             raise InputError(field, wanted="must hold at least one value")
@@ -190,7 +149,7 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
 def _leaves(
     content: Mapping[str, Any], kinds: Iterable[str], *above: str
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield what stands at the ends of nested tables, such as `impact.velocity = {...}`."""
+    """Yield the keys and values of nested tables, such as `impact.velocity = {...}`."""
     for name, value in content.items():
         within = above or name in CaseFile.model_fields
         if isinstance(value, dict) and within and not set(value) & set(kinds):

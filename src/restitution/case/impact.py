@@ -30,7 +30,7 @@ Tolerance = Annotated[float, positive(NUMBER, "relative tolerance of the restitu
 
 
 class BodySection(Section):
-    """The body that hits: its mass, or its density as a solid sphere."""
+    """The moving body: its mass, or its density as a solid sphere."""
 
     mass: Annotated[float, of("mass")] | None = None
     density: Annotated[float, of("density")] | None = None
@@ -51,9 +51,9 @@ class BodySection(Section):
 
 
 class CounterBodySection(BodySection):
-    """A second, free body, which is hit: with `radius` a ball, without it flat.
+    """A second, free body at rest: with `radius` a ball, without it flat.
 
-    It has the material of the other section, or that of `counter_material`, or else that of the body.
+    Its material is that of this section, or `counter_material`, or else that of the body.
     """
 
     material: AnyMaterial | None = None
@@ -71,7 +71,7 @@ def reduced(first: Any, second: Any) -> Any:
 
 
 class ImpactSection(Section):
-    """How the body hits: its velocity or the height of its fall, and a force that keeps pressing it on."""
+    """The velocity of the body or the height of its fall, and a constant external force."""
 
     velocity: Annotated[float, of("velocity")] | None = None
     drop_height: Annotated[float, of("drop_height")] | None = None
@@ -93,7 +93,7 @@ class ImpactSection(Section):
 
 
 class BouncesSection(Section):
-    """When a body that bounces is followed no further."""
+    """End of a series of bounces."""
 
     max_bounces: Annotated[StrictInt, Field(ge=1, le=MOST_BOUNCES, description="most bounces")] = 1000
     min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = (
@@ -101,11 +101,21 @@ class BouncesSection(Section):
     )
 
 
-class SolverSection(Section):
-    """How the problem is solved, and how accurately."""
+class AccuracySection(Section):
+    """Accuracy of the solver."""
+
+    rtol: Tolerance | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of the solver."""
+        return self.model_dump(exclude_none=True)
+
+
+class SolverSection(AccuracySection):
+    """Method of the solver and its accuracy."""
 
     method: Literal["exact", "elements", "reference"] = "exact"
-    rtol: Tolerance | None = None
     n_elements: Annotated[StrictInt | None, Field(ge=1, le=1_000_000, description="number of elements")] = (
         None
     )
@@ -117,11 +127,6 @@ class SolverSection(Section):
             if self.method != "elements":
                 refuse(f'is an option of method = "elements", not of method = "{self.method}"', key)
         return self
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Keyword arguments of `solve`."""
-        return self.model_dump(exclude_none=True)
 
 
 class CaseFile(Section):
@@ -172,13 +177,7 @@ class CaseFile(Section):
         return any(part is not None and part.needs_window for part in (self.material, self.partner))
 
     def build(self, window: Window | None = None) -> Impact:
-        """Impact in SI.
-
-        Parameters
-        ----------
-        window
-            Where fractional models have to hold; that of the contact if left out.
-        """
+        """Impact in SI; fractional models hold in the window, which is that of the contact if left out."""
         if window is None and self.needs_window:
             return for_contact(self.build)
         mass = self.body.kilograms

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
-from restitution.case.impact import notes_on
+from restitution.case.impact import AccuracySection, notes_on
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile, named_columns, read_columns
 from restitution.case.quantity import LIST, nonnegative, positive, within
@@ -19,7 +19,7 @@ from restitution.contact.profile import Profile
 from restitution.impact.window import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
-from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
+from restitution.quantities import FORCE, LENGTH, TIME
 
 if TYPE_CHECKING:
     from restitution.indentation.result import IndentationResult
@@ -56,7 +56,7 @@ _SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_
 
 
 class IndentationSection(Section):
-    """What is prescribed: a depth or a force as a shape, as points over time, or in a file with such columns."""
+    """The prescribed depth or force: a shape, points over time, or a file of points."""
 
     depth: Depth | None = None
     force: Force | None = None
@@ -106,13 +106,7 @@ class IndentationSection(Section):
                 )
 
     def read(self, folder: Path) -> tuple[str, History]:
-        """Which quantity is prescribed, and its history in SI.
-
-        Raises
-        ------
-        ValueError
-            If the file cannot be read, or the points are no history.
-        """
+        """Name of the prescribed quantity, and its history in SI."""
         if self.file is not None:
             names = named_columns(folder, self.file)
             if {"depth", "force"} <= set(names):
@@ -145,17 +139,6 @@ class IndentationSection(Section):
                 )
 
 
-class IndentationSolverSection(Section):
-    """How accurately an indentation is solved."""
-
-    rtol: Annotated[float, positive(NUMBER)] | None = None
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Keyword arguments of `indent`."""
-        return self.model_dump(exclude_none=True)
-
-
 class IndentationFile(Section):
     """A whole case file of an indentation."""
 
@@ -168,7 +151,7 @@ class IndentationFile(Section):
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
     indentation: IndentationSection
-    solver: IndentationSolverSection = IndentationSolverSection()
+    solver: AccuracySection = AccuracySection()
 
     @model_validator(mode="after")
     def _check(self) -> IndentationFile:
@@ -186,7 +169,7 @@ class IndentationCase:
     path : Path
         The file.
     title : str or None
-        What the file says that it describes.
+        Title of the file.
     material, profile, counter_material
         The half-space, the indenter, and its material where it deforms; in SI.
     prescribed : str
@@ -249,8 +232,7 @@ def read_indentation(path: str | Path) -> IndentationCase:
     Raises
     ------
     CaseError
-        If the file cannot be read or describes no indentation: one line that names the file, the key, its value
-        and what is wanted instead.
+        If the file cannot be read or describes no indentation: a line for each mistake, as in `read_case`.
 
     Examples
     --------

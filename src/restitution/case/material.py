@@ -74,13 +74,7 @@ class MaterialSection(Section):
         """Material in SI at the temperature of its numbers."""
 
     def build(self, window: Window | None = None) -> Material:
-        """Material in SI at the temperature wanted.
-
-        Parameters
-        ----------
-        window
-            Where a fractional model has to hold, at that temperature.
-        """
+        """Material in SI at `temperature`; a fractional model holds in the window at that temperature."""
         shift, factor = self.shift, 1.0
         if isinstance(shift, ShiftSection):
             shift = shift.build()
@@ -234,8 +228,8 @@ class FileSection(MaterialSection):
                 refuse(f'contradicts the file, which holds moduli in "{found}"', "deformation")
         try:
             _ = self.fit
-        except ValueError as error:
-            refuse(str(error).removeprefix(f"{self.file.source}: "), "file")
+        except InputError as error:
+            refuse(error.wanted, "file" if error.where else error.field)
         self.build()
         return self
 

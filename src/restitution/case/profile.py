@@ -32,7 +32,7 @@ from restitution.contact.profile import Profile
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import InputError
 from restitution.material.models import constants_of
-from restitution.material.sheet import FileError, Sheet, read_sheet
+from restitution.material.sheet import FileError, Sheet, read_sheet, read_text
 from restitution.quantities import LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
@@ -41,7 +41,7 @@ _SYMBOLS = {"t": "time", "d": "depth", "F": "force"}
 
 
 class ProfileSection(Section):
-    """The surface of the body where it touches. A type without a radius of its own has that of the body."""
+    """Surface of the body at the contact. A type without a radius of its own has that of the body."""
 
     profile: ClassVar[type[Profile]]
     type: str
@@ -61,13 +61,7 @@ class ProfileSection(Section):
         return self
 
     def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI.
-
-        Raises
-        ------
-        InputError
-            If the profile refuses a number.
-        """
+        """Profile in SI."""
         given = self.model_dump(exclude={"type"}, exclude_none=True)
         if self.needs_body_radius:
             given["radius"] = body_radius
@@ -161,30 +155,13 @@ AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 def read_columns(
     folder: str | Path, name: str, dimensions: Mapping[str, Dimension]
 ) -> dict[str, NDArray[np.float64]]:
-    r"""Read the columns of a CSV file.
+    r"""Read columns of a CSV file and return them in SI by name.
 
     The header names each quantity once, in any order, by its name or its symbol. Units stand behind an
     underscore or in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``; without them the numbers
     are in SI. Separators, decimal commas and comments are those of tables of materials.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Folder that a relative name starts from.
-    name : str
-        Name of the file.
-    dimensions : mapping
-        Name and dimension of each column.
-
-    Returns
-    -------
-    dict
-        A column in SI for each name.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be read or is malformed; one line, with the number of the line to blame.
+    A `FileError` has the number of the malformed line.
 
     Examples
     --------
@@ -194,8 +171,7 @@ def read_columns(
     ...     read_columns(folder, "tip.csv", {"r": LENGTH, "f": LENGTH})
     {'r': array([0.   , 0.001]), 'f': array([0.e+00, 2.e-06])}
     """
-    sheet = read_sheet("", _text(Path(folder, name)), lambda tail: True)
-    names = [_SYMBOLS.get(label, label) for label in sheet.labels]
+    sheet, names = _sheet(folder, name)
     for label, column in zip(sheet.labels, names, strict=True):
         if column not in dimensions:
             raise FileError("", sheet.header_line, f"unknown column {label!r}; {_forms(dimensions)}")
@@ -206,21 +182,17 @@ def read_columns(
 
 def named_columns(folder: str | Path, name: str) -> list[str]:
     """Names of the columns of a CSV file."""
-    return [
-        _SYMBOLS.get(label, label)
-        for label in read_sheet("", _text(Path(folder, name)), lambda tail: True).labels
-    ]
+    return _sheet(folder, name)[1]
 
 
-def _text(path: Path) -> str:
+def _sheet(folder: str | Path, name: str) -> tuple[Sheet, list[str]]:
+    path = Path(folder, name)
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("", wanted=f"no such file: {path}") from None
-    except OSError as error:
-        raise InputError("", wanted=f"cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise InputError("", wanted="cannot be read: not a text file in UTF-8") from None
+        text = read_text(path)
+    except FileError as error:
+        raise InputError("", wanted=f"{error.wanted}: {path}") from None
+    sheet = read_sheet("", text, lambda tail: True)
+    return sheet, [_SYMBOLS.get(label, label) for label in sheet.labels]
 
 
 def _forms(dimensions: Mapping[str, Dimension]) -> str:

@@ -35,6 +35,7 @@ from restitution.quantities import (
     VISCOSITY,
     Dimension,
     Quantity,
+    key_of,
 )
 
 # Dimensions that no key of a case file has, but that a person may write by mistake.
@@ -166,13 +167,7 @@ def _unit(text: str, dimension: Dimension) -> Any:
 
 
 def read(value: Any, quantity: Quantity) -> float:
-    """Return in SI what a user wrote: a number, or a text with a unit.
-
-    Raises
-    ------
-    InputError
-        If it is neither, or outside the range of the quantity.
-    """
+    """Return a number, or a text with a unit, in SI; refuse values outside the range of the quantity."""
     dimension = quantity.dimension
     if quantity.infinite and value == "incompressible":
         return math.inf
@@ -195,13 +190,7 @@ def read(value: Any, quantity: Quantity) -> float:
 
 @dataclass(frozen=True)
 class Reader:
-    """Annotation of a field that holds a quantity in SI.
-
-    Attributes
-    ----------
-    quantity : Quantity
-        What the field holds.
-    """
+    """Annotation of a field that holds a quantity in SI."""
 
     quantity: Quantity
 
@@ -238,7 +227,7 @@ def within(dimension: Dimension, low: float, high: float, words: str = "") -> Re
 
 def by_name(key: str) -> Quantity | None:
     """Quantity of a key such as `material.shear.relaxation_times[2]`; None where it is not registered."""
-    name = key.rpartition(".")[2].partition("[")[0]
+    name = key_of(key)
     return INPUTS.get(name) or CONSTANTS.get(name)
 
 

@@ -19,6 +19,7 @@ from pydantic import (
 
 from restitution.case.quantity import LIST, nonnegative, of, positive
 from restitution.case.section import Section, folder_of, refuse
+from restitution.errors import InputError
 from restitution.material.measurement import PronyTerms
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, read_material
@@ -36,11 +37,10 @@ def read_file(value: Any, info: ValidationInfo, example: str, name: str | None =
     """Read a file of a material beside the case file."""
     if not isinstance(value, str):
         refuse(f'must be the name of a file, e.g. "{example}"')
-    path = Path(folder_of(info), value)
     try:
-        return read_material(path, name=name)
-    except ValueError as error:
-        refuse(str(error).removeprefix(f"{path}: "))
+        return read_material(Path(folder_of(info), value), name=name)
+    except InputError as error:
+        refuse(error.wanted)
 
 
 class ShiftSection(Section):

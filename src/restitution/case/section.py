@@ -82,16 +82,9 @@ def refuse(wanted: str, key: str = "", value: Any = ABSENT) -> Never:
 
 @contextmanager
 def in_file(path: str | Path, section: str = "", **sections: str) -> Generator[None]:
-    """Raise every refusal of the block as a `CaseError` that names the file, and the section of its field.
+    """Raise each refusal of the block as a `CaseError` with the file and the section of the field.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    section : str
-        Where the field stands.
-    **sections : str
-        Where fields of these names stand.
+    `sections` has the sections of some fields by name; `section` is that of all others.
     """
     try:
         yield
@@ -149,13 +142,7 @@ class Section(BaseModel):
 
 
 def read_sections(kind: type[S], path: Path, data: dict[str, Any], folder: Path | None = None) -> S:
-    """Check the content of a file against its sections.
-
-    Raises
-    ------
-    CaseError
-        With all mistakes that were found.
-    """
+    """Check the content of a file against its sections; a `CaseError` has all mistakes."""
     try:
         return kind.model_validate(data, context={"folder": path.parent if folder is None else folder})
     except ValidationError as error:
@@ -168,13 +155,7 @@ def folder_of(info: ValidationInfo) -> Path:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    CaseError
-        If it cannot be read, in one line.
-    """
+    """Read a TOML file; a `CaseError` has one line."""
     text = _text(path)
 
     def fail(wanted: str) -> Never:

@@ -53,13 +53,13 @@ _OF_STANDARD_SOLIDS = {
     "p3": "p3",
 }
 
-# What a standard solid is given by; a material with other keys has another form.
+# Keys of a standard solid; a material with other keys has another form.
 _STANDARD_SOLID = {
     "model", "equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "bulk_modulus", "density",
     "name",
 }  # fmt: skip
 _SOLID_MODEL = "standard_solid"
-# What axes set by way of a key, which the file then need not have.
+# Axes that set a key indirectly; the file need not have this key.
 _BY_WAY_OF = {
     "p2": "branch_modulus",
     "p3": "viscosity",
@@ -138,30 +138,10 @@ def read_sweep(path: str | Path) -> Plan:
 def plan_case(
     path: Path, data: dict[str, Any], axes: Mapping[str, Any], text: str = "", *, replace: bool = False
 ) -> Plan:
-    """Plan a sweep of a case.
+    """Plan a sweep of a case from the content of its file without the axes, and the axes of `read_axes`.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages and for names of files within it.
-    data : dict
-        Its content without the axes.
-    axes : dict
-        As `restitution.case.axes.read_axes` returns them.
-    text : str
-        The file as it stands, for the record.
-    replace : bool
-        Whether an axis takes the place of a rival key of the file, such as of `drop_height` by `velocity`. If not,
-        such a file is refused.
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    CaseError
-        In one line.
+    The plan keeps the `text` of the file. With `replace` an axis replaces a rival key of the file, for example
+    `drop_height` by `velocity`; without it, such a file is refused.
     """
     options = read_sections(
         _Options, path, {name: data[name] for name in ("sweep", "solver") if name in data}
@@ -209,14 +189,14 @@ def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool)
     if any(
         is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])
     ):
-        # The Prony series that stands for it holds in a window that goes with the contact time.
+        # The window of its Prony series depends on the contact time.
         return {}
     material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
     keys = set[str](material)
     if dimensionless or (keys <= _STANDARD_SOLID and material.get("model", _SOLID_MODEL) == _SOLID_MODEL):
         return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
     columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
-    # A column of temperatures would be that of both bodies.
+    # A column of temperatures holds for both bodies.
     return (
         columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
     )
@@ -263,20 +243,10 @@ def _complete(
 
 @dataclass(frozen=True)
 class CaseTemplate:
-    """A case file whose keys are varied by a sweep.
+    """A case file with the first values of the axes.
 
-    Attributes
-    ----------
-    path : Path
-        The file, for messages.
-    folder : Path
-        The folder that names of further files start from.
-    data : dict
-        Its content, complete with the first values of the axes.
-    keys : tuple of str
-        Places of the keys of which every combination of values takes an impact of its own.
-    columns : tuple of str
-        Quantities that columns of numbers set.
+    Each combination of values of its `keys` has an impact of its own. Columns of numbers set the quantities `columns`.
+    Relative names of files start from `folder`.
     """
 
     path: Path
@@ -317,14 +287,9 @@ class CaseTemplate:
 
 @dataclass(frozen=True)
 class Derivation:
-    """From what a case file has to what an impact has: mass from density, velocity from height, weight.
+    """Columns of an impact from those of a case file: mass from density, velocity from height, weight.
 
-    Attributes
-    ----------
-    case : CaseFile
-        The file.
-    own : tuple of str
-        Numbers of the profile.
+    `own` has the names of the numbers of the profile.
     """
 
     case: CaseFile

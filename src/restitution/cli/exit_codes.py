@@ -1,4 +1,4 @@
-"""How a command ends: its exit code, and the one line that says why.
+"""Exit codes of the commands, and the line of an error.
 
 0: done. 2: bad input, the command line's included. 3: a solver that failed. 70: a mistake in the program, which
 should be reported; `--debug` or RESTITUTION_TRACEBACK=1 shows the traceback. Ctrl-C ends the run by its signal, which
@@ -30,7 +30,7 @@ INTERRUPTED = 130
 # Errors that input can cause. A TypeError without a field, an AttributeError and the like are mistakes of the program.
 _OF_INPUT = (ValueError, InputTypeError, ArithmeticError, MemoryError, RuntimeError)
 
-# What unknown options, missing arguments and the like have in common; typer does not export it.
+# Base class of the errors for unknown options and missing arguments, which typer does not export.
 _UsageProblem = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 
@@ -40,7 +40,7 @@ class BadInput(Exception):
 
 @contextmanager
 def user_input() -> Generator[None]:
-    """Take an error that numbers or texts of the user cause for bad input; a SolverError passes."""
+    """Turn errors that the input causes into `BadInput`; a `SolverError` passes."""
     try:
         yield
     except SolverError:
@@ -75,7 +75,7 @@ def warn(message: str) -> None:
 
 
 def exit_code(command: Callable[[], Any]) -> int:
-    """Run a command and return its exit code; what went wrong goes to standard error in one line."""
+    """Run a command and return its exit code; an error is one line on standard error."""
     try:
         code = command()
         if code == INTERRUPTED:
@@ -83,7 +83,7 @@ def exit_code(command: Callable[[], Any]) -> int:
         return code if isinstance(code, int) else DONE
     except _UsageProblem as error:
         problem: Any = error
-        # Without any argument, typer shows the help and has nothing more to say.
+        # Without any argument, typer shows the help alone.
         if message := " ".join(problem.format_message().split()):
             where = problem.ctx.command_path if getattr(problem, "ctx", None) else "restitution"
             tell("error", f"{message} (see: {where} --help)", "red")
@@ -128,7 +128,7 @@ def _show(error: Exception, message: str, code: int) -> int:
 
 @contextmanager
 def _patient_with_readers() -> Generator[None]:
-    """Take a reader who closes the pipe early, such as `head`, for one who has read enough."""
+    """End without an error where the reader of the pipe, such as `head`, closes it."""
     try:
         yield
         sys.stdout.flush()
@@ -136,13 +136,13 @@ def _patient_with_readers() -> Generator[None]:
         # Rich turns a broken pipe into an exit with code 1.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
-        # The interpreter must not find the pipe broken again at its end.
+        # Otherwise the interpreter fails on the closed pipe when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise typer.Exit(DONE) from None
 
 
 class Commands(TyperGroup):
-    """The commands, which end with one of the exit codes and never with a traceback for bad input."""
+    """The commands; each ends with one of the exit codes, without a traceback for bad input."""
 
     def make_context(self, *args: Any, **extra: Any) -> Any:
         """Parse the command line, which may print help."""
@@ -155,7 +155,7 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
-        """Parse the command line and run what it asks for."""
+        """Parse the command line and run the command."""
         parse = super().main
         if not standalone_mode:
             return parse(*args, standalone_mode=False, **extra)

@@ -1,4 +1,4 @@
-"""What a material file or the library says, printed, as JSON, or drawn."""
+"""Reports on materials: printed, as JSON, or drawn."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ROWS = 9
 
 @dataclass
 class Report:
-    """What is shown of a material: facts, relaxation functions, the window in which they are shown, data."""
+    """Facts, relaxation functions, the window of the pictures, and data of a material."""
 
     title: str
     facts: dict[str, Any]
@@ -89,11 +89,8 @@ def _list(in_json: bool) -> None:
     if in_json:
         tables.write_json({name: one.source for name, one in materials.items()})
     else:
-        tables.print_rows(
-            "Materials of the library",
-            ("name", "source"),
-            [(name, one.source or "") for name, one in materials.items()],
-        )
+        rows = [(name, one.source or "") for name, one in materials.items()]
+        tables.print_rows("Materials of the library", ("name", "source"), rows)
 
 
 def _reports(source: str, at: str | None, shift: Path | None, name: str | None) -> list[Report]:
@@ -176,13 +173,11 @@ def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[
 
     impact = read_case(source).impact
     parts = {"material": impact.material, "counter_material": impact.counter_material}
+    # An elastic material needs no law of the shift.
     return [
-        # Beside a viscoelastic partner, an elastic one needs no law of the shift.
-        _of_material(
-            part, part.name or name, f"{name} of {source}", None if _is_elastic(part) else kelvin, law
-        )
-        for name, part in parts.items()
-        if part is not None
+        _of_material(one, one.name or name, f"{name} of {source}", None if _is_elastic(one) else kelvin, law)
+        for name, one in parts.items()
+        if one is not None
     ]
 
 
@@ -337,36 +332,19 @@ def _print(report: Report) -> None:
     tables.print_rows(report.title, ("what", "value"), rows)
     if isinstance(report.data, ShiftTable):
         table = report.data
-        tables.print_rows(
-            "Shift factors",
-            ("temperature [°C]", "log10 aT"),
-            [
-                (f"{kelvin - 273.15:.6g}", f"{factor:.6g}")
-                for kelvin, factor in zip(table.temperatures, table.log10_factors, strict=True)
-            ],
-        )
+        pairs = zip(table.temperatures, table.log10_factors, strict=True)
+        rows = [(f"{kelvin - 273.15:.6g}", f"{factor:.6g}") for kelvin, factor in pairs]
+        tables.print_rows("Shift factors", ("temperature [°C]", "log10 aT"), rows)
     for name, one in report.series.items():
         unit = "-" if report.relative else "Pa"
         if report.window is None or not one.n_branches:
             tables.print_rows(f"Modulus, {name}", ("modulus [Pa]",), [(f"{one.equilibrium_modulus:.6g}",)])
             continue
-        times = np.geomspace(*report.window, _ROWS)
-        tables.print_rows(
-            f"Moduli, {name}",
-            ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss"))),
-            [
-                tuple(
-                    f"{float(value):.4g}"
-                    for value in (
-                        t,
-                        one.relaxation_modulus(t),
-                        one.storage_modulus(1.0 / t),
-                        one.loss_modulus(1.0 / t),
-                    )
-                )
-                for t in times
-            ],
-        )
+        t = np.geomspace(*report.window, _ROWS)
+        values = (t, one.relaxation_modulus(t), one.storage_modulus(1.0 / t), one.loss_modulus(1.0 / t))
+        columns = ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss")))
+        rows = [tuple(f"{value:.4g}" for value in row) for row in np.stack(values, axis=1).tolist()]
+        tables.print_rows(f"Moduli, {name}", columns, rows)
 
 
 def _words(key: str) -> str:

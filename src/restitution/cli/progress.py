@@ -1,4 +1,4 @@
-"""What people see while they wait: a line while the kernel compiles, a bar with the time left."""
+"""Signs of progress: a line while the kernel compiles, a bar with the time left."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SUSPICIOUS = 1.5
 
 @contextmanager
 def compilation() -> Generator[None]:
-    """Say on a terminal, if the block takes long because the kernel is being compiled, that it is."""
+    """Print a note on a terminal if the block takes long because the kernel is compiled."""
     if not sys.stderr.isatty():
         yield
         return
@@ -37,9 +37,9 @@ def _explain() -> None:
 
 @contextmanager
 def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], None]]:
-    """Yield what takes (done, total) and draws a bar with the time left, on a terminal only.
+    """Yield a function of (done, total) that draws a bar with the time left, on a terminal only.
 
-    With a unit such as "impacts/s" for `rate`, that is shown too.
+    `rate` is the unit of the speed that is shown, such as "impacts/s".
     """
     from rich.console import Console
     from rich.progress import (
@@ -70,6 +70,6 @@ def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], N
         RateColumn(),
     )
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
-        # Before the first report the kernel is loaded, or compiled.
+        # Until the first report the kernel is loaded or compiled.
         task = bar.add_task("preparing the kernel", total=None)
         yield lambda done, total: bar.update(task, description=words, completed=done, total=total)

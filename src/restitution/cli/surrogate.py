@@ -1,4 +1,4 @@
-"""The command `restitution surrogate`: an interpolant over the velocity is made, looked into, asked."""
+"""The command `restitution surrogate`: an interpolant over the velocity is built, saved, evaluated."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _saved(path: Path, options: dict[str, Any]) -> Surrogate:
 def _build(
     path: Path, velocity: tuple[float, float], rtol: float, workers: int | None
 ) -> tuple[Surrogate, list[str]]:
-    """Build the surrogate of a case, and say what should be known of its materials."""
+    """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
     from restitution.surrogates.build import surrogate
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _RESULTS = (".zarr", ".csv", ".nc")
 _POINTS = 80
-# A map is made in memory, and no picture shows more.
+# A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
-# Ends of an axis that are further apart than this mean a logarithmic one.
+# An axis is logarithmic where the ratio of its ends is at least this.
 _LOG_RATIO = 10.0
 
 
@@ -39,7 +39,7 @@ def sweep(
 ) -> None:
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
-    Ctrl-C, and worse, lose at most the chunks in work: the same command goes on where it was.
+    After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
     """
     if out.suffix.lower() != ".zarr":
         check_target("--out", out, _RESULTS)
@@ -96,7 +96,7 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
-    # The current folder has no name of its own.
+    # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     check_target("--out", target, PICTURES)
@@ -191,7 +191,7 @@ def _assignment(option: str, text: str) -> tuple[str, str]:
 
 
 def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
-    """Read at which value of which axis to look; numbers have units as in case files."""
+    """Return the axis and its value from a text AXIS=VALUE; numbers have units as in case files."""
     from restitution.case.axes import value_in_si
     from restitution.quantities import ALIASES
 

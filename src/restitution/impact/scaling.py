@@ -220,12 +220,12 @@ def power_block(
         scaled = moduli * factor[:, None]
         external_forces = forces * length / (masses * velocities**2)
         scaled_times = times / time[:, None]
-    branches = moduli != 0.0
-    return ScaledBlock(
-        np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, external_forces,
-        np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), scaled[branches], scaled_times[branches], p, None,
-        length, time, coefficients * length ** (0.5 * p),
-    )  # fmt: skip
+        branches = moduli != 0.0
+        return ScaledBlock(
+            np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, external_forces,
+            np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), scaled[branches], scaled_times[branches], p, None,
+            length, time, coefficients * length ** (0.5 * p),
+        )  # fmt: skip
 
 
 # Error of a profile's table in units of the tolerance of e, and between what: finer ones resolve joints that no impact
