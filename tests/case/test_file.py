@@ -353,7 +353,7 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e5",
-            "material.shear: equilibrium_modulus = 1e+06 Pa: must be <= 400000 Pa, the instantaneous",
+            'material.shear.equilibrium_modulus = "1 MPa": must be <= 400000 Pa, the instantaneous',
         ),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
