@@ -80,8 +80,8 @@ def test_no_axis_is_one_point() -> None:
         ),
         ({"contact_time": [1.0]}, None, "axes: contact_time is an output"),
         ({"mass": [1.0]}, 0, "chunk = 0: must be a whole number >= 1"),
-        ({"mass": [1.0]}, {"velocity": 3}, "chunk: no dimension 'velocity'; there are mass"),
-        ({"mass": [1.0]}, {"mass": -3}, "chunk, mass = -3: must be a whole number >= 1"),
+        ({"mass": [1.0]}, {"velocity": 3}, "chunk = 'velocity': must name a dimension; there are mass"),
+        ({"mass": [1.0]}, {"mass": -3}, "chunk.mass = -3: must be a whole number >= 1"),
         ({"nu": [0.3, 0.6]}, None, r"poisson_ratio\[1\] = 0.6: must be in \[-1, 0.5\]"),
     ],
 )

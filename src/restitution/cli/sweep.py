@@ -55,8 +55,10 @@ def sweep(
         with progress_bar("sweeping", rate="impacts/s") as bar:
 
             def progress(done: int, total: int) -> None:
-                nonlocal there
-                there = done if there is None else there
+                nonlocal there, start
+                if there is None:
+                    # Imports and the store are ready.
+                    there, start = done, time.monotonic()
                 bar(done, total)
 
             try:

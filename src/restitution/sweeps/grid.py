@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import whole
 from restitution.errors import InputError
 from restitution.quantities import ALIASES, STATUS, SWEEP_OUTPUTS
 from restitution.sweeps.axes import Axis, Linear, Listed, read_axis
@@ -162,7 +163,7 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range, or a quantity is set twice.
 
     Examples
@@ -209,19 +210,14 @@ def _chunk_shape(
     if isinstance(chunk, Mapping):
         for name, size in chunk.items():
             if name not in dimensions:
-                raise ValueError(f"chunk: no dimension {name!r}; there are {', '.join(dimensions)}")
-            _at_least_one(f"chunk, {name}", size)
+                raise InputError("chunk", name, f"must name a dimension; there are {', '.join(dimensions)}")
+            whole(f"chunk.{name}", size, 1)
         return tuple(min(chunk.get(name, n), n) for name, n in zip(dimensions, shape, strict=True))
     if chunk is not None:
-        _at_least_one("chunk", chunk)
+        whole("chunk", chunk, 1)
     room = chunk or min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, math.prod(shape) // _CHUNKS))
     parts: list[int] = []
     for n in reversed(shape):
         parts.append(min(n, max(room, 1)))
         room //= parts[-1]
     return tuple(reversed(parts))
-
-
-def _at_least_one(name: str, size: Any) -> None:
-    if isinstance(size, bool) or not isinstance(size, int) or size < 1:
-        raise ValueError(f"{name} = {size!r}: must be a whole number >= 1")

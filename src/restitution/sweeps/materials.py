@@ -11,9 +11,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
-from restitution.material.conversion import bulk_from_poisson_ratio
+from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio
 from restitution.material.prony import PronySeries
 from restitution.material.reduced_modulus import reduced_standard_solid
 from restitution.material.viscoelastic import Material
@@ -80,7 +81,7 @@ def check_names(names: tuple[str, ...]) -> None:
     for rivals in _RIVALS:
         both = [name for name in names if name in rivals]
         if len(both) > 1:
-            raise ValueError(f"axes: {' and '.join(both)} set the same; leave all but one out")
+            raise InputError("axes", wanted=f"{' and '.join(both)} set the same; leave all but one out")
 
 
 def material_rows(
@@ -225,12 +226,15 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
     equilibrium = values.get("equilibrium_modulus", shear.equilibrium_modulus)
     moduli, times = np.array(shear.branch_moduli), np.array(shear.relaxation_times)
     if "p3" in values:
-        raise ValueError("axes: p3 belongs to a rigid parabola on a standard solid, which this is not")
+        raise InputError(
+            "axes", wanted="p3 belongs to a rigid parabola on a standard solid, which this is not"
+        )
     if any(name in values for name in ("branch_modulus", "viscosity", "relaxation_time", "p2")):
         if moduli.size != 1:
-            raise ValueError(
-                f"axes: branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are "
-                f"{moduli.size}; use branch_moduli[0], relaxation_times[0] and so on"
+            raise InputError(
+                "axes",
+                wanted=f"branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are "
+                f"{moduli.size}; use branch_moduli[0], relaxation_times[0] and so on",
             )
         eta = values.get("viscosity", moduli[0] * times[0])
         moduli[0] = values.get("branch_modulus", equilibrium / values["p2"] if "p2" in values else moduli[0])
@@ -239,7 +243,9 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
         if match := _PLACE.fullmatch(name):
             target, place = (moduli if match[1] == "branch_moduli" else times), int(match[2])
             if place >= target.size:
-                raise ValueError(f"axes: there is no {name}; the material has {target.size} branches")
+                raise InputError(
+                    "axes", wanted=f"there is no {name}; the material has {target.size} branches"
+                )
             target[place] = value
     bulk_modulus: float | None = values.get("bulk_modulus")
     if "poisson_ratio" in values:
@@ -260,8 +266,8 @@ def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | flo
         return modulus
     assert isinstance(bulk, PronySeries)
     if bulk.equilibrium_modulus == 0.0:
-        raise ValueError(
-            "axes: bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
+        raise InputError(
+            "axes", wanted="bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
         )
     return bulk.scaled(modulus / bulk.equilibrium_modulus)
 
@@ -295,19 +301,11 @@ def _solid_rows(impact: Impact, columns: Columns, held: HeldElastic, bodies: Bod
         ratio = columns["poisson_ratio"]
     elif "bulk_modulus" in columns or ("equilibrium_modulus" in columns and held == "bulk_modulus"):
         constant = bulk.equilibrium_modulus if isinstance(bulk, PronySeries) else np.inf
-        ratio = _poisson_ratios(equilibrium, columns.get("bulk_modulus", constant * one))
+        ratio = np.vectorize(poisson_ratio)(equilibrium, columns.get("bulk_modulus", constant * one))
     else:
         ratio = material.poisson_ratio * one
     reduced = reduced_standard_solid(ratio, equilibrium, branch, time)
     return SeriesRows(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times)
-
-
-def _poisson_ratios(shear: Array, bulk: Array) -> Array:
-    with np.errstate(divide="ignore"):
-        inverse = shear / bulk
-    with np.errstate(invalid="ignore"):
-        ratio = np.where(inverse <= 1.0, (3.0 - 2.0 * inverse) / (6.0 + 2.0 * inverse), 0.0)
-        return np.where(inverse > 1.0, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear), ratio)
 
 
 def combinations(columns: Columns, n: int) -> Iterator[tuple[NDArray[np.intp], dict[str, Any]]]:

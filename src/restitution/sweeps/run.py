@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from restitution.checks import within
-from restitution.errors import InputError, RestitutionWarning
+from restitution.checks import one_of, whole, within
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.files import TABLES
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
@@ -122,15 +122,14 @@ def sweep(
     elif callable(base):
         template = BuilderTemplate(base, held)
     else:
-        raise TypeError(f"base = {base!r}: must be an Impact, a function that returns one, or None")
+        raise InputTypeError("base", base, "must be an Impact, a function that returns one, or None")
     if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise TypeError(f"axes = {axes!r}: must be a dict from names to values")
-    if held not in ("bulk_modulus", "poisson_ratio"):
-        raise ValueError(f"held = {held!r}: must be 'bulk_modulus' or 'poisson_ratio'")
+        raise InputTypeError("axes", axes, "must be a dict from names to values")
+    one_of("held", held, ("bulk_modulus", "poisson_ratio"))
     within("rtol", rtol, 1e-12, 1e-2)
     plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
     if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
-        raise ValueError(f"axes: must have {', '.join(sorted(missing))} where there is no base")
+        raise InputError("axes", wanted=f"must have {', '.join(sorted(missing))} where there is no base")
     return run(plan, out=out, engine=engine, cluster=cluster, workers=workers, progress=progress)
 
 
@@ -156,12 +155,11 @@ def run(
     -------
     xarray.Dataset
     """
-    if engine not in ("threads", "dask"):
-        raise ValueError(f"engine = {engine!r}: must be 'threads' or 'dask'")
-    if workers is not None and (not isinstance(workers, int) or workers < 1):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ValueError(f"workers = {workers!r}: must be a whole number >= 1")
+    one_of("engine", engine, ("threads", "dask"))
+    if workers is not None:
+        whole("workers", workers, 1)
     if out is not None and not isinstance(out, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise TypeError(f"out = {out!r}: must be a path")
+        raise InputTypeError("out", out, "must be a path")
     if out is not None and Path(out).suffix.lower() in TABLES:
         wanted = "must be the folder of a Zarr store; write_table writes the result as a table"
         raise InputError("out", str(out), wanted)

@@ -23,13 +23,7 @@ from zarr.storage import LocalStore
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
-from restitution.sweeps.dataset import (
-    Field,
-    coordinate_blocks,
-    coordinate_fields,
-    in_words,
-    output_fields,
-)
+from restitution.sweeps.dataset import Field, coordinate_blocks, coordinate_fields, in_words, output_fields
 from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan, hash_of
@@ -105,12 +99,7 @@ class Store:
 
     The record of what is done is the variable `status`: its chunk is written after those of the other variables.
 
-    Parameters
-    ----------
-    path : Path
-        Folder of the store.
-    plan : Plan
-        The sweep.
+    Each chunk has a tally of doubtful assumptions beside it, in the folder `validity`.
     """
 
     def __init__(self, path: Path, plan: Plan) -> None:
@@ -323,13 +312,7 @@ def _create_array(group: Any, name: str, field: Field, shape: Any, chunks: Any) 
 
 @contextmanager
 def sole_writer(path: Path) -> Generator[None]:
-    """Keep other processes on the same machine from writing the same store at the same time.
-
-    Raises
-    ------
-    InputError
-        If another one is writing.
-    """
+    """Refuse a store that another process on the same machine is writing."""
     try:
         import fcntl
     except ImportError:
@@ -353,7 +336,7 @@ def open_sweep(path: str | Path) -> xr.Dataset:
 
     Parameters
     ----------
-    path : str or Path
+    path : path-like
         Folder of the store.
 
     Returns
@@ -402,10 +385,8 @@ def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:
     if described is None or hash_of(described) != attributes["hash"]:
         raise _refusal(path, f"zarr.json is damaged; {_REPAIR}")
     try:
-        copies = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["consolidated_metadata"][
-            "metadata"
-        ]
-        for name, copy in copies.items():
+        content = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
+        for name, copy in content["consolidated_metadata"]["metadata"].items():
             if json.loads((path / name / "zarr.json").read_text(encoding="utf-8")) != copy:
                 raise _refusal(path, f"{name}/zarr.json is damaged; {_REPAIR}")
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

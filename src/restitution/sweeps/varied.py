@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from typing import Any, Protocol
 
 from restitution.contact.profile import Parabola
+from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.classical import standard_solid
 from restitution.quantities import BODY
@@ -130,7 +131,7 @@ class BuilderTemplate:
         check_names(tuple(name for name in names if all(name != one.name for one in parameters)))
         for one in parameters:
             if one.default is one.empty and one.name not in names:
-                raise ValueError(f"axes: must have {one.name!r}, which the function takes")
+                raise InputError("axes", wanted=f"must have {one.name!r}, which the function takes")
         return tuple(one.name for one in parameters if one.name in names)
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
@@ -166,7 +167,7 @@ def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
         if name not in known and name.partition("[")[0] not in MATERIAL_NAMES:
             close = get_close_matches(name, known, 1)
             advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-            raise ValueError(f"axes: the impact has no {name!r}; {advice}")
+            raise InputError("axes", wanted=f"the impact has no {name!r}; {advice}")
     check_names(names)
 
 
