@@ -11,17 +11,10 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
+from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import crossing, interpolate, tail
-from restitution.kernel.kinks import (
-    SPACING,
-    kink_effect,
-    length_beyond,
-    length_correction,
-    next_kink,
-    passed,
-)
+from restitution.kernel.kinks import SPACING, kink_effect, length_beyond, length_correction, next_kink, passed
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
 from restitution.kernel.outcome import (
     CAPTURED,
@@ -30,7 +23,7 @@ from restitution.kernel.outcome import (
     STEP_TOO_SMALL,
     TOO_DEEP,
     TOO_MANY_STEPS,
-)
+)  # fmt: skip
 from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
 from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
@@ -55,7 +48,7 @@ from restitution.kernel.workspace import (
     V_,
     VALUES,
     Work,
-)
+)  # fmt: skip
 
 ROUNDING = 1e-9
 # Length of an element over a relaxation time from which a mode is fast.
@@ -71,6 +64,10 @@ FIRST = 0.35
 # Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink.
 KINK_EFFECT, KINK_TAIL = 1.0, 4.0
 _MOST_MISSED = 6
+# Longest element over the length at which a body that brakes as at its start would turn.
+_PAST_TURNING = 1.35
+# Longest element, over the last one, whose first guess continues that one's polynomial: beyond, it diverges.
+_FARTHEST = 2.5
 
 
 @inlined
@@ -91,12 +88,8 @@ def approach_element(
     s0, v0 = table[S_, 0], table[V_, 0]
     Pi0 = radius_and_integral(problem.path, s0)[1]
     straight = s0 + (h * v0) * read8(scheme.c, 1)
-    previous = math.inf
-    drift = 0.0
-    refactor = True
-    renewed = False
-    final_round = False
-    iterations = 0
+    previous, drift, iterations = math.inf, 0.0, 0
+    refactor, renewed, final_round = True, False, False
     s = read8(vectors[UNKNOWN], 0)
     v = broadcast(v0)
     while True:
@@ -234,7 +227,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
     ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
     x = h * read8(scheme.c, 1)
     s = broadcast(0.0)
-    if 0.0 < ratio <= 2.5:
+    if 0.0 < ratio <= _FARTHEST:
         lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * read8(scheme.c, 1), work.basis)
         s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
     if not smallest(s) > 0.2 * s0:
@@ -266,8 +259,7 @@ def approach(
     problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
 ) -> int:
     """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
-    S = WIDTH
-    rows = work.turning.shape[0]
+    S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
     # a(s) of parabola, cone and flat punch is smooth at s = 0; elsewhere the first element is no better than its tail.
@@ -286,8 +278,7 @@ def approach(
         table[n, 0] = 1.0
     # A flat face meets a dashpot at once.
     table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
-    sigma = 0.0
-    attempts = 0
+    sigma, attempts = 0.0, 0
     glass = problem.equilibrium
     for k in range(problem.moduli.shape[0]):
         glass += problem.moduli[k]
@@ -305,7 +296,7 @@ def approach(
         if element > 0:
             slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
             if slope < 0.0:
-                h = min(h, 1.35 * table[V_, 0] / -slope)
+                h = min(h, _PAST_TURNING * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
             # Never far beyond the end of the table, where its polynomials mean nothing.
             end = problem.path.end
@@ -326,7 +317,7 @@ def approach(
         iterations = approach_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
-            h *= 0.3
+            h *= ON_FAILURE
             missed = 0
             continue
         # What may come back, down to where the tolerance of e asks for no more digits, or rounding leaves none.

@@ -13,6 +13,8 @@ _SLOW = 0.25
 _GROWTH, _LARGE = 2.0, 1e-3
 # Share of the length that the tail asks for; the most that a length grows or shrinks by at once.
 _SAFETY, _MOST, _LEAST = 0.75, 6.0, 0.1
+# Factor of the length where Newton's method fails.
+ON_FAILURE = 0.3
 
 
 @inlined

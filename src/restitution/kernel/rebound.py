@@ -13,7 +13,7 @@ from typing import Any
 
 from restitution.kernel.approach import KINK_TAIL, LAG
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, grown, newton_verdict, shrunk
+from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import interpolate_lanes, tail
 from restitution.kernel.lanes import (
@@ -58,7 +58,7 @@ from restitution.kernel.workspace import (
     VALUES,
     WEIGHTED,
     Work,
-)
+)  # fmt: skip
 
 # Size of a step below which it may be rounding: at most, and over the velocity of the approach, of which little is left
 # at the turning point.
@@ -270,7 +270,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
-            h *= 0.3
+            h *= ON_FAILURE
             continue
         scale = max(abs(table[V_, S]), amplitude)
         # Taken from the pace: as a difference of times it would be rounding after a long contact.
