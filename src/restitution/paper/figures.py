@@ -148,9 +148,9 @@ def draw_curves(dataset: xr.Dataset) -> Figure:
             limit=restitution.values[-1],
             limit_label=r"incompressible ($\nu_0 = 0.5$)",
         )
-        for line, at in zip(ax.lines, glassy, strict=False):
+        for line, at in zip(ax.lines, [*glassy, 0.5], strict=False):
             line.set_linewidth(1.1 if at < 0.0 else 2.2)
-        ax.set_title(rf"$\log_{{10}}\,p_2 = {np.log10(p2):g}$;  thin: $\nu_0 < 0$")
+        ax.set_title(rf"$\log_{{10}}\,p_2 = {np.log10(p2):g}$;  thin lines: $\nu_0 < 0$")
         handles: Any = ax.get_legend_handles_labels()
         figure.legend(*handles, loc="outside right center", fontsize=7.5)
     return figure
