@@ -65,7 +65,7 @@ def test_prony_series_keep_what_they_state(model, kernel, profile, force_integra
     fractional, step = FractionalMaterial(model, math.inf), 2e-3
     e, time = volterra.extrapolated(kernel, force_integral, step)
     for rtol in (1e-2, 1e-4, 1e-6):
-        material, error = fractional.approximation((1e-4, 10.0), rtol)
+        material, error, _ = fractional.approximation((1e-4, 10.0), rtol)
         found = solve(Impact(material, profile, 1.0, 1.0))
         assert error <= rtol
         # What 700 time steps leave, 1e-6, and for the singular kernel of exponent 0.7 twice that.
