@@ -171,7 +171,7 @@ def main() -> None:
         wanted = rows["quadrature, 6400 steps"]
         for rtol in (1e-2, 1e-3, 1e-5, 1e-7):
             window = (1e-4 * duration, 10.0 * duration)
-            material, error = rs.FractionalMaterial(model, math.inf).approximation(window, rtol)
+            material, error, _ = rs.FractionalMaterial(model, math.inf).approximation(window, rtol)
             result = rs.solve(rs.Impact(material, profile, 1.0, 1.0))
             count = material.shear.n_branches
             rows[f"Prony, {count} terms, error {error:.0e}"] = (
