@@ -81,14 +81,22 @@ class Batch:
         if exponent is None and np.ndim(profile.contact_radius(0.0)):
             wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
             raise InputError("profile", wanted=wanted)
+        mass, velocity, force = (
+            flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)
+        )
+        power = exponent is not None
         return cls(
-            np.full(size, series.equilibrium_modulus), np.full(size, series.parallel_viscosity),
+            np.full(size, series.equilibrium_modulus),
+            np.full(size, series.parallel_viscosity),
             np.broadcast_to(series.branch_moduli, (size, series.n_branches)),
             np.broadcast_to(series.relaxation_times, (size, series.n_branches)),
-            *(flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)),
-            *((None, None, profile) if exponent is None else (
-                flat(profile.path_coefficient, impact.shape), float(exponent), None)),
-        )  # fmt: skip
+            mass,
+            velocity,
+            force,
+            coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
+            exponent=float(np.asarray(exponent)) if power else None,
+            profile=None if power else profile,
+        )
 
     @classmethod
     def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
@@ -223,7 +231,8 @@ class Batch:
             integral = self.forces / (2.0 * self.equilibria)
             if self.profile is None:
                 p = self.exponent or 0.0
-                return (integral * (0.5 * p + 1.0) / self.coefficients) ** (1.0 / (0.5 * p + 1.0))
+                coefficients = np.asarray(self.coefficients, dtype=np.float64)
+                return (integral * (0.5 * p + 1.0) / coefficients) ** (1.0 / (0.5 * p + 1.0))
         low, high = np.zeros(self.size), np.full(self.size, min(float(self.profile.max_depth), 1e30))
         shallow = self.profile.force_integral_at_depth(high) < integral
         for _ in range(200):
@@ -276,5 +285,7 @@ def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
         return members[0]
     batches = [batch for _, batch in members]
     names = [field.name for field in fields(Batch) if field.name not in ("exponent", "profile")]
-    columns = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names
+    }
     return np.concatenate([places for places, _ in members]), Batch(**columns, exponent=batches[0].exponent)

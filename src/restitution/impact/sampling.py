@@ -34,8 +34,11 @@ class Sampled(NamedTuple):
             return self.trajectory
         knots = self.trajectory.time
         t = within_contact(times, float(knots[-1]))
-        columns = self.trajectory._asdict()
-        return Trajectory(**{k: None if v is None else np.interp(t, knots, v) for k, v in columns.items()})
+        columns: dict[str, Any] = {
+            name: None if values is None else np.interp(t, knots, values)
+            for name, values in self.trajectory._asdict().items()
+        }
+        return Trajectory(**columns)
 
 
 def by_elements(

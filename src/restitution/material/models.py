@@ -73,7 +73,8 @@ def material_models() -> dict[str, MaterialModel]:
     """
     for module in ("classical", "fractional"):
         import_module(f"restitution.material.{module}")  # registers its models
-    return dict(_MODELS)
+    # In this order whichever module was imported first.
+    return dict(sorted(_MODELS.items(), key=lambda item: item[1].needs_window))
 
 
 def register(model: MaterialModel) -> None:
