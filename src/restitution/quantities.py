@@ -59,6 +59,7 @@ ACCELERATION = Dimension("acceleration", "m/s^2", "9.81 m/s^2")
 FORCE = Dimension("force", "N", "50 mN")
 ENERGY = Dimension("energy", "J", "1 mJ")
 MODULUS = Dimension("modulus", "Pa", "2 MPa")
+PRESSURE = Dimension("pressure", "Pa", "2 MPa")
 VISCOSITY = Dimension("viscosity", "Pa s", "1 kPa s")
 ANGLE = Dimension("angle", "rad", "80 deg")
 TEMPERATURE = Dimension("temperature", "K", "20 degC")
@@ -215,6 +216,9 @@ OUTPUTS = {
         _nonnegative("max_indentation_depth", LENGTH, "largest indentation depth", r"$d_\mathrm{max}$"),
         _nonnegative("max_force", FORCE, "largest normal force", r"$F_\mathrm{max}$"),
         _nonnegative("max_contact_radius", LENGTH, "largest contact radius", r"$a_\mathrm{max}$"),
+        Quantity(
+            "max_pressure", PRESSURE, "largest contact pressure", r"$p_\mathrm{max}$", 0.0, infinite=True
+        ),
         Quantity(
             "residual_indentation_depth", LENGTH, "indentation depth at separation", r"$d_\mathrm{end}$"
         ),

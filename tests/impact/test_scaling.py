@@ -35,7 +35,7 @@ def test_groups_by_hand():
 
 
 def test_groups_of_arrays_and_of_huge_moduli():
-    stiff = standard_solid(1e130, 1e130, 1e78, poisson_ratio=0.5)
+    stiff = standard_solid(1e90, 1e90, 1e54, poisson_ratio=0.5)
     groups = dimensionless_groups(Impact(stiff, Parabola(1.0), mass=[1.0, 32.0], velocity=1.0))
     assert groups.p3 == pytest.approx([1.0, 0.25], rel=1e-12)
 

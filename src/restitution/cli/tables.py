@@ -27,6 +27,7 @@ _ROWS = (
     ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
     ("largest force", "max_force", "F_max", "N"),
     ("largest contact radius", "max_contact_radius", "a_max", "m"),
+    ("largest contact pressure", "max_pressure", "p_max", "Pa"),
     ("residual indentation depth", "residual_indentation_depth", "d_end", "m"),
     ("rebound velocity", "rebound_velocity", "v_end", "m/s"),
     ("back at the undeformed surface", "zero_overlap_time", "t_0", "s"),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.impact.exact import Progress, Stored, outcome_columns, solve_scaled, solve_stored
+from restitution.impact.fields import is_singular
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution
@@ -134,6 +135,7 @@ class Batch:
         workers: int | None = None,
         progress: Progress | None = None,
         energy: bool = False,
+        pressure: bool = False,
     ) -> dict[str, Array]:
         """Solve the impacts by the exact method.
 
@@ -147,17 +149,41 @@ class Batch:
             Called with (impacts done, all impacts).
         energy : bool
             Whether to add the energies.
+        pressure : bool
+            Whether to add the largest pressure, at some 3 ms an impact.
 
         Returns
         -------
         dict of str to array, shape (n,)
             `restitution.quantities.OUTPUTS` by name, and `status`; NaN where there is no result.
         """
+        singular = pressure and self._singular
+        search = bool(pressure and not np.all(singular))
 
         def run(block: ScaledBlock) -> Array:
-            return solve_scaled(block, rtol, workers=workers, progress=progress, budget=energy)
+            return solve_scaled(
+                block, rtol, workers=workers, progress=progress, budget=energy, pressure=search
+            )
 
-        return self.columns(*self.solved(run, rtol))
+        block, outcomes = self.solved(run, rtol)
+        columns = self.columns(block, outcomes, energy)
+        if pressure:
+            unit = self.pressure_unit(block)
+            failed = np.isnan(columns["max_force"])
+            found = np.where(singular, np.inf, unit * outcomes[:, -1] if search else np.nan)
+            columns["max_pressure"] = np.where(failed, np.nan, found)
+        return columns
+
+    @property
+    def _singular(self) -> NDArray[np.bool_]:
+        """Whether the pressure of a row is infinite: under a dashpot, a sharp tip, the edge of a flat face."""
+        p = self.exponent or 0.0
+        sharp = not 0.0 < p < 2.0 if self.profile is None else is_singular(self.profile)
+        return (self.viscosities > 0.0) | sharp
+
+    def pressure_unit(self, block: ScaledBlock) -> Array:
+        """Unit of the largest pressure [Pa]."""
+        return self.masses * self.velocities / (block.time * 2.0 * math.pi * block.radius**2)
 
     def solve_stored(self, rtol: float) -> tuple[dict[str, Array], Solution | None]:
         """Solve a batch of one impact; its solution is None unless the body separated."""
@@ -198,7 +224,7 @@ class Batch:
                 return block, outcomes
             depth_factor *= 8.0
 
-    def columns(self, block: ScaledBlock, outcomes: Array) -> dict[str, Array]:
+    def columns(self, block: ScaledBlock, outcomes: Array, energy: bool = False) -> dict[str, Array]:
         """Outcomes in SI by name, with the energies if the outcomes have them."""
         columns = outcome_columns(outcomes)
         status, e = columns["status"], columns["restitution_coefficient"]
@@ -215,11 +241,12 @@ class Batch:
             "max_contact_radius": columns["max_contact_radius"] * block.radius,
             "residual_indentation_depth": residual,
         }
-        if outcomes.shape[1] > len(columns):
+        if energy:
             with np.errstate(over="ignore", invalid="ignore"):
+                n = len(columns)
                 unit = self.masses * self.velocities**2
                 result |= {
-                    "dissipated_energy": unit * outcomes[:, -2], "stored_energy": unit * outcomes[:, -1]
+                    "dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]
                 }  # fmt: skip
         bodies = dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True))
         found = derived(result | bodies)
@@ -249,11 +276,12 @@ def solve_columns(
     workers: int | None = None,
     progress: Progress | None = None,
     energy: bool = False,
+    pressure: bool = False,
 ) -> dict[str, Any]:
     """Outputs of impacts by name, raveled; see `Batch.solve`."""
     if not isinstance(impact, list):
         batch = Batch.from_impact(impact)
-        return batch.solve(rtol, workers=workers, progress=progress, energy=energy)
+        return batch.solve(rtol, workers=workers, progress=progress, energy=energy, pressure=pressure)
     columns: dict[str, Any] = {}
     done = 0
 
@@ -262,7 +290,7 @@ def solve_columns(
             progress(done + finished, len(impact))
 
     for places, batch in Batch.from_impacts(impact):
-        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy)
+        solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy, pressure=pressure)
         for name, values in solved.items():
             columns.setdefault(name, np.empty(len(impact)))[places] = values
         done += batch.size

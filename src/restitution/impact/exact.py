@@ -66,6 +66,7 @@ def solve_scaled(
     workers: int | None = None,
     progress: Progress | None = None,
     budget: bool = False,
+    pressure: bool = False,
 ) -> Array:
     """Solve a block of impacts.
 
@@ -81,24 +82,26 @@ def solve_scaled(
         Called with (impacts done, all impacts).
     budget : bool
         Whether to add the energy dissipated and stored as two more columns.
+    pressure : bool
+        Whether to add the largest pressure as another column; see `restitution.kernel.pressure`.
 
     Returns
     -------
-    array, shape (n, 8) or (n, 10)
-        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of m v0^2.
+    array, shape (n, 8 + 2 or 0 + 1 or 0)
+        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of m v0^2, and the largest pressure.
     """
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
 
     path = kernel_path(block)
     outcomes = np.empty((block.size, len(OUTCOME)))
-    energies = np.empty((block.size, 2 if budget else 0))
+    further = np.full((block.size, 2 * budget + pressure), np.nan)
 
     def run(start: int, stop: int) -> int:
         part = block.part(start, stop)
         work = allocate(part.most_modes, MAX_ELEMENTS)
-        if budget:
-            energies[start:stop] = _solve_with_budget(part, path, rtol, work, outcomes[start:stop])
+        if further.shape[1]:
+            _solve_each(part, path, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
         else:
             _solve_part(part, path, rtol, work, outcomes[start:stop])
         return stop - start
@@ -125,7 +128,7 @@ def solve_scaled(
         count(next(chunks))
         report()
         on_threads(count, chunks, workers, report)
-    return np.hstack([outcomes, energies])
+    return np.hstack([outcomes, further])
 
 
 def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> None:
@@ -143,19 +146,24 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
     outcomes[lost, STATUS] = Status.NOT_FINITE
 
 
-def _solve_with_budget(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> Array:
-    """Solve a block one by one, and return the energy dissipated and stored of each, in units of m v0^2."""
+def _solve_each(
+    block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array, further: Array, budget: bool, pressure: bool,
+) -> None:  # fmt: skip
+    """Solve a block one by one, with the energy dissipated and stored, in units of m v0^2, and the largest pressure."""
     from restitution.kernel.energy import allocate_ledger, energy_budget
     from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.pressure import graded_rule, peak_pressure
     from restitution.kernel.radau import radau
 
-    energies = np.full((block.size, 2), np.nan)
-    ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS)
+    rules = graded_rule(4), graded_rule(8)
+    ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS) if budget else None
     for n in range(block.size):
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
-        if outcomes[n, STATUS] == Status.SEPARATED:
-            energies[n] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
-    return energies
+        status = outcomes[n, STATUS]
+        if budget and status == Status.SEPARATED:
+            further[n, :2] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
+        if pressure and status in (Status.SEPARATED, Status.CAPTURED):
+            further[n, -1] = peak_pressure(_problem(block, n, path), radau(STAGES), work, *rules)
 
 
 @dataclass(frozen=True, eq=False)

@@ -171,7 +171,8 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        return batch.solve(self.rtol, workers=1, progress=progress, energy=needs_quadrature(self.outputs))
+        energy, pressure = needs_quadrature(self.outputs), "max_pressure" in self.outputs
+        return batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
 
 
 def _go_on(_: int) -> None:

@@ -1,0 +1,137 @@
+"""Largest contact pressure over the contact and over time.
+
+At the time t of the approach, at the radius r = a(t_r), in units of m v0^2/(2 pi L a_1^2),
+
+    p(r, t) = int_(t_r)^t E(t - t') dd(t')/sqrt(a(t')^2 - r^2),   E(t) = equilibrium + sum moduli_k exp(-t/times_k).
+
+On the way back the pressure only falls: elements leave, and the modulus relaxes. Places in sigma stand for time and
+radius. Finite without a dashpot in parallel, and where the profile has neither a sharp tip nor a sharp edge.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.compile import kernel, stage
+from restitution.kernel.interpolation import interpolate, seek
+from restitution.kernel.path import radius_and_integral
+from restitution.kernel.problem import Problem
+from restitution.kernel.radau import Scheme
+from restitution.kernel.workspace import LENGTH, N_APPROACH, S_, START, T_, V_, Work
+
+# Logarithms of the first sigma and of the least age, over sigma and its square at the turning point.
+_EARLIEST, _YOUNGEST = math.log(1e-4), math.log(1e-12)
+# Points of the first grid in each direction; rounds of each search around its best point, and their ratio.
+_GRID, _ROUNDS, _GOLDEN = 18, 11, 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+class Rule(NamedTuple):
+    """A quadrature rule on [0, 1], from the end to the start, and a place for the motion at a node."""
+
+    places: Any
+    weights: Any
+    row: Any
+
+
+def graded_rule(n: int) -> Rule:
+    """Rule of n nodes a cell: a fourth power at 0, against the root there, and ever shorter cells towards 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    edges = np.concatenate([[0.0, 0.25, 0.5, 0.65], 1.0 - 0.25 ** np.arange(1.0, 13.0), [1.0]])
+    half = 0.5 * np.diff(edges)[:, None]
+    y = (edges[:-1, None] + half * (1.0 + nodes)).ravel()[::-1]
+    return Rule(y**4, (half * weights).ravel()[::-1] * 4.0 * y**3, np.empty(3))
+
+
+@stage
+def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, age: float) -> float:
+    """Pressure at the logarithms of sigma and of the age of the contact at the radius, which is about that of sigma^2.
+
+    A peak next to the edge keeps its age as the contact grows. What is older than the contact lies on the axis.
+    """
+    now = work.turning_place[0] * math.exp(time)
+    touch = math.sqrt(max(now * now - work.turning_place[0] ** 2 * math.exp(age), 0.0))
+    row, places = rule.row, work.places
+    element = seek(places, work.counts[N_APPROACH], now)
+    interpolate(
+        scheme, work, work.approach[element], (now - places[START, element]) / places[LENGTH, element], row
+    )
+    t = row[T_]
+    first = seek(places, element, touch)
+    interpolate(
+        scheme, work, work.approach[first], (touch - places[START, first]) / places[LENGTH, first], row
+    )
+    r = radius_and_integral(problem.path, max(row[S_], 0.0))[0]
+    total = 0.0
+    for n in range(rule.places.shape[0]):
+        sigma = touch + (now - touch) * rule.places[n]
+        element = seek(places, element, sigma)
+        interpolate(
+            scheme,
+            work,
+            work.approach[element],
+            (sigma - places[START, element]) / places[LENGTH, element],
+            row,
+        )
+        a = radius_and_integral(problem.path, max(row[S_], 0.0))[0]
+        if a > r:
+            since = max(t - row[T_], 0.0)
+            modulus = problem.equilibrium
+            for k in range(problem.moduli.shape[0]):
+                modulus += problem.moduli[k] * math.exp(-since / problem.times[k])
+            total += rule.weights[n] * modulus * row[S_] * row[V_] / math.sqrt((a - r) * (a + r))
+    return 2.0 * (now - touch) * total
+
+
+@stage
+def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, window: Any) -> float:
+    """Largest pressure at a time over a window of ages, by sections in the golden ratio."""
+    low, high = window
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    of_left = _pressure(problem, scheme, work, rule, min(time, 0.0), left)
+    of_right = _pressure(problem, scheme, work, rule, min(time, 0.0), right)
+    for _ in range(_ROUNDS):
+        if of_left > of_right:
+            high, right, of_right = right, left, of_left
+            left = high - _GOLDEN * (high - low)
+            of_left = _pressure(problem, scheme, work, rule, min(time, 0.0), left)
+        else:
+            low, left, of_left = left, right, of_right
+            right = low + _GOLDEN * (high - low)
+            of_right = _pressure(problem, scheme, work, rule, min(time, 0.0), right)
+    return max(of_left, of_right)
+
+
+@kernel
+def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fine: Rule) -> float:
+    """Return the largest pressure of an impact whose approach is stored.
+
+    A grid, dense towards the turning point and towards the axis there, finds the place, and a search
+    around its best point the value.
+    """
+    largest, time, age = 0.0, 0.0, 0.0
+    i_best, j_best = 0, 0
+    for i in range(_GRID):
+        for j in range(_GRID):
+            here = _EARLIEST * (i / (_GRID - 1.0)) ** 2, _YOUNGEST * (j / (_GRID - 1.0)) ** 2
+            found = _pressure(problem, scheme, work, coarse, here[0], here[1])
+            if found > largest:
+                largest, time, age, i_best, j_best = found, here[0], here[1], i, j
+    step_time = -_EARLIEST * (2.0 * i_best + 1.0) / (_GRID - 1.0) ** 2
+    step_age = -_YOUNGEST * (2.0 * j_best + 1.0) / (_GRID - 1.0) ** 2
+    # The pressure may be a narrow ridge: for each time, the best age.
+    window = age - step_age - 2.0 * step_time, age + step_age + 2.0 * step_time
+    low, high = time - step_time, time + step_time
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    of_left = _over_ages(problem, scheme, work, fine, left, window)
+    of_right = _over_ages(problem, scheme, work, fine, right, window)
+    for _ in range(_ROUNDS):
+        if of_left > of_right:
+            high, right, of_right = right, left, of_left
+            left = high - _GOLDEN * (high - low)
+            of_left = _over_ages(problem, scheme, work, fine, left, window)
+        else:
+            low, left, of_left = left, right, of_right
+            right = low + _GOLDEN * (high - low)
+            of_right = _over_ages(problem, scheme, work, fine, right, window)
+    return max(of_left, of_right)
