@@ -122,7 +122,7 @@ class ImpactResult:
 
     @property
     def outputs(self) -> dict[str, Numeric]:
-        """All outputs of `restitution.quantities.OUTPUTS` by name, SI; the largest pressure takes a solve, as do energies of many."""
+        """All outputs of `restitution.quantities.OUTPUTS` by name, SI; some take another solve."""
         energies = {"dissipated_energy": self.energy.dissipated, "stored_energy": self.energy.stored}
         found = self._derived(energies | {"max_pressure": self.max_pressure})
         shape = np.shape(self.status)

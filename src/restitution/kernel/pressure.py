@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.compile import kernel, stage
+from restitution.kernel.compile import compiled, entry_point
 from restitution.kernel.interpolation import interpolate, seek
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.problem import Problem
@@ -43,7 +43,7 @@ def graded_rule(n: int) -> Rule:
     return Rule(y**4, (half * weights).ravel()[::-1] * 4.0 * y**3, np.empty(3))
 
 
-@stage
+@compiled
 def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, age: float) -> float:
     """Pressure at the logarithms of sigma and of the age of the contact at the radius, which is about that of sigma^2.
 
@@ -83,7 +83,7 @@ def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: fl
     return 2.0 * (now - touch) * total
 
 
-@stage
+@compiled
 def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, window: Any) -> float:
     """Largest pressure at a time over a window of ages, by sections in the golden ratio."""
     low, high = window
@@ -102,7 +102,7 @@ def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: f
     return max(of_left, of_right)
 
 
-@kernel
+@entry_point
 def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fine: Rule) -> float:
     """Return the largest pressure of an impact whose approach is stored.
 
