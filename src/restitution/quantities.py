@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -337,12 +337,16 @@ def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def needs(outputs: Iterable[str], wanted: Container[str]) -> bool:
+    """Whether outputs, or those that they derive from, are among the wanted."""
+    return any(
+        name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs
+    )
+
+
 def needs_quadrature(outputs: Iterable[str]) -> bool:
     """Whether outputs, or those that they derive from, take a quadrature over the whole contact."""
-    return any(
-        name in QUADRATURES or (name in OUTPUTS and needs_quadrature(OUTPUTS[name].sources))
-        for name in outputs
-    )
+    return needs(outputs, QUADRATURES)
 
 
 def key_of(name: str) -> str:

@@ -18,13 +18,13 @@ from restitution.contact.tabulated import Tabulated
 from restitution.impact import exact
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.impact.result import BUDGET
 from restitution.impact.scaling import dimensionless_groups
 from restitution.impact.solve import solve, standard_solid_restitution
 from restitution.impact.status import SolverError, Status
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import BUDGET
 
 RUBBER = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
 LAYERED = Material(PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)

@@ -44,7 +44,7 @@ def test_dictionary_holds_plain_numbers():
     assert found["status"] is Status.SEPARATED
     assert found["warnings"] == result.warnings
     numbers = [value for value in found.values() if isinstance(value, float)]
-    assert len(numbers) == 9
+    assert len(numbers) == 10
 
 
 @pytest.mark.parametrize("method", ["exact", "elements"])

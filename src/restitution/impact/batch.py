@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.impact.exact import Progress, Stored, outcome_columns, solve_scaled, solve_stored
-from restitution.impact.fields import is_singular
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
-from restitution.impact.solution import Solution
+from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.quantities import BODY, OUTPUTS, derived
@@ -157,8 +156,7 @@ class Batch:
         dict of str to array, shape (n,)
             `restitution.quantities.OUTPUTS` by name, and `status`; NaN where there is no result.
         """
-        singular = pressure and self._singular
-        search = bool(pressure and not np.all(singular))
+        search = pressure and not bool(np.all(self.singular))
 
         def run(block: ScaledBlock) -> Array:
             return solve_scaled(
@@ -166,24 +164,14 @@ class Batch:
             )
 
         block, outcomes = self.solved(run, rtol)
-        columns = self.columns(block, outcomes, energy)
-        if pressure:
-            unit = self.pressure_unit(block)
-            failed = np.isnan(columns["max_force"])
-            found = np.where(singular, np.inf, unit * outcomes[:, -1] if search else np.nan)
-            columns["max_pressure"] = np.where(failed, np.nan, found)
-        return columns
+        return self.columns(block, outcomes, energy, pressure)
 
     @property
-    def _singular(self) -> NDArray[np.bool_]:
+    def singular(self) -> NDArray[np.bool_]:
         """Whether the pressure of a row is infinite: under a dashpot, a sharp tip, the edge of a flat face."""
         p = self.exponent or 0.0
-        sharp = not 0.0 < p < 2.0 if self.profile is None else is_singular(self.profile)
+        sharp = not 0.0 < p < 2.0 if self.profile is None else _is_singular(self.profile)
         return (self.viscosities > 0.0) | sharp
-
-    def pressure_unit(self, block: ScaledBlock) -> Array:
-        """Unit of the largest pressure [Pa]."""
-        return self.masses * self.velocities / (block.time * 2.0 * math.pi * block.radius**2)
 
     def solve_stored(self, rtol: float) -> tuple[dict[str, Array], Solution | None]:
         """Solve a batch of one impact; its solution is None unless the body separated."""
@@ -224,8 +212,10 @@ class Batch:
                 return block, outcomes
             depth_factor *= 8.0
 
-    def columns(self, block: ScaledBlock, outcomes: Array, energy: bool = False) -> dict[str, Array]:
-        """Outcomes in SI by name, with the energies if the outcomes have them."""
+    def columns(
+        self, block: ScaledBlock, outcomes: Array, energy: bool = False, pressure: bool = False
+    ) -> dict[str, Array]:
+        """Outcomes in SI by name, with the energies and the largest pressure if they are wanted."""
         columns = outcome_columns(outcomes)
         status, e = columns["status"], columns["restitution_coefficient"]
         stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
@@ -248,6 +238,12 @@ class Batch:
                 result |= {
                     "dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]
                 }  # fmt: skip
+        if pressure:
+            # The last column is another one where the pressure of every row is infinite.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
+            peak = np.where(self.singular, np.inf, peak)
+            result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, peak)
         bodies = dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True))
         found = derived(result | bodies)
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
@@ -295,6 +291,17 @@ def solve_columns(
             columns.setdefault(name, np.empty(len(impact)))[places] = values
         done += batch.size
     return columns
+
+
+def _is_singular(profile: Profile) -> bool:
+    """Whether the pressure under a profile is infinite: at a sharp tip, or at the edge of a flat face.
+
+    There g - g(b) rises with (x - b)^m, m <= 1, from the radius b of first touch; else with a larger power.
+    """
+    b = float(profile.contact_radius(0.0))
+    near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
+    low, high = profile.transform(near)
+    return bool(not math.isfinite(high) or (high > 0.0 and high <= 4.001 * low))
 
 
 def shaped(values: Any, shape: tuple[int, ...]) -> Any:

@@ -88,7 +88,8 @@ def solve_scaled(
     Returns
     -------
     array, shape (n, 8 + 2 or 0 + 1 or 0)
-        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of m v0^2, and the largest pressure.
+        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of
+        m v0^2, and the largest pressure.
     """
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
@@ -147,9 +148,10 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
 
 
 def _solve_each(
-    block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array, further: Array, budget: bool, pressure: bool,
+    block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array, further: Array,
+    budget: bool, pressure: bool,
 ) -> None:  # fmt: skip
-    """Solve a block one by one, with the energy dissipated and stored, in units of m v0^2, and the largest pressure."""
+    """Solve a block one by one, with the energies in units of m v0^2, and the largest pressure."""
     from restitution.kernel.energy import allocate_ledger, energy_budget
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.pressure import graded_rule, peak_pressure
@@ -197,6 +199,14 @@ class Stored:
         """Energy dissipated, and energy stored by the elements as they left, in units of m v0^2."""
         end = self.ledger.rebound[-1, :, -1]
         return float(end[-3]), float(end[-1])
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure, scaled; see `restitution.kernel.pressure`."""
+        from restitution.kernel.pressure import graded_rule, peak_pressure
+        from restitution.kernel.radau import radau
+
+        return float(peak_pressure(self.problem, radau(STAGES), self.work, graded_rule(4), graded_rule(8)))
 
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:

@@ -14,10 +14,9 @@ transform `[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. What a liquid k
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,11 +25,8 @@ from restitution.checks import nonnegative
 from restitution.contact.line import LineFunction, line_function
 from restitution.contact.pressure import pressure, surface_displacement
 from restitution.impact.problem import Impact
-from restitution.impact.solution import D_, H_, S_, T_, V_, Solution, interpolate
+from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.material.secular import secular_roots
-
-if TYPE_CHECKING:
-    from restitution.contact.profile import Profile
 
 Array = NDArray[np.float64]
 Fit = Callable[[float], LineFunction | None]
@@ -162,7 +158,7 @@ class ImpactFields:
         moment = np.array([min(time, stored.end)])
         half = stored.approach if time * stored.units.time <= stored.turning_time else stored.rebound
         places = stored.find(half, T_, moment)
-        state = interpolate(half.columns, *places)[0]
+        state = stored.interpolate(half.columns, *places)[0]
         if half is stored.approach:
             s = float(state[S_])
         elif time >= stored.end:
@@ -184,7 +180,7 @@ class ImpactFields:
     def _touch(self, x: Array) -> tuple[Array, Array]:
         """Instants t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
         stored = self._solution
-        state = interpolate(stored.approach.columns, *self._touch_places(x))
+        state = stored.interpolate(stored.approach.columns, *self._touch_places(x))
         return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
 
     def _touch_places(self, x: Array) -> tuple[NDArray[np.intp], Array]:
@@ -196,9 +192,11 @@ class ImpactFields:
         stored = self._solution
         time, length = stored.units.time, stored.units.length
         places = self._touch_places(x)
-        then = interpolate(stored.approach.columns, *places)
+        then = stored.interpolate(stored.approach.columns, *places)
         way = stored.sigma_m - stored.position(stored.approach, *places)
-        later = interpolate(stored.rebound.columns, *stored.places(stored.rebound, np.maximum(way, 0.0)))
+        later = stored.interpolate(
+            stored.rebound.columns, *stored.places(stored.rebound, np.maximum(way, 0.0))
+        )
         left = later[:, T_] * time
         decay = np.exp(-np.maximum(left - then[:, T_] * time, 0.0)[:, None] / self._times)
         w = (later[:, H_ + 1 :] - decay * then[:, H_ + 1 :]) * length
@@ -207,14 +205,3 @@ class ImpactFields:
         parts = (self._spring * u[:, None] + w @ self._coupling.T) * self._compliances
         stays = (self._dashpot * u + (u[:, None] - w) @ (self._moduli * self._times)) / self._flow
         return np.sum(parts * np.exp(-since / self._retardation_times), axis=1) + stays
-
-
-def is_singular(profile: Profile) -> bool:
-    """Whether the pressure under a profile is infinite: at a sharp tip, or at the edge of a flat face.
-
-    There g - g(b) rises with (x - b)^m, m <= 1, from the radius b of first touch; else with a larger power.
-    """
-    b = float(profile.contact_radius(0.0))
-    near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
-    low, high = profile.transform(near)
-    return bool(not math.isfinite(high) or (high > 0.0 and high <= 4.001 * low))

@@ -8,9 +8,10 @@ fields.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,10 @@ from restitution.checks import finite
 from restitution.contact.path import evaluate
 from restitution.errors import InputError
 from restitution.impact.exact import STAGES, Stored
-from restitution.impact.scaling import ScaledImpact
+from restitution.impact.scaling import ScaledBlock, ScaledImpact
+
+if TYPE_CHECKING:
+    from restitution.kernel.radau import Scheme
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -108,6 +112,11 @@ class Solution:
         """Unit of the energies m v0^2 [J]."""
         return self.mass * self.velocity**2
 
+    @cached_property
+    def max_pressure(self) -> float:
+        """Largest contact pressure [Pa], where it is finite."""
+        return float(pressure_unit(self.mass, self.velocity, self.units)) * self.stored.peak_pressure
+
     @property
     def sigma_m(self) -> float:
         """Length of the approach in sigma."""
@@ -132,6 +141,13 @@ class Solution:
     def turning_time(self) -> float:
         """Time [s] at which the indentation is deepest."""
         return float(self.stored.work.turning[T_]) * self.units.time
+
+    @cached_property
+    def scheme(self) -> Scheme:
+        """Collocation scheme of the kernel."""
+        from restitution.kernel.radau import radau
+
+        return radau(STAGES)
 
     @cached_property
     def rates(self) -> Array:
@@ -194,22 +210,22 @@ class Solution:
         motion, energies = np.empty((t.size, 4)), np.empty((t.size, 2))
         coming = t <= float(self.stored.work.turning[T_])
         places = self.find(self.approach, T_, t[coming])
-        state = interpolate(self.approach.columns, *places)
+        state = self.interpolate(self.approach.columns, *places)
         motion[coming] = np.column_stack([state[:, S_] ** 2, state[:, V_], state[:, F_], state[:, S_]])
         Y, Z, lost = np.split(
-            interpolate(self.approach.energies, *places), (self.rates.size, 2 * self.rates.size), 1
+            self.interpolate(self.approach.energies, *places), (self.rates.size, 2 * self.rates.size), 1
         )
         # At the first touch nothing but rounding is left of the difference.
         squares = np.maximum(2.0 * state[:, H_:] * Y - Z, 0.0)
         energies[coming] = np.column_stack([0.5 * squares @ self.moduli, lost])
 
         places = self.find(self.rebound, T_, t[~coming])
-        state = interpolate(self.rebound.columns, *places)
+        state = self.interpolate(self.rebound.columns, *places)
         sigma = np.maximum(self.sigma_m - self.position(self.rebound, *places), 0.0)
         sigma[t[~coming] >= self.end] = 0.0
         squares, density, s1 = self._foundation(state, sigma)
         motion[~coming] = np.column_stack([state[:, D_], state[:, V_], state[:, F_], s1])
-        lost, _, released = interpolate(self.rebound.energies, *places).T
+        lost, _, released = self.interpolate(self.rebound.energies, *places).T
         kept = 0.5 * squares @ self.moduli + released - self.radius(s1) * density
         energies[~coming] = np.column_stack([kept, lost])
 
@@ -224,13 +240,33 @@ class Solution:
     def _foundation(self, state: Array, sigma: Array) -> tuple[Array, Array, Array]:
         """Integrals of w_k^2, energy per length at the edge of contact, and s, where the approach was at sigma."""
         places, n = self.places(self.approach, sigma), self.rates.size
-        past = interpolate(self.approach.columns, *places)
-        Y, Z = np.split(interpolate(self.approach.energies, *places)[:, : 2 * n], 2, axis=1)
+        past = self.interpolate(self.approach.columns, *places)
+        Y, Z = np.split(self.interpolate(self.approach.energies, *places)[:, : 2 * n], 2, axis=1)
         decay = np.exp(np.minimum((past[:, T_] - state[:, T_])[:, None] * self.rates, 0.0))
         edge = state[:, H_:] - decay * past[:, H_:]
         s = np.where(sigma > 0.0, np.maximum(past[:, S_], 0.0), 0.0)
         squares = self.radius(s)[:, None] * edge**2 + decay * (2.0 * state[:, H_:] * Y - decay * Z)
         return squares, 0.5 * edge**2 @ self.moduli, s
+
+    def basis(self, x: Array) -> Array:
+        """Lagrange basis on the points of an element at x in [0, 1], shape (n, S + 1)."""
+        c = self.scheme.c
+        below, above = np.ones((c.size, x.size)), np.ones((c.size, x.size))
+        for j in range(1, c.size):
+            below[j] = below[j - 1] * (x - c[j - 1])
+            above[-1 - j] = above[-j] * (x - c[-j])
+        basis = np.ascontiguousarray((below * above).T) * self.scheme.weights
+        # Exactly one at a node.
+        return basis / basis.sum(axis=1, keepdims=True)
+
+    def interpolate(self, columns: Array, element: Places, x: Array) -> Array:
+        """Values of columns, shape (E, S + 1, n), at the places x in elements."""
+        basis, rows = self.basis(x)[..., None], columns[element]
+        # One after the other, so that the bits of a point do not depend on the number of points.
+        total = basis[:, 0] * rows[:, 0]
+        for j in range(1, rows.shape[1]):
+            total += basis[:, j] * rows[:, j]
+        return total
 
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
         """Elements, and places in them, at which a rising column takes the given values."""
@@ -241,7 +277,7 @@ class Solution:
         low, high = np.zeros(values.size), end
         for _ in range(54):
             middle = 0.5 * (low + high)
-            late = np.einsum("pj,pj->p", basis(middle), rows) > values
+            late = np.einsum("pj,pj->p", self.basis(middle), rows) > values
             high = np.where(late, middle, high)
             low = np.where(late, low, middle)
         place = np.where(values <= rows[:, 0], 0.0, np.where(high == end, end, 0.5 * (low + high)))
@@ -249,7 +285,7 @@ class Solution:
 
     def approach_at(self, sigma: Array) -> Array:
         """Columns of the approach at sigma, shape (n, 5 + N)."""
-        return interpolate(self.approach.columns, *self.places(self.approach, sigma))
+        return self.interpolate(self.approach.columns, *self.places(self.approach, sigma))
 
     def places(self, half: Half, position: Array) -> tuple[Places, Array]:
         """Elements that hold a position in sigma or lambda, and the places in them."""
@@ -268,29 +304,9 @@ class Solution:
         return evaluate(units.table, s * units.length**0.5)[0] / units.radius
 
 
-def basis(x: Array) -> Array:
-    """Lagrange basis on the points of an element at x in [0, 1], shape (n, S + 1)."""
-    from restitution.kernel.radau import radau
-
-    scheme = radau(STAGES)
-    c = scheme.c
-    below, above = np.ones((c.size, x.size)), np.ones((c.size, x.size))
-    for j in range(1, c.size):
-        below[j] = below[j - 1] * (x - c[j - 1])
-        above[-1 - j] = above[-j] * (x - c[-j])
-    values = np.ascontiguousarray((below * above).T) * scheme.weights
-    # Exactly one at a node.
-    return values / values.sum(axis=1, keepdims=True)
-
-
-def interpolate(columns: Array, element: Places, x: Array) -> Array:
-    """Values of columns, shape (E, S + 1, n), at the places x in elements."""
-    weights, rows = basis(x)[..., None], columns[element]
-    # One after the other, so that the bits of a point do not depend on the number of points.
-    total = weights[:, 0] * rows[:, 0]
-    for j in range(1, rows.shape[1]):
-        total += weights[:, j] * rows[:, j]
-    return total
+def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:
+    """Unit of the scaled pressure [Pa]."""
+    return mass * velocity / (units.time * 2.0 * math.pi * units.radius**2)
 
 
 def within_contact(times: ArrayLike, contact_time: float) -> Array:

@@ -35,12 +35,18 @@ class Rule(NamedTuple):
 
 
 def graded_rule(n: int) -> Rule:
-    """Rule of n nodes a cell: a fourth power at 0, against the root there, and ever shorter cells towards 1."""
+    """Rule of n nodes a cell, with shorter and shorter cells towards both ends.
+
+    Near a cone with a power-law exponent m -> 1 the integrand rises as sigma^(1 - 2/m) towards 0 on the axis: hence
+    the eighth power there.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(n)
-    edges = np.concatenate([[0.0, 0.25, 0.5, 0.65], 1.0 - 0.25 ** np.arange(1.0, 13.0), [1.0]])
+    edges = np.concatenate(
+        [[0.0, 1 / 256, 1 / 64, 1 / 16, 0.25, 0.5, 0.65], 1.0 - 0.25 ** np.arange(1.0, 13.0), [1.0]]
+    )
     half = 0.5 * np.diff(edges)[:, None]
     y = (edges[:-1, None] + half * (1.0 + nodes)).ravel()[::-1]
-    return Rule(y**4, (half * weights).ravel()[::-1] * 4.0 * y**3, np.empty(3))
+    return Rule(y**8, (half * weights).ravel()[::-1] * 8.0 * y**7, np.empty(3))
 
 
 @compiled

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
-from restitution.quantities import STATUS, VALIDITY, needs_quadrature
+from restitution.quantities import STATUS, VALIDITY, needs, needs_quadrature
 from restitution.sweeps.batches import Assembly
 from restitution.sweeps.doubts import Tally
 from restitution.sweeps.fingerprint import describe, hash_of, text_of
@@ -171,7 +171,7 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        energy, pressure = needs_quadrature(self.outputs), "max_pressure" in self.outputs
+        energy, pressure = needs_quadrature(self.outputs), needs(self.outputs, {"max_pressure"})
         return batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
 
 
