@@ -57,7 +57,7 @@ def test_ends_and_turning_point_are_those_of_the_result():
     assert turn.indentation_depth[0] == pytest.approx(result.max_indentation_depth, rel=1e-12)
     assert turn.contact_radius[0] == pytest.approx(result.max_contact_radius, rel=1e-9)
     assert output.contact_time == result.contact_time
-    assert end.indentation_velocity[0] == -result.restitution_coefficient
+    assert end.indentation_velocity[0] == pytest.approx(-result.restitution_coefficient, rel=1e-12)
     assert end.indentation_depth[0] == pytest.approx(result.residual_indentation_depth, rel=1e-12)
     assert end.contact_radius[0] == end.force[0] == 0.0
 
