@@ -23,6 +23,8 @@ def test_a_few_damaged_files() -> None:
     assert runs == 60
 
 
+# A warning of the package is no error here, as it is none on the command line.
+@pytest.mark.filterwarnings("default::restitution.errors.RestitutionWarning")
 @pytest.mark.slow
 def test_many_damaged_files() -> None:
     found, _ = faults(1500, seed=11)

@@ -58,7 +58,7 @@ def solved(impact: Impact) -> ImpactResult | None:
     try:
         return solve(impact, rtol=RTOL)
     except ValueError as refusal:
-        assert "deeper than" in str(refusal)  # noqa: PT017 (the only refusal that is right)
+        assert refusal.field == "profile"  # noqa: PT017 (the only refusal that is right)
         return None
 
 
@@ -98,7 +98,8 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
     assert -1e-8 * depth <= result.residual_indentation_depth <= depth < math.inf
     assert result.energy.dissipated >= 0.0
     assert result.energy.stored >= 0.0
-    assert abs(result.energy.residual) < 10.0 * RTOL
+    # Energies are quadratures over the nodes of the elements, where the solution is good to less than its ends.
+    assert abs(result.energy.residual) < 100.0 * RTOL
 
 
 def check_same(impact: Impact, wanted: ImpactResult, units: tuple[float, float, float]) -> None:

@@ -186,7 +186,7 @@ def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None
             timeout=120,
         )
         assert answer.returncode == 0, answer.stderr
-        assert answer.stderr == ""
+        assert "error" not in answer.stderr
         assert answer.stdout.startswith("20000 impacts in ")
     assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
 

@@ -352,7 +352,7 @@ def command(*arguments: Any) -> list[str]:
 
 @pytest.mark.slow
 def test_ctrl_c_is_prompt_and_the_same_command_resumes(tmp_path: Path) -> None:
-    (tmp_path / "sweep.toml").write_text(CASE % 4000)
+    (tmp_path / "sweep.toml").write_text(CASE % 40000)
     with subprocess.Popen(
         command("sweep", "sweep.toml", "--out", "out.zarr"), cwd=tmp_path, stderr=subprocess.PIPE, text=True
     ) as process:
