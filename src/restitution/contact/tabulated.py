@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import finite
 from restitution.contact.abel import AbelTransform
 from restitution.contact.profile import Array, Kinks, Profile, as_array
+from restitution.errors import InputError
 from restitution.quantities import LENGTH, Quantity
 
 if TYPE_CHECKING:
@@ -221,6 +222,13 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
         raise ValueError(
             f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
         )
+    for name, values in (("r", radii), ("f", heights)):
+        extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
+        if np.any(extreme):
+            i = int(np.argmax(extreme))
+            raise InputError(
+                name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,)
+            )
     if radii[0] != 0.0 or heights[0] != 0.0:
         raise ValueError(f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
     for name, values, bad, rule in (
