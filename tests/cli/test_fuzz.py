@@ -28,5 +28,4 @@ def test_a_few_damaged_files() -> None:
 @pytest.mark.slow
 def test_many_damaged_files() -> None:
     found, _ = faults(1500, seed=11)
-    # Some inputs at the ends of the range of doubles still leak a warning of NumPy.
-    assert [fault for fault in found if "RuntimeWarning" not in fault] == []
+    assert found == []

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
+from restitution.errors import InputError
 from restitution.quantities import INPUTS, Quantity
 
 Array = NDArray[np.float64]
@@ -83,7 +84,11 @@ class Profile(ABC):
     def __post_init__(self) -> None:
         """Check the parameters of a profile that is a dataclass, and convert them to SI."""
         for name, quantity in _parameters(type(self)).items():
-            object.__setattr__(self, name, quantity.check(getattr(self, name), name))
+            value = quantity.check(getattr(self, name), name)
+            if quantity.unit == "m" and np.any(np.abs(value) > 1e100):
+                # Squares and products of larger lengths overflow.
+                raise InputError(name, getattr(self, name), "must be at most 1e+100 m", "m")
+            object.__setattr__(self, name, value)
 
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
