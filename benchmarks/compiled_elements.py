@@ -47,11 +47,7 @@ def restitution(nu: float, p2: float, p3: float, depth: float, n: int, most: int
             u[i] = displacement
             lag = u3[i] - u2[i] - rate * u3[i]
             u1[i] += growth - rate * (u1[i] - u2[i])
-            u2[i] = (
-                displacement
-                if incompressible
-                else (side * displacement + g1 / 3.0 * u1[i] - g1 * lag) / stiffness
-            )
+            u2[i] = displacement if incompressible else (side * displacement + g1 / 3.0 * u1[i] - g1 * lag) / stiffness
             u3[i] = u2[i] + lag
             load = u2[i] + g1 * u3[i]
             if load < 0.0:

@@ -57,9 +57,7 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     points, exact = sample(count)
     one = np.ones(count)
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
-    batch = Batch(
-        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0
-    )
+    batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
     block = batch.scaled()
     found: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:
@@ -74,9 +72,7 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
                 seconds.append(clock() - start)
                 errors.append(None if e is None else abs(e - exact[n]))
             found.setdefault(method, []).append({"rtol": rtol, "seconds": seconds, "errors": errors})
-            note(
-                f"{method} {rtol:g}: {1e3 * np.mean(seconds):.1f} ms, {max(x for x in errors if x is not None):.1e}"
-            )
+            note(f"{method} {rtol:g}: {1e3 * np.mean(seconds):.1f} ms, {max(x for x in errors if x is not None):.1e}")
     return found
 
 
@@ -114,9 +110,7 @@ def _compiled(nu: float, p2: float, p3: float, depth: float, many: int) -> float
     return compiled_elements.restitution(nu, p2, p3, depth, many, 10**8)[0]
 
 
-def _refined(
-    method: Callable[[int], float], exact: float, errors: list[float], longest: float
-) -> dict[str, Any]:
+def _refined(method: Callable[[int], float], exact: float, errors: list[float], longest: float) -> dict[str, Any]:
     """Number of elements and time [s] with which each error is met, and the error that came out; None for never."""
     row: dict[str, Any] = {str(error): None for error in errors}
     wanted = sorted(errors, reverse=True)
@@ -183,9 +177,7 @@ def lammps(python: Path, pairs: int, steps: list[int], repeats: int, note: Note)
         seconds = best(partial(rs.solve, collision, rtol=rtol, workers=1), repeats) / pairs
         here.append({"rtol": rtol, "seconds": seconds, "error": float(np.abs(e - exact).max())})
         note(f"ours {rtol:g}: {1e6 * seconds:.1f} us")
-    solid = rs.standard_solid(
-        SHEAR_MODULUS, SHEAR_MODULUS, SHEAR_MODULUS * tau, poisson_ratio=0.5, density=DENSITY
-    )
+    solid = rs.standard_solid(SHEAR_MODULUS, SHEAR_MODULUS, SHEAR_MODULUS * tau, poisson_ratio=0.5, density=DENSITY)
     asked = [
         _asked(material, rs.collision(*[rs.Body(body, radius=RADIUS)] * 2, velocity=VELOCITY), pairs, repeats)
         for material, body in (("Kelvin-Voigt", rubber), ("standard solid", solid))

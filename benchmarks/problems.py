@@ -114,9 +114,7 @@ def wide(size: int, seed: int = 2) -> StandardSolids:
     return _standard_solids(size, seed, (-5.0, 2.0), (-4.0, 4.0))
 
 
-def _standard_solids(
-    size: int, seed: int, p2: tuple[float, float], p3: tuple[float, float]
-) -> StandardSolids:
+def _standard_solids(size: int, seed: int, p2: tuple[float, float], p3: tuple[float, float]) -> StandardSolids:
     random = np.random.default_rng(seed)
     nu = random.uniform(-0.9, 0.5, size)
     # Every third is incompressible: one mode fewer, and the limit that the paper is about.

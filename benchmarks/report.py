@@ -129,9 +129,7 @@ def profiles(results: dict[str, Any]) -> str:
                 f"{row['error']:.1e}",
             ]
         )
-    return _table(
-        ("profile", "mean, µs", "over the parabola", "its table, in each call", "largest error of e"), rows
-    )
+    return _table(("profile", "mean, µs", "over the parabola", "its table, in each call", "largest error of e"), rows)
 
 
 def line_through(x: Any, y: Any) -> tuple[float, float, float]:
@@ -303,12 +301,8 @@ def lammps(results: dict[str, Any]) -> str:
         [f"this package, rtol {_power(run['rtol'])}", "Kelvin-Voigt", _us(run["seconds"]), f"{run['error']:.1e}"]
         for run in found["ours"]
     ]  # fmt: skip
-    plane = next(
-        row for row in results["domains"] if row["domain"] == "paper's plane" and row["rtol"] == 1e-8
-    )
-    rows.append(
-        ["this package, rtol 1e-8", "standard solids, the plane", _us(plane["mean"]), f"{plane['error']:.1e}"]
-    )
+    plane = next(row for row in results["domains"] if row["domain"] == "paper's plane" and row["rtol"] == 1e-8)
+    rows.append(["this package, rtol 1e-8", "standard solids, the plane", _us(plane["mean"]), f"{plane['error']:.1e}"])
     for row in found["surrogates"]:
         words = "a surrogate good to 1e-8, its building included", "the same, asked again"
         rows += [
@@ -412,9 +406,7 @@ def draw_precision(results: dict[str, Any]) -> Any:
         if "lammps" in results:
             own = [run for run in results["lammps"]["runs"] if run["style"] == "granular"]
             plot("LAMMPS, its own law", [r["seconds"] for r in own], [r["error"] for r in own], "D-")
-        axes.set(
-            xscale="log", yscale="log", xlabel="mean time of an impact [s]", ylabel="largest error of $e$"
-        )
+        axes.set(xscale="log", yscale="log", xlabel="mean time of an impact [s]", ylabel="largest error of $e$")
         axes.grid(visible=True)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         return figure

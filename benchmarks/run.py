@@ -69,17 +69,11 @@ def sections(small: bool, python: Path | None) -> dict[str, Section]:
 
 def main() -> None:
     """Measure, and write tables and pictures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--peers", metavar="PYTHON", type=Path, default=os.environ.get("RESTITUTION_PEERS"))
-    parser.add_argument(
-        "--small", action="store_true", help="small sizes, for the development of the scripts"
-    )
+    parser.add_argument("--small", action="store_true", help="small sizes, for the development of the scripts")
     parser.add_argument("--only", metavar="NAME", nargs="+", help="measure these again and keep the rest")
-    parser.add_argument(
-        "--draw", action="store_true", help="measure nothing: tables and pictures from results.json"
-    )
+    parser.add_argument("--draw", action="store_true", help="measure nothing: tables and pictures from results.json")
     parser.add_argument("--out", metavar="FILE", type=Path, default=FOLDER / "results.json")
     given = parser.parse_args()
     if given.peers is None:

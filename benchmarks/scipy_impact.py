@@ -88,9 +88,7 @@ def solve(impact: ScaledImpact, method: str, rtol: float, most: int = 1_000_000)
     y, way = past(end), 1e-9 * end
     after = 2.0 * y[0] * way
     force = equilibrium * (2.0 / 3.0) * y[0] ** 3 + moduli @ y[3 : 3 + n]
-    begin = np.concatenate(
-        [[y[1] + after, -force * after], y[3 + n :] - after * (force + rates * y[3 + n :])]
-    )
+    begin = np.concatenate([[y[1] + after, -force * after], y[3 + n :] - after * (force + rates * y[3 + n :])])
     back = solve_ivp(rebound, (way, end), begin, method=method, rtol=rtol, atol=atol, first_step=0.1 * way)
     if back.status < 0:
         raise Unsuited(back.message)

@@ -152,18 +152,14 @@ def table(found: Summary) -> str:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer impacts, for a first look")
     size = QUICK if parser.parse_args().quick else FULL
     shown = sys.stderr.isatty()
 
     def progress(done: int, total: int) -> None:
         if shown:
-            print(
-                f"\rmeasuring {100 * done // total:3d} %", end="" if done < total else "\n", file=sys.stderr
-            )
+            print(f"\rmeasuring {100 * done // total:3d} %", end="" if done < total else "\n", file=sys.stderr)
 
     found = measure(size, progress)
     print("\n".join(describe().lines()))

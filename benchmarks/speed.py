@@ -42,9 +42,7 @@ def domains(points: int, alone: int, repeats: int, note: Note) -> list[dict[str,
             "share": share,
         }
         rows.append(row | {"times": [round(x, 9) for x in times.tolist()]})
-        note(
-            f"{name}, rtol {rtol:g}: mean {1e6 * mean:.1f}, worst {1e6 * times.max():.1f} us, error {share:.2f} rtol"
-        )
+        note(f"{name}, rtol {rtol:g}: mean {1e6 * mean:.1f}, worst {1e6 * times.max():.1f} us, error {share:.2f} rtol")
     return rows
 
 

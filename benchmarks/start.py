@@ -26,17 +26,13 @@ def _seconds(command: list[str], environment: dict[str, str]) -> tuple[float, fl
     start, before = time.perf_counter(), os.times()
     subprocess.run(command, check=True, capture_output=True, env=environment)
     wall, after = time.perf_counter() - start, os.times()
-    return wall, (after.children_user + after.children_system) - (
-        before.children_user + before.children_system
-    )
+    return wall, (after.children_user + after.children_system) - (before.children_user + before.children_system)
 
 
 def imports(repeats: int) -> float:
     """Time [s] that importing the package takes beyond NumPy's, the median."""
     printed = [
-        subprocess.run(
-            [sys.executable, "-c", IMPORT.format(name="restitution")], check=True, capture_output=True
-        )
+        subprocess.run([sys.executable, "-c", IMPORT.format(name="restitution")], check=True, capture_output=True)
         for _ in range(repeats)
     ]
     return statistics.median(float(done.stdout) for done in printed)

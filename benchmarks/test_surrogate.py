@@ -56,8 +56,7 @@ def over_velocity(name: str, folder: Path) -> Subject:
     v = np.exp(np.random.default_rng(1).uniform(*np.log(RANGE), POINTS))
     exact = rs.solve(replace(impact, velocity=v[:5000]), rtol=1e-11)
     measured = max(
-        float(np.abs(getattr(made, output)(v[:5000]) / getattr(exact, output) - 1.0).max())
-        for output in OUTPUTS
+        float(np.abs(getattr(made, output)(v[:5000]) / getattr(exact, output) - 1.0).max()) for output in OUTPUTS
     )
     size = made.save(folder / "surrogate.json").stat().st_size
     e = made.compiled()

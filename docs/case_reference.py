@@ -90,9 +90,7 @@ def readers(annotation: Any) -> Iterator[Reader]:
 def row(key: str, section: type[Section]) -> str:
     """Row of the table of a section."""
     field = section.model_fields[key]
-    found = next(
-        (one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None
-    )
+    found = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
     choices = [f'`"{one}"`' for part in (field.annotation, *typing.get_args(field.annotation))
                for one in typing.get_args(part) if isinstance(one, str)]  # fmt: skip
     words = WORDS.get(key) or field.description or (found.quantity.words if found else "")
@@ -169,9 +167,7 @@ def page() -> str:
 
 def _unit(section: type[Section], key: str) -> str:
     field = section.model_fields[key]
-    found = next(
-        (one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None
-    )
+    found = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
     return f" [{found.quantity.unit}]" if found is not None and found.quantity.unit else ""
 
 

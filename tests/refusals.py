@@ -15,8 +15,4 @@ def agrees(error: BaseException, message: str) -> bool:
     text = str(error)
     named = _NAMES.findall(message)
     place = re.split(r" = |: ", re.sub(r"^\S+\.(toml|json): ", "", message))[0]
-    return (
-        text.count("\n") == message.count("\n")
-        and place.split(".")[-1] in text
-        and all(n in text for n in named)
-    )
+    return text.count("\n") == message.count("\n") and place.split(".")[-1] in text and all(n in text for n in named)

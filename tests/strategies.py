@@ -18,9 +18,7 @@ _GAPS = (0.0, 2.3e-16, 1e-15, 1e-12, 1e-8, 1e-3)
 
 def logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
     """Numbers between low > 0 and high, spread over their orders of magnitude."""
-    return st.floats(math.log10(low), math.log10(high)).map(
-        lambda exponent: min(max(10.0**exponent, low), high)
-    )
+    return st.floats(math.log10(low), math.log10(high)).map(lambda exponent: min(max(10.0**exponent, low), high))
 
 
 @st.composite

@@ -141,9 +141,7 @@ def test_whole_numbers_and_choices():
 
 
 def test_errors_keep_their_parts_when_they_travel():
-    error = InputError("velocity", -1.0, "must be finite and > 0", "m/s", index=(2,)).within(
-        "impact", where="a.toml"
-    )
+    error = InputError("velocity", -1.0, "must be finite and > 0", "m/s", index=(2,)).within("impact", where="a.toml")
     twin = pickle.loads(pickle.dumps(error))
     assert str(twin) == str(error) == "a.toml: impact.velocity[2] = -1 m/s: must be finite and > 0"
     assert (twin.field, twin.value, twin.unit, twin.where) == ("impact.velocity", -1.0, "m/s", "a.toml")
@@ -153,9 +151,7 @@ def test_errors_keep_their_parts_when_they_travel():
 def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
     inside = min(max(quantity.low, -1.0) + 0.25, 0.5 * (quantity.low + min(quantity.high, 10.0)))
     assert quantity.check(inside) == inside
-    assert quantity.check(inside * pint.UnitRegistry().Quantity(1.0, quantity.unit or "1")) == pytest.approx(
-        inside
-    )
+    assert quantity.check(inside * pint.UnitRegistry().Quantity(1.0, quantity.unit or "1")) == pytest.approx(inside)
     outside = [quantity.low - 1.0, np.nan]
     outside += [quantity.low] if quantity.open else []
     outside += [] if quantity.infinite else [quantity.high + 1.0 if np.isfinite(quantity.high) else np.inf]

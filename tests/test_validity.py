@@ -222,9 +222,7 @@ def test_window_of_a_polymer_that_begins_after_the_contact():
     assert found.contact_time[0] < polymer.window[0]
 
 
-@pytest.mark.parametrize(
-    ("nu", "p2", "glass"), [(0.49, 1e-3, -0.806), (0.45, 1e-2, -0.665), (0.499, 1e-2, 0.405)]
-)
+@pytest.mark.parametrize(("nu", "p2", "glass"), [(0.49, 1e-3, -0.806), (0.45, 1e-2, -0.665), (0.499, 1e-2, 0.405)])
 def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
     # nu_0 = (3K - 2G_0)/(6K + 2G_0) of the curves of its figures 5 and 6.
     rubber = rs.standard_solid(1e6, 1e6 / p2, 1e3, poisson_ratio=nu)
@@ -271,9 +269,7 @@ def test_worst_of_an_array_and_of_several_contacts():
     second = solved(rs.Material(1e6, math.inf, density=1000.0), rs.Cone(1.2), 0.005, 1.0)
     assert first.strain_number.shape == (4,)
     both = together([first, second])
-    assert report(both)["small_strain"].value == pytest.approx(
-        max(first.strain_number.max(), second.strain_number[0])
-    )
+    assert report(both)["small_strain"].value == pytest.approx(max(first.strain_number.max(), second.strain_number[0]))
     assert report(both)["waves"].value == pytest.approx(second.radiated_energy_ratio[0])
 
 
@@ -293,9 +289,7 @@ def test_contact_without_an_end_is_judged_by_its_rise():
 
 
 def test_columns_are_registered_quantities():
-    found = solved(
-        rs.Material(1e6, 1e9, density=1000.0), rs.Parabola(0.01), 0.005, [0.1, 1.0], body_size=0.01
-    )
+    found = solved(rs.Material(1e6, 1e9, density=1000.0), rs.Parabola(0.01), 0.005, [0.1, 1.0], body_size=0.01)
     table = columns(found)
     assert list(table) == list(VALIDITY)
     for name, values in table.items():

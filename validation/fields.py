@@ -42,9 +42,7 @@ def hertz() -> list[tuple[str, float]]:
         ellipse = max(ellipse, worst(result.pressure(r, t), modulus / math.pi * np.sqrt((a - r) * (a + r))))
         inside = max(inside, worst(result.surface_displacement(r, t), depth - r**2 / 4.0))
         arcs = (2.0 - OUTSIDE**2) * np.arcsin(1.0 / OUTSIDE) + np.sqrt(OUTSIDE**2 - 1.0)
-        outside = max(
-            outside, worst(result.surface_displacement(a * OUTSIDE, t), a**2 / (2.0 * math.pi) * arcs)
-        )
+        outside = max(outside, worst(result.surface_displacement(a * OUTSIDE, t), a**2 / (2.0 * math.pi) * arcs))
         point = force / (math.pi * modulus * 1e4 * a)
         far = max(far, worst(result.surface_displacement(np.array([1e4 * a]), t), np.array([point])))
     return [
@@ -61,9 +59,7 @@ def punch() -> list[tuple[str, float]]:
     pressure = surface = 0.0
     for t, a, depth, force in states(result):
         r = a * INSIDE
-        pressure = max(
-            pressure, worst(result.pressure(r, t), force / (2.0 * math.pi * a * np.sqrt(a**2 - r**2)))
-        )
+        pressure = max(pressure, worst(result.pressure(r, t), force / (2.0 * math.pi * a * np.sqrt(a**2 - r**2))))
         outside = 2.0 * depth / math.pi * np.arcsin(1.0 / OUTSIDE)
         surface = max(surface, worst(result.surface_displacement(a * OUTSIDE, t), outside))
     return [
@@ -93,9 +89,7 @@ def main() -> None:
     rows = [*hertz(), *punch()]
     for name, tip in (("sphere", rs.Parabola(1.0)), ("cone", rs.Cone(1.1))):
         result = rs.solve(rs.Impact(SOLID, tip, 1.0, 1.0), rtol=1e-12)
-        rows.append(
-            (f"{name} on a solid of three branches: integral of the pressure over the force", carried(result))
-        )
+        rows.append((f"{name} on a solid of three branches: integral of the pressure over the force", carried(result)))
     lines = [
         "| what | largest relative error |",
         "|---|---|",

@@ -73,9 +73,7 @@ def cone(depth: float) -> float:
     return 0.5 * depth**2
 
 
-def impact_by_quadrature(
-    kernel: Kernel, force_integral: Callable[[float], float], step: float
-) -> tuple[float, float]:
+def impact_by_quadrature(kernel: Kernel, force_integral: Callable[[float], float], step: float) -> tuple[float, float]:
     """Restitution coefficient and contact time of m = v0 = 1 with a constant time step."""
     size, n, turn = 1024, 0, -1
     whole = kernel.integral(step * np.arange(size))
@@ -112,9 +110,7 @@ def impact_by_quadrature(
         acceleration = -force
 
 
-def extrapolated(
-    kernel: Kernel, force_integral: Callable[[float], float], step: float
-) -> tuple[float, float]:
+def extrapolated(kernel: Kernel, force_integral: Callable[[float], float], step: float) -> tuple[float, float]:
     """Restitution coefficient and contact time from the step and half of it, without the leading error."""
     coarse = impact_by_quadrature(kernel, force_integral, step)
     fine = impact_by_quadrature(kernel, force_integral, 0.5 * step)

@@ -36,7 +36,9 @@ _SOLID = (
     '[material]\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\n'
     "poisson_ratio = 0.45\n"
 )
-_LIQUID = '[material]\nmodel = "burgers"\nmaxwell_modulus = "1 MPa"\nmaxwell_viscosity = "1 kPa s"\nkelvin_modulus = 1e6\n'
+_LIQUID = (
+    '[material]\nmodel = "burgers"\nmaxwell_modulus = "1 MPa"\nmaxwell_viscosity = "1 kPa s"\nkelvin_modulus = 1e6\n'
+)
 _PRONY = '[material]\nbulk_modulus = "1 GPa"\n[material.shear]\nequilibrium_modulus = "1 MPa"\n'
 _FRACTIONAL = '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = 1e6\nbranch_modulus = 1e7\n'
 

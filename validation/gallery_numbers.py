@@ -79,9 +79,7 @@ def from_tension(tension: Series, bulk: float) -> Series:
 def in_line(one: Series, other: Series) -> Series:
     """1/E* = 1/E1 + 1/E2."""
     thetas = times_where(lambda s: carson(one, s) + carson(other, s), np.concatenate([one[2], other[2]]))
-    moduli = [
-        carson(one, -1.0 / t) ** 2 * t / (slope(one, -1.0 / t) + slope(other, -1.0 / t)) for t in thetas
-    ]
+    moduli = [carson(one, -1.0 / t) ** 2 * t / (slope(one, -1.0 / t) + slope(other, -1.0 / t)) for t in thetas]
     return one[0] * other[0] / (one[0] + other[0]), np.array(moduli), np.array(thetas)
 
 
@@ -104,9 +102,7 @@ def restitution(series: Series, radius: float, mass: float, velocity: float, wei
         s, v = state[:2]
         y, w = state[3 : 3 + n], state[3 + n :]
         dv = -2.0 * s * (force(s, y) - weight)
-        return np.concatenate(
-            [[v, dv, 2.0 * s], -2.0 * s * y / taus + 2.0 * s * s * v, -2.0 * s * w / taus + dv]
-        )
+        return np.concatenate([[v, dv, 2.0 * s], -2.0 * s * y / taus + 2.0 * s * s * v, -2.0 * s * w / taus + dv])
 
     def turned(_: float, state: Array) -> float:
         return float(state[1])

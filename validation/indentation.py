@@ -78,9 +78,7 @@ def half_space(series: rs.PronySeries) -> rs.Material:
     return rs.Material(series.scaled(0.25), math.inf)
 
 
-def by_elements(
-    series: rs.PronySeries, profile: Any, knots: Any, depths: Any, count: int
-) -> tuple[Any, Any, float]:
+def by_elements(series: rs.PronySeries, profile: Any, knots: Any, depths: Any, count: int) -> tuple[Any, Any, float]:
     """Times, forces and the end of contact of a foundation of `count` elements, in 4 `count` steps."""
     radius = float(profile.contact_radius(np.max(depths)))
     dx = radius / count
@@ -97,9 +95,7 @@ def by_elements(
         rate = ((now - before) / step)[:, None]
         memory = memory * fading + rate * series.relaxation_times * (1.0 - fading)
         load = (
-            series.equilibrium_modulus * now
-            + memory @ series.branch_moduli
-            + series.parallel_viscosity * rate[:, 0]
+            series.equilibrium_modulus * now + memory @ series.branch_moduli + series.parallel_viscosity * rate[:, 0]
         )
         gone |= (load < 0.0) & (now > 0.0)
         forces.append(2.0 * dx * float(np.sum(load[~gone])))

@@ -57,9 +57,7 @@ def random_materials() -> list[str]:
         f"{len(rows):,} impacts with random materials, 1 to 30 terms in shear and in bulk over 14 decades, a tenth with a "
         "dashpot, a twentieth liquid, on all profiles: errors of e over `rtol max(e, 1e-3)`, against `rtol = 1e-11`.",
         "",
-        "| profile | impacts | "
-        + " | ".join(f"largest at {rtol:.0e}" for rtol in TOLERANCES)
-        + " | failed |",
+        "| profile | impacts | " + " | ".join(f"largest at {rtol:.0e}" for rtol in TOLERANCES) + " | failed |",
         "|---|---|" + "---|" * (len(TOLERANCES) + 1),
     ]
     for name in sorted({name for name, _ in rows}):

@@ -195,8 +195,7 @@ def extrapolated(coefficient: float, damping: str, velocity: float = VELOCITY) -
     # Velocity Verlet hands the damping the velocity of half a step ago: first order.
     count = min(coarse.time.size, (fine.time.size + 1) // 2) - 1
     columns = [
-        2.0 * finer[: 2 * count : 2] - coarser[:count]
-        for coarser, finer in zip(coarse[1:4], fine[1:4], strict=True)
+        2.0 * finer[: 2 * count : 2] - coarser[:count] for coarser, finer in zip(coarse[1:4], fine[1:4], strict=True)
     ]
     return Motion(coarse.time[:count], *columns, 2.0 * fine.restitution - coarse.restitution)
 
@@ -357,9 +356,7 @@ def main() -> None:
     engine.close()
     loss = 0.3
     text = [
-        INTRODUCTION.format(
-            version=version, radius=RADIUS, density=DENSITY, modulus=SHEAR_MODULUS, velocity=VELOCITY
-        ),
+        INTRODUCTION.format(version=version, radius=RADIUS, density=DENSITY, modulus=SHEAR_MODULUS, velocity=VELOCITY),
         RESTITUTION.format(
             steps=STEPS,
             twice=2 * STEPS,
@@ -367,9 +364,7 @@ def main() -> None:
         ),
         HISTORY.format(table=history_table([0.01, 0.1, 1.0])),
         TIME_STEP.format(loss=loss, table=step_table([20, 50, 100, 200, 1000], loss)),
-        WANTED.format(
-            velocity=VELOCITY, slow=0.01 * VELOCITY, table=wanted_table([0.95, 0.8, 0.5, 0.2, 0.05])
-        ),
+        WANTED.format(velocity=VELOCITY, slow=0.01 * VELOCITY, table=wanted_table([0.95, 0.8, 0.5, 0.2, 0.05])),
     ]
     Path(__file__).with_suffix(".md").write_text("".join(text), encoding="utf-8")
 

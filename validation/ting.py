@@ -69,9 +69,7 @@ class Creep:
     def at(self, t: Any) -> Any:
         """J(t), 0 before."""
         t = np.asarray(t, dtype=float)[..., None]
-        value = (
-            self.glass + self.flow * t[..., 0] - np.expm1(-np.maximum(t, 0.0) * self.rates) @ self.amplitudes
-        )
+        value = self.glass + self.flow * t[..., 0] - np.expm1(-np.maximum(t, 0.0) * self.rates) @ self.amplitudes
         return np.where(t[..., 0] >= 0.0, value, 0.0)
 
     def integral(self, t: Any) -> Any:
@@ -122,11 +120,7 @@ class UnderDepth:
         """Load of an element at the depth `beyond`: int_t1^t E d' dt'."""
         total = self.dashpot * self.rate(t)
         for a, b, x, y in self.pieces(t, beyond):
-            mean = (
-                relaxed(self.series, t - b, t - a) / (b - a)
-                if b > a
-                else modulus(self.series, np.array(t - a))
-            )
+            mean = relaxed(self.series, t - b, t - a) / (b - a) if b > a else modulus(self.series, np.array(t - a))
             total += (y - x) * float(mean)
         return total
 
@@ -168,9 +162,7 @@ class UnderDepth:
             if moment < self.turning:
                 now = 2.0 * self.dashpot * float(self.profile.contact_radius(depth)) * self.rate(moment)
             elif self.load(moment, self.largest) < 0.0:
-                depth = brentq(
-                    lambda x, t=moment: self.load(t, x), 0.0, self.largest, xtol=1e-300, rtol=1e-15
-                )
+                depth = brentq(lambda x, t=moment: self.load(t, x), 0.0, self.largest, xtol=1e-300, rtol=1e-15)
             else:
                 depth = self.largest
             depths.append(depth)
@@ -185,8 +177,7 @@ class UnderDepth:
         radii = np.asarray(self.profile.contact_radius(np.array(depths)))
         both = math.isfinite(end) or math.isfinite(result.contact_end_time)
         return {
-            "force": float((np.abs(found.force.values - forces) - rounding).max(initial=0.0))
-            / result.max_force,
+            "force": float((np.abs(found.force.values - forces) - rounding).max(initial=0.0)) / result.max_force,
             "contact radius": float(np.abs(found.contact_radius - radii).max()) / result.max_contact_radius,
             "end of contact": abs(result.contact_end_time - touch - end) / stop if both else 0.0,
         }
@@ -258,9 +249,7 @@ class UnderForce:
         radii_there = [sampled_radius(x) for x in kinks]
         last = stop * (1.0 - 1e-9)
         kinks += [
-            brentq(
-                lambda x, a=a: sampled_radius(x) - a, turning * (1.0 + 1e-12), last, xtol=1e-300, rtol=1e-15
-            )
+            brentq(lambda x, a=a: sampled_radius(x) - a, turning * (1.0 + 1e-12), last, xtol=1e-300, rtol=1e-15)
             for a in radii_there
             if (sampled_radius(turning * (1.0 + 1e-12)) - a) * (sampled_radius(last) - a) < 0.0
         ]
@@ -272,9 +261,7 @@ class UnderForce:
             for low, high in pairwise(places):
                 low, high = low * (1.0 + 1e-15), high * (1.0 - 1e-15)
                 if self.force(moment, low) <= given <= self.force(moment, high):
-                    t1 = brentq(
-                        lambda x, t=moment, f=given: self.force(t, x) - f, low, high, xtol=1e-300, rtol=1e-15
-                    )
+                    t1 = brentq(lambda x, t=moment, f=given: self.force(t, x) - f, low, high, xtol=1e-300, rtol=1e-15)
                     break
             else:
                 continue  # within a step
@@ -288,9 +275,9 @@ class UnderForce:
                 rates = result.sample(
                     np.clip(a + (b - a) * SHARES + touch, a + touch, b + touch)
                 ).indentation_velocity.values
-                total += float(
-                    (QUADRATURE * modulus(self.series, (moment - b) + (b - a) * SHARES[::-1])) @ rates
-                ) * (b - a)
+                total += float((QUADRATURE * modulus(self.series, (moment - b) + (b - a) * SHARES[::-1])) @ rates) * (
+                    b - a
+                )
             glass = self.series.instantaneous_modulus
             residual = max(residual, abs(total) / (glass * result.max_indentation_depth))
         return {"depth": worst, "contact radius": radius, "Ting's condition": residual}

@@ -29,9 +29,7 @@ force_indentation(right, result.history)
 # at 1.25 s, and an end of the contact near 1.41 s.
 
 late = float(result.sample([1.25]).force[0])
-print(
-    f"largest force {result.max_force:.8e} N, at 1.25 s {late:.8e} N, end at {result.contact_end_time:.4f} s"
-)
+print(f"largest force {result.max_force:.8e} N, at 1.25 s {late:.8e} N, end at {result.contact_end_time:.4f} s")
 assert abs(result.max_force / 1.38541713e-9 - 1.0) < 1e-8
 assert abs(late / 2.32146714e-10 - 1.0) < 1e-8
 assert abs(result.contact_end_time - 1.41) < 0.005

@@ -49,9 +49,7 @@ punch = np.array([restitution_on(one, rs.FlatPunch(0.01)) for one in exponents])
 sphere = np.array([restitution_on(one, rs.Parabola(0.01)) for one in exponents])
 curve = np.linspace(0.02, 0.75, 60)
 
-fig, (upper, lower) = plt.subplots(
-    2, 1, figsize=(6.4, 5.6), height_ratios=(2, 1), sharex=True, layout="constrained"
-)
+fig, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), height_ratios=(2, 1), sharex=True, layout="constrained")
 upper.plot(curve, [closed_form(one) for one in curve], label="flat punch, closed form")
 upper.plot(exponents, punch, "o", markersize=4, label="flat punch, computed")
 upper.set_ylabel("restitution coefficient $e$")

@@ -112,9 +112,7 @@ def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
         raise InputTypeError(name, value, _NUMBER) from None
 
 
-def _checked(
-    name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str
-) -> Numeric:
+def _checked(name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str) -> Numeric:
     if not np.all(good):
         where = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
         bad = float(np.atleast_1d(array)[where])
@@ -168,9 +166,7 @@ def between(name: str, value: Any, low: float, high: float, unit: str = "") -> N
 
 def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     """Return `value` as an int, refusing all that is no whole number in [low, high]."""
-    wanted = (
-        f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
-    )
+    wanted = f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise InputTypeError(name, value, wanted)
     if value < low or (high is not None and value > high):

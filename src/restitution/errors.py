@@ -75,9 +75,7 @@ class InputError(ValueError):
     def within(self, section: str = "", *, where: str = "") -> Self:
         """Return the same error for a field that stands in a section, or in a file."""
         field = f"{section}.{self.field}" if section and self.field else section or self.field
-        return type(self)(
-            field, self.value, self.wanted, self.unit, index=self.index, where=where or self.where
-        )
+        return type(self)(field, self.value, self.wanted, self.unit, index=self.index, where=where or self.where)
 
     def __reduce__(self) -> Any:
         return _rebuild, (type(self), self.field, self.value, self.wanted, self.unit, self.index, self.where)

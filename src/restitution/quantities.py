@@ -244,14 +244,10 @@ OUTPUTS = {
 VALIDITY = {
     one.name: one
     for one in (
-        _nonnegative(
-            "strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"
-        ),
+        _nonnegative("strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"),
         _nonnegative("contact_size_ratio", NUMBER, "contact radius over size of the target", r"$a/h$"),
         _nonnegative("mach_number", NUMBER, "velocity over shear wave speed", r"$v_0/c$"),
-        Quantity(
-            "radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0
-        ),
+        Quantity("radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0),
         _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
         Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
         _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
@@ -339,9 +335,7 @@ def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
 
 def needs(outputs: Iterable[str], wanted: Container[str]) -> bool:
     """Whether outputs, or those that they derive from, are among the wanted."""
-    return any(
-        name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs
-    )
+    return any(name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs)
 
 
 def needs_quadrature(outputs: Iterable[str]) -> bool:
@@ -367,9 +361,7 @@ def checked_outputs(names: Any) -> tuple[str, ...]:
     """Return names of outputs in the order of the registry, refusing those that are not known."""
     if not isinstance(names, Iterable):
         raise InputTypeError("outputs", names, "must be a sequence of names")
-    wanted = [
-        known("outputs", name, SWEEP_OUTPUTS) for name in ([names] if isinstance(names, str) else names)
-    ]
+    wanted = [known("outputs", name, SWEEP_OUTPUTS) for name in ([names] if isinstance(names, str) else names)]
     if not wanted:
         raise InputError("outputs", wanted="must name at least one output")
     return tuple(name for name in SWEEP_OUTPUTS if name in wanted)

@@ -145,9 +145,7 @@ class Validity:
         return "\n".join([*lines, *notes])
 
     def _repr_html_(self) -> str:
-        heads = "".join(
-            f"<th>{word}</th>" for word in ("assumption", "value", "limit", "", "numbers", "advice")
-        )
+        heads = "".join(f"<th>{word}</th>" for word in ("assumption", "value", "limit", "", "numbers", "advice"))
         rows = [[*_row(check), check.message, check.advice] for check in self.checks]
         cells = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table><tr>{heads}</tr>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
@@ -371,9 +369,7 @@ def _density(numbers: Numbers) -> Check:
     return _check("density", "mean_density", value, limits, exceeded, text, advice)
 
 
-def _check(
-    kind: str, name: str, value: float, threshold: Threshold, exceeded: Any, text: str, advice: str
-) -> Check:
+def _check(kind: str, name: str, value: float, threshold: Threshold, exceeded: Any, text: str, advice: str) -> Check:
     message = f"{_TITLES[kind]}: {text}"
     return Check(kind, VALIDITY[name].words, float(value), threshold, bool(exceeded), message, advice)
 

@@ -67,9 +67,7 @@ def test_even_terms_share_one_glass_modulus(terms):
     shear = impact.material.shear
     assert shear.n_branches == terms
     assert shear.instantaneous_modulus == pytest.approx(11.0, rel=1e-12)
-    assert [b / a for a, b in pairwise(shear.relaxation_times)] == pytest.approx(
-        [10 ** (10 / 6)] * (terms - 1)
-    )
+    assert [b / a for a, b in pairwise(shear.relaxation_times)] == pytest.approx([10 ** (10 / 6)] * (terms - 1))
 
 
 def test_parabolas_on_materials_of_the_plane_have_their_p3():

@@ -81,9 +81,7 @@ def test_the_file_says_what_python_does() -> None:
 
 def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
     material = 'model = "fractional_zener"\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\n'
-    material += (
-        'relaxation_time = "1 ms"\nexponent = 0.5\nbulk_modulus = "1 GPa"\napproximation_rtol = 1e-3\n'
-    )
+    material += 'relaxation_time = "1 ms"\nexponent = 0.5\nbulk_modulus = "1 GPa"\napproximation_rtol = 1e-3\n'
     text = re.sub(r"\[material\](.|\n)*\[impact\]", f"[material]\n{material}[impact]", SOFT)
     found = read(text).bounces()
     touches = found.contact_time[np.isfinite(found.contact_time)]

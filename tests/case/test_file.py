@@ -177,9 +177,7 @@ def test_end_moduli(folder: Path, ends: str, numbers: str, equilibrium: float, b
 def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
     (folder / "deep").mkdir()
     (folder / "deep" / "terms.csv").write_text("relaxation_time_ms,branch_modulus_MPa\n1,2\n")
-    text = (
-        '[material]\nbulk_modulus = inf\n[material.shear]\nequilibrium_modulus = 1e6\nterms = "terms.csv"\n'
-    )
+    text = '[material]\nbulk_modulus = inf\n[material.shear]\nequilibrium_modulus = 1e6\nterms = "terms.csv"\n'
     (folder / "deep" / "ball.toml").write_text(BODY + IMPACT + text)
     assert read_case("deep/ball.toml").impact.material.shear == PronySeries(1e6, [2e6], [1e-3])
 
@@ -325,14 +323,12 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         (
             "relaxation_times",
             "relaxation_time",
-            'material.shear.relaxation_time = [0.001, "10 ms", 0.1]: unknown key; '
-            "did you mean relaxation_times?",
+            'material.shear.relaxation_time = [0.001, "10 ms", 0.1]: unknown key; did you mean relaxation_times?',
         ),
         (
             'equilibrium_modulus = "1 MPa"',
             "",
-            "material.shear: give exactly one of equilibrium_modulus and "
-            "instantaneous_modulus; none is given",
+            "material.shear: give exactly one of equilibrium_modulus and instantaneous_modulus; none is given",
         ),
         (
             'equilibrium_modulus = "1 MPa"',
@@ -368,14 +364,12 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         (
             'bulk = "3 GPa"',
             'bulk = "3 GPa"\npoisson_ratio = 0.3',
-            "material: give exactly one of bulk, bulk_modulus and "
-            "poisson_ratio; bulk and poisson_ratio are given",
+            "material: give exactly one of bulk, bulk_modulus and poisson_ratio; bulk and poisson_ratio are given",
         ),
         (
             'bulk = "3 GPa"',
             'bulk = "3 GPa m"',
-            'material.bulk = "3 GPa m": is a stiffness, not a modulus; '
-            'write e.g. "2 MPa", or a plain number in Pa',
+            'material.bulk = "3 GPa m": is a stiffness, not a modulus; write e.g. "2 MPa", or a plain number in Pa',
         ),
         (
             'bulk = "3 GPa"',

@@ -133,18 +133,14 @@ def test_measured_data_are_fitted() -> None:
     Path("relaxation.csv").write_text(f"t [s],G [Pa]\n{rows}\n")
     found = material('file = "relaxation.csv"\nbulk_modulus = "1 GPa"\nmisfit = 1e-3')
     inside = np.geomspace(1e-3, 0.1, 9)
-    np.testing.assert_allclose(
-        found.shear.relaxation_modulus(inside), truth.relaxation_modulus(inside), rtol=5e-3
-    )
+    np.testing.assert_allclose(found.shear.relaxation_modulus(inside), truth.relaxation_modulus(inside), rtol=5e-3)
     assert found.window == pytest.approx((1e-4, 1.0))
     assert found.assumptions is not None
     assert "Prony terms fitted to the data" in found.assumptions
 
 
 def test_a_deck_of_a_solver() -> None:
-    Path("deck.inp").write_text(
-        "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"
-    )
+    Path("deck.inp").write_text("*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n")
     assert material('file = "deck.inp"').shear == PronySeries(1.5, [1.5], [2.0])
     assert material('file = "deck.inp"\nyoungs_modulus = 18').shear == PronySeries(3.0, [3.0], [2.0])
 
@@ -175,18 +171,14 @@ def test_a_fractional_model_is_good_in_the_window_of_its_contact() -> None:
     exact = 1e6 + 1e4 * t**-0.4 / math.gamma(0.6)
     np.testing.assert_allclose(series.relaxation_modulus(t), exact, rtol=1e-8)
     (note,) = found.notes(result)
-    assert re.fullmatch(
-        r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note
-    )
+    assert re.fullmatch(r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note)
     # A window much wider at both ends changes nothing.
     model = springpot(1e4, 0.4)
     wide = FractionalMaterial(type(model)(1e6, 1e4, 0.4), math.inf).approximation(
         (1e-9 * duration, 1e3 * duration), 1e-8
     )
     impact = result.impact
-    known = solve(
-        Impact(material=wide.material, profile=impact.profile, mass=impact.mass, velocity=impact.velocity)
-    )
+    known = solve(Impact(material=wide.material, profile=impact.profile, mass=impact.mass, velocity=impact.velocity))
     assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-7)
 
 
@@ -256,8 +248,7 @@ FILES = {
         ),
         (
             'library = "ice"\ntemperature = "1 m"',
-            '.temperature = "1 m": is a length, not a temperature; write e.g. "20 degC", '
-            "or a plain number in K",
+            '.temperature = "1 m": is a length, not a temperature; write e.g. "20 degC", or a plain number in K',
         ),
         (
             'library = "ice"\nshear = 3',
@@ -378,13 +369,11 @@ FILES = {
         ),
         (
             'shear = {terms = "terms.csv"}\nbulk = inf',
-            '.shear.terms = "terms.csv": holds moduli in tension; give it as material.file, '
-            "which takes them to shear",
+            '.shear.terms = "terms.csv": holds moduli in tension; give it as material.file, which takes them to shear',
         ),
         (
             'shear = {terms = "deck.inp"}\nbulk = inf',
-            '.shear.terms = "deck.inp": must hold Prony terms; give measured data and solver decks as '
-            "material.file",
+            '.shear.terms = "deck.inp": must hold Prony terms; give measured data and solver decks as material.file',
         ),
     ],
 )

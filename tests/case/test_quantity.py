@@ -109,15 +109,12 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
         (
             "1 cm^-1",
             LENGTH,
-            "is a quantity of dimension 1 / [length], not a length; "
-            'write e.g. "10 mm", or a plain number in m',
+            'is a quantity of dimension 1 / [length], not a length; write e.g. "10 mm", or a plain number in m',
         ),
         ("0.45 m", NUMBER, "is a length, not a dimensionless number; write a plain number"),
     ],
 )
-def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(
-    text: str, kind: Dimension, message: str
-) -> None:
+def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(text: str, kind: Dimension, message: str) -> None:
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
         to_si(text, kind)
 

@@ -215,9 +215,7 @@ def test_groups_of_the_paper() -> None:
     np.testing.assert_allclose(alone.restitution_coefficient, wanted, rtol=1e-12)
     # Of a case they set the branch modulus and the viscosity, which the file then does not have.
     solid = '[material]\nequilibrium_modulus = "3 MPa"\npoisson_ratio = 0.3\n'
-    within = sweep(
-        BODY + solid + "[axes]\nvelocity = [0.2, 3]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = [0.1, 1, 10]\n"
-    )
+    within = sweep(BODY + solid + "[axes]\nvelocity = [0.2, 3]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = [0.1, 1, 10]\n")
     for n in range(2):
         np.testing.assert_allclose(within.restitution_coefficient[n], wanted, rtol=ROUNDING)
 
@@ -236,19 +234,14 @@ def test_materials_from_a_list() -> None:
 
 
 def test_materials_of_a_list_are_called_by_their_source() -> None:
-    tables = (
-        "[[axes.material]]\nlibrary = 'epoxy'\n[[axes.material]]\nshear = '30 GPa'\npoisson_ratio = 0.2\n"
-    )
+    tables = "[[axes.material]]\nlibrary = 'epoxy'\n[[axes.material]]\nshear = '30 GPa'\npoisson_ratio = 0.2\n"
     result = sweep(BODY + IMPACT + "[axes]\nvelocity = [1]\n" + tables)
     assert result.material.values.tolist() == ["epoxy", "material 2"]
 
 
 def test_draws() -> None:
     result = sweep(
-        BODY
-        + SOLID
-        + IMPACT
-        + "[axes]\nvelocity = [0.5]\n[samples]\nn = 8\nseed = 3\nmethod = 'latin_hypercube'\n"
+        BODY + SOLID + IMPACT + "[axes]\nvelocity = [0.5]\n[samples]\nn = 8\nseed = 3\nmethod = 'latin_hypercube'\n"
         'mass = { lognormal = ["5 g", 0.1] }\nmaterial.viscosity = { normal = ["1 kPa s", "50 Pa s"] }\n'
         'radius = { uniform = ["9 mm", "11 mm"] }\nmaterial.branch_modulus = { loguniform = ["1 MPa", 1e7] }\n'
     )
@@ -291,9 +284,7 @@ def test_options_and_the_record(tmp_path: Path) -> None:
 
 def test_a_plan_reaches_workers_that_run_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     Path("terms.csv").write_text("relaxation_time_s,branch_modulus_MPa\n1e-3,2\n1e-2,3\n")
-    material = (
-        '[material]\nbulk = "3 GPa"\n[material.shear]\nequilibrium_modulus = "1 MPa"\nterms = "terms.csv"\n'
-    )
+    material = '[material]\nbulk = "3 GPa"\n[material.shear]\nequilibrium_modulus = "1 MPa"\nterms = "terms.csv"\n'
     Path("sweep.toml").write_text(
         BODY + material + '[axes]\nvelocity = [0.1]\nbody.radius = [0.01]\nprofile.type = ["parabola"]\n'
     )

@@ -112,9 +112,7 @@ def test_the_program_itself() -> None:
 
 
 def test_anything_else_is_refused() -> None:
-    with pytest.raises(
-        TypeError, match=r"^subject = 3: must be an Impact, a result, a Case, a Material or a"
-    ):
+    with pytest.raises(TypeError, match=r"^subject = 3: must be an Impact, a result, a Case, a Material or a"):
         cite(3)
     with pytest.raises(TypeError, match="subject = namespace"):
         cite(SimpleNamespace(material=SOLID))

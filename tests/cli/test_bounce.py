@@ -79,9 +79,7 @@ def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     assert answer.stdout.startswith("A [bold] ball, from 50 mm\n")
     assert ["2", "0.2", "0.5", "0.75", "2", "12.5"] in lines
     assert ["3", "0.3", "0.3333", "0", "stays", "0"] in lines
-    assert (
-        answer.stdout.splitlines()[-1] == "3 bounces in 0.3 s; captured: the weight holds the body in contact"
-    )
+    assert answer.stdout.splitlines()[-1] == "3 bounces in 0.3 s; captured: the weight holds the body in contact"
     assert answer.stderr == "warning: recovery: some\n"
 
 

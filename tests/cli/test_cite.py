@@ -76,6 +76,4 @@ def test_indentations_and_sweeps() -> None:
     Path("sweep.toml").write_text(CASE.replace('[impact]\nvelocity = "1 m/s"\n', "") + axes)
     answer = run("sweep.toml")
     assert answer.exit_code == 0, answer.stderr
-    assert {"simon2000", "love1939", "hairer1996"} < set(
-        re.findall(r"^@\w+\{(\w+),", answer.stdout, flags=re.M)
-    )
+    assert {"simon2000", "love1939", "hairer1996"} < set(re.findall(r"^@\w+\{(\w+),", answer.stdout, flags=re.M))

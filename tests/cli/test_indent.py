@@ -107,9 +107,7 @@ def test_a_picture_is_written() -> None:
 
 def test_bad_input_ends_with_one_line_and_code_2() -> None:
     Path("again.toml").write_text(
-        CASE.replace(
-            '"1 um"\nshape = "triangle"\nloading_time = "1 s"', '"[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]'
-        ),
+        CASE.replace('"1 um"\nshape = "triangle"\nloading_time = "1 s"', '"[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]'),
         encoding="utf-8",
     )
     for arguments, message in (

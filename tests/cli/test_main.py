@@ -146,9 +146,7 @@ def test_json_has_no_infinite_numbers(folder: Path, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("columns", ["20", "300"])
-def test_the_table_is_whole_whatever_the_width(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, columns: str
-) -> None:
+def test_the_table_is_whole_whatever_the_width(folder: Path, monkeypatch: pytest.MonkeyPatch, columns: str) -> None:
     fake(monkeypatch)
     monkeypatch.setenv("COLUMNS", columns)
     answer = run("solve", "ball.toml")
@@ -209,9 +207,7 @@ def test_a_body_that_never_comes_back(folder: Path) -> None:
     assert os.listdir() == ["ball.toml"]
 
 
-def test_a_long_compilation_is_explained(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_long_compilation_is_explained(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(progress, "_SUSPICIOUS", 0.01)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(exact, "is_ready", lambda: False)
@@ -233,9 +229,7 @@ def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch
     columns = "time [s],indentation_depth [m],indentation_velocity [m/s],force [N],contact_radius [m]"
     assert lines[0] == columns + ",kinetic_energy [J],stored_energy [J],dissipated_energy [J]"
     # Written so that the number read is the number computed.
-    np.testing.assert_array_equal(
-        np.array(lines[2].split(",")[:5], dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3]
-    )
+    np.testing.assert_array_equal(np.array(lines[2].split(",")[:5], dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3])
     with xr.open_dataset("h.nc", engine="h5netcdf") as stored:
         assert stored.equals(result().history)
         assert {"title", "version", "mass", "velocity", "material", "profile"} <= set(stored.attrs)
@@ -269,15 +263,11 @@ def test_times_outside_the_contact_are_refused(folder: Path, monkeypatch: pytest
     fake(monkeypatch)
     answer = run("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "1 s", "--json")
     assert answer.exit_code == 2
-    assert (
-        answer.stderr == 'error: --pressure-at "1 s": must be within the contact, which lasts 0.00123457 s\n'
-    )
+    assert answer.stderr == 'error: --pressure-at "1 s": must be within the contact, which lasts 0.00123457 s\n'
     assert answer.stdout == ""
 
 
-def test_a_file_that_cannot_be_finished_leaves_nothing_behind(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_cannot_be_finished_leaves_nothing_behind(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(path: Path, content: Any) -> None:
         path.write_text("half")
         raise OSError(28, "No space left on device")
@@ -421,9 +411,7 @@ def test_help_loads_nothing_heavy() -> None:
         "heavy = {'numpy', 'scipy', 'numba', 'pint', 'xarray', 'matplotlib', 'pydantic'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
-    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert answer.returncode == 0, answer.stderr
 
 
@@ -439,8 +427,7 @@ def test_bad_input_gives_no_traceback(tmp_path: Path) -> None:
     answer = program("solve", str(case))
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == (
-        f'error: {case}: body.radius = "10 s": is a time, not a length; '
-        'write e.g. "10 mm", or a plain number in m\n'
+        f'error: {case}: body.radius = "10 s": is a time, not a length; write e.g. "10 mm", or a plain number in m\n'
     )
 
 
@@ -494,9 +481,7 @@ def test_warnings_of_the_libraries_are_one_line_each() -> None:
         "tables.version = lambda: warnings.warn('careful') or '1'\n"
         "main.main()"
     )
-    answer = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
-    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "restitution 1\n", "warning: careful\n")
 
 
@@ -505,8 +490,7 @@ def test_a_case_of_another_command_is_sent_there(folder: Path) -> None:
     answer = run("solve", "tip.toml")
     assert answer.exit_code == 2
     assert answer.stderr == (
-        "error: tip.toml: indentation: does not belong here; a prescribed indentation is for `restitution indent`"
-        "\n"
+        "error: tip.toml: indentation: does not belong here; a prescribed indentation is for `restitution indent`\n"
     )
     answer = run("indent", "ball.toml")
     assert answer.exit_code == 2

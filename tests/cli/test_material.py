@@ -78,9 +78,7 @@ def test_terms_decks_and_shift_factors() -> None:
     assert "relaxation [-]" in shown
     assert "[Pa]" not in shown
 
-    Path("deck.inp").write_text(
-        "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"
-    )
+    Path("deck.inp").write_text("*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n")
     content = json.loads(run("deck.inp", "--json").stdout)
     assert (content["kind"], content["terms_in_shear"], content["terms_in_bulk"]) == (
         "deck of a solver",
@@ -149,9 +147,7 @@ def test_a_modulus_that_rises_is_refused() -> None:
     Path("inc.csv").write_text("t,E\ns,MPa\n1,1\n2,2\n3,30\n4,500\n")
     answer = run("inc.csv")
     assert (answer.exit_code, answer.stdout) == (2, "")
-    assert answer.stderr.startswith(
-        "error: inc.csv: line 4: E is 2e+06 Pa, and 1e+06 Pa in line 3: must fall "
-    )
+    assert answer.stderr.startswith("error: inc.csv: line 4: E is 2e+06 Pa, and 1e+06 Pa in line 3: must fall ")
 
 
 def test_a_poor_fit_is_told_of() -> None:

@@ -55,17 +55,10 @@ def test_sweep_stores_says_how_fast_and_goes_on(tmp_path: Path) -> None:
     assert answer.stdout.startswith("24 impacts in out.zarr; ")
     assert "impacts/s" in answer.stdout
     result = rs.open_sweep("out.zarr")
-    one = rs.solve(
-        rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.005), 0.005, 0.01)
-    )
-    assert float(result.restitution_coefficient[0, 0]) == pytest.approx(
-        float(one.restitution_coefficient), rel=1e-10
-    )
+    one = rs.solve(rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.005), 0.005, 0.01))
+    assert float(result.restitution_coefficient[0, 0]) == pytest.approx(float(one.restitution_coefficient), rel=1e-10)
     assert result.attrs["case"] == CASE + AXES
-    assert (
-        run("sweep", "sweep.toml", "--out", "out.zarr").stdout
-        == "24 impacts in out.zarr, 24 of them from before\n"
-    )
+    assert run("sweep", "sweep.toml", "--out", "out.zarr").stdout == "24 impacts in out.zarr, 24 of them from before\n"
 
 
 def test_failed_impacts_are_counted() -> None:

@@ -32,9 +32,7 @@ def test_deep_contacts_forget_the_face():
     cone, tip = Cone(1.2), TruncatedCone(1e-6, 1.2)
     assert tip.contact_radius(depth) == pytest.approx(float(cone.contact_radius(depth)), rel=1e-11)
     parabola, worn = Parabola(2.0), FlatEndedParabola(2.0, 1e-6)
-    assert worn.force_integral_at_depth(1.0) == pytest.approx(
-        float(parabola.force_integral_at_depth(1.0)), rel=1e-12
-    )
+    assert worn.force_integral_at_depth(1.0) == pytest.approx(float(parabola.force_integral_at_depth(1.0)), rel=1e-12)
 
 
 @pytest.mark.parametrize("tip", [TruncatedCone(0.01, 1.2), FlatEndedParabola(0.5, 0.01)])

@@ -38,9 +38,7 @@ def test_what_the_interpolant_holds_exactly_is_exact(profile, radii):
     assert largest_difference(table, profile) < 3e-14
     depth = profile.transform(np.array([0.2, 0.45]))
     np.testing.assert_allclose(table.contact_radius(depth), [0.2, 0.45], rtol=1e-13)
-    np.testing.assert_allclose(
-        table.force_integral([0.2, 0.45]), profile.force_integral([0.2, 0.45]), rtol=1e-12
-    )
+    np.testing.assert_allclose(table.force_integral([0.2, 0.45]), profile.force_integral([0.2, 0.45]), rtol=1e-12)
 
 
 def test_smooth_profile_converges_at_high_order():

@@ -50,9 +50,7 @@ def test_constant_restitution():
     damping, stiffness = 0.1, 8e12
     tau = 2.0 * damping / math.sqrt(stiffness)
     e = cf.flat_punch_kelvin_voigt_restitution(damping)
-    hard = Impact(
-        Material(PronySeries(1e12, parallel_viscosity=1e12 * tau), math.inf), FlatPunch(1.0), 1.0, 1.0
-    )
+    hard = Impact(Material(PronySeries(1e12, parallel_viscosity=1e12 * tau), math.inf), FlatPunch(1.0), 1.0, 1.0)
     found = bounces(hard, height=2.0, gravity=10.0, with_weight=False, max_bounces=12, min_height=0.0)
     power = e ** np.arange(12)
     velocity = math.sqrt(40.0)
@@ -203,9 +201,7 @@ def test_bad_options(options, message):
 
 
 def test_bad_bodies():
-    with pytest.raises(
-        ValueError, match=r"^body: has an infinite mass; a body that falls needs a finite one$"
-    ):
+    with pytest.raises(ValueError, match=r"^body: has an infinite mass; a body that falls needs a finite one$"):
         drop(FLOOR, BALL, height=1.0)
     with pytest.raises(ValueError, match=r"^ground: has a mass of 1\.0 kg; ground that does not move"):
         drop(BALL, Body(RUBBER, mass=1.0), height=1.0)

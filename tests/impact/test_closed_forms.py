@@ -43,12 +43,8 @@ def test_elastic_impact(exponent):
     found = impact(2.6, exponent=exponent)
     depth = cf.elastic_max_indentation_depth(1.3, 1.0, 1.0, 1.0, path_exponent=exponent)
     assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
-    assert found.contact_time == pytest.approx(
-        cf.elastic_contact_time(depth, 1.0, path_exponent=exponent), rel=1e-9
-    )
-    assert found.max_force == pytest.approx(
-        cf.elastic_max_force(depth, 1.0, 1.0, path_exponent=exponent), rel=1e-8
-    )
+    assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.0, path_exponent=exponent), rel=1e-9)
+    assert found.max_force == pytest.approx(cf.elastic_max_force(depth, 1.0, 1.0, path_exponent=exponent), rel=1e-8)
     assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-9)
 
 
@@ -56,9 +52,7 @@ def test_hertz_in_si_units():
     # Steel ball on glass-like half-space, worked by hand from (15 m v0^2/(16 E* sqrt R))^(2/5).
     mass, radius, modulus, velocity = 4.07e-3, 5e-3, 5.2e10, 0.8
     depth = cf.elastic_max_indentation_depth(modulus, math.sqrt(radius), mass, velocity)
-    assert (4 / 3) * modulus * math.sqrt(radius) * depth**2.5 * (2 / 5) == pytest.approx(
-        mass * velocity**2 / 2
-    )
+    assert (4 / 3) * modulus * math.sqrt(radius) * depth**2.5 * (2 / 5) == pytest.approx(mass * velocity**2 / 2)
     force = cf.elastic_max_force(depth, mass, velocity)
     assert force == pytest.approx((4 / 3) * modulus * math.sqrt(radius) * depth**1.5)
 
@@ -81,9 +75,7 @@ def test_kelvin_voigt_values(p3):
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 0.999, 1.0, 1.5, 25.0])
 def test_flat_punch_on_kelvin_voigt(ratio):
     found = impact(1.0, viscosity=2.0 * ratio, exponent=0.0)
-    assert found.restitution_coefficient == pytest.approx(
-        cf.flat_punch_kelvin_voigt_restitution(ratio), rel=1e-9
-    )
+    assert found.restitution_coefficient == pytest.approx(cf.flat_punch_kelvin_voigt_restitution(ratio), rel=1e-9)
 
 
 def test_flat_punch_formula_is_smooth_through_critical_damping():

@@ -137,9 +137,7 @@ def test_impossible_bodies_are_refused(make, message):
 
 
 def test_wrong_types_are_named():
-    with pytest.raises(
-        TypeError, match=r"^material = 'rubber': must be a Material, or None for a rigid body$"
-    ):
+    with pytest.raises(TypeError, match=r"^material = 'rubber': must be a Material, or None for a rigid body$"):
         Body("rubber")
     with pytest.raises(TypeError, match=r"^radius = 'big': must be a real number"):
         Body(RUBBER, radius="big")

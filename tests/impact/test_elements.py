@@ -91,8 +91,7 @@ def test_order_of_time_step_alone():
     impact = unit_impact(0.3, 0.1, 1.0)
     steps = np.array([4e-4, 2e-4, 1e-4])
     errors = [
-        solve_elements(impact, n_elements=800, time_step=step).restitution_coefficient / 4.34356162547e-01
-        - 1.0
+        solve_elements(impact, n_elements=800, time_step=step).restitution_coefficient / 4.34356162547e-01 - 1.0
         for step in steps
     ]
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.15)
@@ -147,9 +146,7 @@ def test_flat_punch_on_kelvin_voigt(damping):
     # E* = 4, a = 1: omega0^2 = 8 with m = 1, tau = viscosity.
     impact = Impact(incompressible(1.0, viscosity=2.0 * damping / math.sqrt(8.0)), FlatPunch(1.0), 1.0, 1.0)
     found = solve_elements(impact, n_elements=400)
-    assert found.restitution_coefficient == pytest.approx(
-        cf.flat_punch_kelvin_voigt_restitution(damping), rel=1e-3
-    )
+    assert found.restitution_coefficient == pytest.approx(cf.flat_punch_kelvin_voigt_restitution(damping), rel=1e-3)
 
 
 def test_standard_solid_element_is_the_reduced_modulus():
@@ -225,9 +222,7 @@ def test_paper_element_serves_the_paper_material_only():
             ),
             id="liquid with relaxing bulk",
         ),
-        pytest.param(
-            Impact(incompressible(1.0, [3.0], [0.3], viscosity=0.1), Parabola(1.0), 1.0, 1.0), id="dashpot"
-        ),
+        pytest.param(Impact(incompressible(1.0, [3.0], [0.3], viscosity=0.1), Parabola(1.0), 1.0, 1.0), id="dashpot"),
         pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=0.1), id="weight"),
     ],
 )
@@ -301,9 +296,7 @@ def test_n_elements_is_the_number_in_contact():
 
 def test_stiff_cases_are_refused_with_the_remedy():
     # tau = 1e-8
-    with pytest.raises(
-        ValueError, match=rf"must be <= {MAX_STEPS}; explicit Euler needs time_step <= 1e-08 s"
-    ):
+    with pytest.raises(ValueError, match=rf"must be <= {MAX_STEPS}; explicit Euler needs time_step <= 1e-08 s"):
         solve_elements(unit_impact(0.5, 1e-4, 1e-4))
 
 
@@ -322,9 +315,7 @@ def test_refusal_names_a_time_step_that_would_do(monkeypatch):
 def test_refusal_names_a_number_of_elements_that_would_do(monkeypatch):
     monkeypatch.setattr(elements, "MAX_STEPS", 5000)
     impact = unit_impact(0.3, 0.1, 1.0)
-    with pytest.raises(
-        ValueError, match=r"^n_elements = 800, .*; n_elements <= (\d+) or time_step"
-    ) as refusal:
+    with pytest.raises(ValueError, match=r"^n_elements = 800, .*; n_elements <= (\d+) or time_step") as refusal:
         solve_elements(impact)
     most = int(re.search(r"n_elements <= (\d+)", str(refusal.value)).group(1))
     assert solve_elements(impact, n_elements=most).status is Status.SEPARATED
@@ -386,9 +377,7 @@ def test_history_of_the_elements_obeys_the_equations_of_the_paper() -> None:
 
 
 def test_history_of_the_elements_is_thinned_and_has_units() -> None:
-    impact = Impact(
-        generalised_maxwell(1e6, [1e6, 1e6], [1e-3, 1e-4], bulk_modulus=1e9), Parabola(0.01), 0.005, 1.0
-    )
+    impact = Impact(generalised_maxwell(1e6, [1e6, 1e6], [1e-3, 1e-4], bulk_modulus=1e9), Parabola(0.01), 0.005, 1.0)
     found = element_history(impact, n_elements=40, n_times=50)
     assert 40 <= found.sizes["time"] <= 80
     assert set(found.data_vars) == {"displacement", "force"}

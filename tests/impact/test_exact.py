@@ -50,9 +50,7 @@ def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
         (Cone, "half_angle", 1.2),
     ],
 )
-def test_an_array_is_its_impacts_one_by_one(
-    material: Material, profile: Any, field: str, unit: float
-) -> None:
+def test_an_array_is_its_impacts_one_by_one(material: Material, profile: Any, field: str, unit: float) -> None:
     sizes = unit * np.array([0.8, 1.1])
     masses, velocities, forces = np.array([0.02, 0.05, 0.1]), np.array([[0.1], [1.0]]), 0.02
     whole = solve(
@@ -66,9 +64,7 @@ def test_an_array_is_its_impacts_one_by_one(
     )
     assert whole.restitution_coefficient.shape == (2, 2, 3)
     for i, j, k in np.ndindex(2, 2, 3):
-        one = solve(
-            Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], external_force=forces)
-        )
+        one = solve(Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], external_force=forces))
         for name in FIELDS:
             assert np.asarray(getattr(whole, name))[i, j, k] == getattr(one, name), name
         assert whole.energy.dissipated[i, j, k] == one.energy.dissipated
@@ -174,9 +170,7 @@ def test_a_body_that_leaves_the_described_profile_fails_alone() -> None:
     for many in (result, listed):
         assert np.array_equal(many.status, [Status.SEPARATED, Status.TOO_DEEP, Status.SEPARATED])
         assert np.array_equal(np.isnan(many.max_force), [False, True, False])
-    with pytest.raises(
-        ValueError, match=r"^profile: is described to a depth of 0\.0004 m, and the body goes deeper$"
-    ):
+    with pytest.raises(ValueError, match=r"^profile: is described to a depth of 0\.0004 m, and the body goes deeper$"):
         solve(Impact(RUBBER, tip, 0.005, 5.0))
 
 

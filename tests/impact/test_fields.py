@@ -359,9 +359,7 @@ def test_fields_belong_to_one_exact_impact_that_ends():
         solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0)]).surface_displacement(0.0, 0.1)
     with pytest.raises(ValueError, match=r"^method: must be 'exact' .* of 'reference'$"):
         solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0), "reference").pressure(0.0, 0.1)
-    stays = solve(
-        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
-    )
+    stays = solve(Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
     with pytest.raises(ValueError, match="of a contact that ends"):
         stays.pressure(0.0, 0.1)
 
@@ -386,7 +384,5 @@ def test_zero_overlap_of_arrays_and_of_bodies_that_do_not_come_back():
     assert several.zero_overlap_time[1] == solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0)).zero_overlap_time
     listed = solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0), Impact(ELASTIC, Parabola(1.0), 1.0, 1.0)])
     assert listed.zero_overlap_time[0] == several.zero_overlap_time[1]
-    sunk = solve(
-        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
-    )
+    sunk = solve(Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
     assert sunk.zero_overlap_time == math.inf

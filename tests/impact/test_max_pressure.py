@@ -39,16 +39,12 @@ def test_a_steel_ball_on_steel_at_one_metre_per_second():
     assert result.max_pressure == pytest.approx(3.56e9, rel=0.005)
 
 
-@pytest.mark.parametrize(
-    ("exponent", "rel"), [(1.02, 5e-2), (1.05, 3e-4), (1.1, 1e-5), (1.5, 1e-6), (2.0, 1e-7)]
-)
+@pytest.mark.parametrize(("exponent", "rel"), [(1.02, 5e-2), (1.05, 3e-4), (1.1, 1e-5), (1.5, 1e-6), (2.0, 1e-7)])
 def test_on_the_axis_of_an_elastic_power_law(exponent, rel):
     # p(0) = (1/pi) int_0^a E* g'(x)/x dx with g = d (x/a)^n.
     result = rs.solve(rs.Impact(ELASTIC, rs.PowerLaw(exponent, 0.3), mass=1.0, velocity=0.1))
     E = float(result.impact.reduced_modulus.equilibrium_modulus)
-    wanted = (
-        exponent / (exponent - 1) * E * result.max_indentation_depth / math.pi / result.max_contact_radius
-    )
+    wanted = exponent / (exponent - 1) * E * result.max_indentation_depth / math.pi / result.max_contact_radius
     assert result.max_pressure == pytest.approx(wanted, rel=rel)
 
 
@@ -97,9 +93,7 @@ def test_relaxation_against_quadrature_and_a_search(p2, p3):
 
     starts = [(math.log(t), math.log(w)) for t in (2e-3, 0.05, 0.45) for w in (1.0, 0.4)]
     start = max(starts, key=pressure)
-    found = minimize(
-        lambda x: -pressure(x), start, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-9}
-    )
+    found = minimize(lambda x: -pressure(x), start, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-9})
     assert result.max_pressure == pytest.approx(-found.fun, rel=1e-5)
 
 

@@ -53,9 +53,7 @@ def test_wrong_types_are_named(given, message):
 
 
 def test_numbers_broadcast_those_of_the_profile_included():
-    several = Impact(
-        RUBBER, Parabola(np.full((4, 1, 1), 0.01)), np.ones((3, 1)), [1.0, 2.0], external_force=0.1
-    )
+    several = Impact(RUBBER, Parabola(np.full((4, 1, 1), 0.01)), np.ones((3, 1)), [1.0, 2.0], external_force=0.1)
     assert several.shape == (4, 3, 2)
     assert Impact(RUBBER, PowerLaw(2.0, [1.0, 2.0]), 1.0, 1.0).shape == (2,)
     assert Impact(RUBBER, Sphere(0.01), 1, 1).shape == ()
@@ -75,8 +73,6 @@ def test_what_is_given_later_does_not_change_an_impact():
 def test_compliances_of_two_bodies_add():
     # Two equal incompressible springs 4 G in series.
     alone = Impact(Material(3.0, math.inf), BALL, 1.0, 1.0).reduced_modulus
-    pair = Impact(
-        Material(3.0, math.inf), BALL, 1.0, 1.0, counter_material=Material(3.0, math.inf)
-    ).reduced_modulus
+    pair = Impact(Material(3.0, math.inf), BALL, 1.0, 1.0, counter_material=Material(3.0, math.inf)).reduced_modulus
     assert alone.equilibrium_modulus == 12.0
     assert pair.equilibrium_modulus == pytest.approx(6.0, rel=1e-15)

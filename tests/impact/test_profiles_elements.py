@@ -87,9 +87,7 @@ def test_elements_stay_within_a_table():
     """The grid of elements reaches beyond the largest contact, and perhaps beyond what a table describes."""
     r = np.linspace(0.0, 0.7, 15)
     short, whole = Impact(SOLID, Tabulated(r, r**2 / 2.0), 1.0, 1.0), Impact(SOLID, Parabola(1.0), 1.0, 1.0)
-    found, wanted = (
-        solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole)
-    )
+    found, wanted = (solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole))
     # The two start from unlike estimates of the depth, and so with unlike time steps.
     assert found == pytest.approx(wanted, rel=1e-6)
     deep = Impact(SOLID, Tabulated(r[:10], r[:10] ** 2 / 2.0), 1.0, 1.0)

@@ -36,9 +36,7 @@ BUILDS: dict[str, st.SearchStrategy[Build]] = {
         lambda pair: lambda unit: PowerLaw(pair[0], pair[1] * unit ** (1.0 - pair[0]))
     ),
     "flat punch": SIZE.map(lambda r: lambda unit: FlatPunch(r * unit)),
-    "truncated cone": st.tuples(SIZE, ANGLE).map(
-        lambda pair: lambda unit: TruncatedCone(pair[0] * unit, pair[1])
-    ),
+    "truncated cone": st.tuples(SIZE, ANGLE).map(lambda pair: lambda unit: TruncatedCone(pair[0] * unit, pair[1])),
     "flat-ended parabola": st.tuples(SIZE, SIZE).map(
         lambda pair: lambda unit: FlatEndedParabola(pair[0] * unit, pair[1] * unit)
     ),

@@ -70,9 +70,7 @@ def test_tabulated_values(row):
 @pytest.mark.slow
 def test_whole_shared_table(shared_reference):
     for row in rows(shared_reference / "standard_solid.csv"):
-        assert agrees(
-            solve_reference(standard_solid(row["nu"], row["p2"], row["p3"]), rtol=1e-11), row, 1e-11
-        )
+        assert agrees(solve_reference(standard_solid(row["nu"], row["p2"], row["p3"]), rtol=1e-11), row, 1e-11)
 
 
 @pytest.mark.parametrize("row", rows(DATA / "finite_element.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
@@ -80,9 +78,7 @@ def test_finite_elements(row):
     found = solve_reference(standard_solid(row["nu"], row["p2"], row["p3"]), rtol=1e-7)
     assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
     assert found.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
-    assert found.max_indentation_depth == pytest.approx(
-        row["max_indentation"], abs=row["max_indentation_error"]
-    )
+    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
     assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
 
 

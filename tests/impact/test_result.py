@@ -26,9 +26,7 @@ def test_numbers_belong_together():
     result = solve(BALL)
     assert result.rebound_velocity == result.restitution_coefficient * 1.0
     assert result.velocity == 1.0
-    assert result.max_contact_radius == pytest.approx(
-        math.sqrt(0.01 * result.max_indentation_depth), rel=1e-12
-    )
+    assert result.max_contact_radius == pytest.approx(math.sqrt(0.01 * result.max_indentation_depth), rel=1e-12)
     assert 0.0 < result.residual_indentation_depth < result.max_indentation_depth
     assert result.impact is BALL
     assert (result.method, result.rtol) == ("exact", 1e-9)
@@ -55,9 +53,7 @@ def test_energy_adds_up(method):
     total = energy.kinetic_out + energy.dissipated + energy.stored
     work = (
         0.05
-        * solve(
-            BALL.__class__(RUBBER, Parabola(0.01), 0.005, 1.0, external_force=0.05)
-        ).residual_indentation_depth
+        * solve(BALL.__class__(RUBBER, Parabola(0.01), 0.005, 1.0, external_force=0.05)).residual_indentation_depth
     )
     # Elements: first order.
     tolerance = {"exact": 1e-8, "elements": 5e-3}[method]
@@ -163,9 +159,7 @@ def test_no_history_of_several_impacts_or_of_a_body_that_stays():
         _ = several.history
     with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of a list$"):
         _ = solve([BALL]).history
-    stays = solve(
-        Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0)
-    )
+    stays = solve(Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
     with pytest.raises(ValueError, match=r"^contact_time = inf s: must end: .* sinks in"):
         _ = stays.history
 

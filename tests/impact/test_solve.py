@@ -81,9 +81,7 @@ def test_finite_elements(row):
     found = solve(standard(row["nu"], row["p2"], row["p3"]))
     assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
     assert found.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
-    assert found.max_indentation_depth == pytest.approx(
-        row["max_indentation"], abs=row["max_indentation_error"]
-    )
+    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
     assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
 
 
@@ -125,12 +123,8 @@ def test_elastic_impact(profile, coefficient, exponent):
     depth = cf.elastic_max_indentation_depth(modulus, coefficient, 0.7, 1.9, path_exponent=exponent)
     assert found.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
     assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
-    assert found.contact_time == pytest.approx(
-        cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8
-    )
-    assert found.max_force == pytest.approx(
-        cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8
-    )
+    assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8)
+    assert found.max_force == pytest.approx(cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8)
     assert found.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
 
 
@@ -167,9 +161,7 @@ def test_slopes_at_both_ends(nu, p2):
 @pytest.mark.parametrize(("profile", "exponent"), [(Cone(1.2), 2.0), (PowerLaw(4.0, 2.0), 0.5)])
 def test_small_losses_of_other_profiles(profile, exponent):
     """Kelvin-Voigt: 1 - e = (1+P) B((1+P)/(2+P), 3/2) tau v0/d_m; Maxwell: (2/(4+P)) T/tau, P = p/2."""
-    depth = cf.elastic_max_indentation_depth(
-        4.0, float(profile.contact_radius(1.0)), 1.0, 1.0, path_exponent=exponent
-    )
+    depth = cf.elastic_max_indentation_depth(4.0, float(profile.contact_radius(1.0)), 1.0, 1.0, path_exponent=exponent)
     tau = 1e-6 * depth
     found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=profile), rtol=1e-12)
     wanted = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
@@ -189,9 +181,7 @@ def test_no_bulk_stiffness_is_a_quarter_of_the_incompressible_modulus(p2, p3):
 
 def test_exact_sphere_is_a_parabola_where_contact_is_small():
     # At a/R = 0.01 the force at equal depth differs by 1e-5, and e by a small part of the loss times that.
-    parabola, sphere = (
-        solve(Impact(RUBBER, profile(radius=0.01), 1e-6, 0.01)) for profile in (Parabola, Sphere)
-    )
+    parabola, sphere = (solve(Impact(RUBBER, profile(radius=0.01), 1e-6, 0.01)) for profile in (Parabola, Sphere))
     ratio = parabola.max_contact_radius / 0.01
     assert ratio < 0.02
     assert sphere.max_indentation_depth == pytest.approx(parabola.max_indentation_depth, rel=ratio**2)
@@ -211,9 +201,7 @@ def test_a_parabola_given_as_a_table_is_the_parabola():
 
 # What must hold over the whole domain
 
-NU = st.one_of(
-    st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1e-12, 1e-1).map(lambda gap: 0.5 - gap)
-)
+NU = st.one_of(st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1e-12, 1e-1).map(lambda gap: 0.5 - gap))
 
 
 @settings(max_examples=300, deadline=None)
@@ -260,9 +248,7 @@ def test_only_the_three_groups_matter(nu, p2, p3, mass, radius, velocity, modulu
     length = velocity * time
     assert found.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
     assert found.max_force == pytest.approx(wanted.max_force * mass * velocity / time, rel=1e-7)
-    assert found.max_contact_radius == pytest.approx(
-        wanted.max_contact_radius * math.sqrt(length * radius), rel=1e-8
-    )
+    assert found.max_contact_radius == pytest.approx(wanted.max_contact_radius * math.sqrt(length * radius), rel=1e-8)
 
 
 PROFILES = st.one_of(
@@ -416,9 +402,7 @@ def test_shallow_impacts_beside_deep_ones():
     velocity = np.logspace(-5.0, 0.0, 6)
     together = solve(Impact(material, tip, 1.0, velocity), rtol=1e-8, errors="raise").restitution_coefficient
     for e, v in zip(together, velocity, strict=True):
-        assert e == pytest.approx(
-            solve(Impact(material, tip, 1.0, v), rtol=1e-8).restitution_coefficient, rel=2e-8
-        )
+        assert e == pytest.approx(solve(Impact(material, tip, 1.0, v), rtol=1e-8).restitution_coefficient, rel=2e-8)
 
 
 @pytest.mark.plain
@@ -450,9 +434,7 @@ def test_flat_face_meets_a_dashpot_at_once(profile):
     early = result.sample(np.linspace(0.0, 0.02, 7) * result.contact_time)
     # Momentum: what the force has taken so far, by Simpson's rule on an even grid.
     weights = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0]) * float(early.time[1]) / 3.0
-    assert 1.0 - float(early.indentation_velocity[-1]) == pytest.approx(
-        float(weights @ early.force.values), rel=1e-6
-    )
+    assert 1.0 - float(early.indentation_velocity[-1]) == pytest.approx(float(weights @ early.force.values), rel=1e-6)
 
 
 @settings(max_examples=60, deadline=None)
@@ -481,9 +463,7 @@ def test_infinitely_fast_and_slow_branches_are_a_dashpot_and_a_spring():
 
 @pytest.mark.parametrize("method", ["reference", "elements"])
 def test_methods_agree(method):
-    impact = Impact(
-        RUBBER, Parabola(0.01), 0.005, 1.0, counter_material=Material(1e7, math.inf), external_force=0.05
-    )
+    impact = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, counter_material=Material(1e7, math.inf), external_force=0.05)
     exact, other = solve(impact), solve(impact, method)
     # Elements: first order in their number, 800.
     tolerance = {"reference": 1e-8, "elements": 3e-3}[method]
@@ -541,34 +521,24 @@ def test_body_that_creeps_to_rest_under_its_weight(profile):
     viscous = Material(PronySeries(1.0, parallel_viscosity=8.0), math.inf)
     result = solve(Impact(viscous, profile, 1.0, 1.0, external_force=0.3))
     assert result.status is Status.CAPTURED
-    assert 8.0 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(
-        0.3, rel=1e-12
-    )
+    assert 8.0 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(0.3, rel=1e-12)
     assert result.residual_indentation_depth == result.max_indentation_depth
-    assert result.max_contact_radius == pytest.approx(
-        profile.contact_radius(result.max_indentation_depth), rel=1e-12
-    )
+    assert result.max_contact_radius == pytest.approx(profile.contact_radius(result.max_indentation_depth), rel=1e-12)
     assert result.max_force > 0.3
 
 
 def test_weight_on_a_liquid_sinks_for_ever():
     result = solve(
-        Impact(
-            Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, external_force=10.0
-        )
+        Impact(Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, external_force=10.0)
     )
     assert result.status is Status.SINKS_IN
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
-@pytest.mark.parametrize(
-    ("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)]
-)
+@pytest.mark.parametrize(("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)])
 def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
     """Work of the weight as large as the kinetic energy, or many times that."""
-    impact = Impact(
-        Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, external_force=force
-    )
+    impact = Impact(Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, external_force=force)
     fine = solve(impact, rtol=1e-11).restitution_coefficient
     result = solve(impact, rtol=rtol)
     assert result.restitution_coefficient == pytest.approx(fine, rel=rtol)
@@ -602,9 +572,7 @@ def test_weight_captures_where_it_outweighs_the_rebound(force):
 def test_overdamped_solid_under_weight_is_captured_without_turning():
     # F = 8 (d + tau v), D = omega0 tau/2 = 3: the depth creeps to w/8.
     tau = 6.0 / math.sqrt(8.0)
-    result = solve(
-        unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0), external_force=8.0)
-    )
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0), external_force=8.0))
     assert result.status is Status.CAPTURED
     assert result.restitution_coefficient == 0.0
 
@@ -671,9 +639,7 @@ def test_list_of_unlike_profiles_and_materials():
 
 def test_progress_is_reported_to_the_end():
     seen: list[tuple[int, int]] = []
-    solve(
-        Impact(RUBBER, Parabola(0.01), 0.005, np.linspace(0.1, 1.0, 1200)), progress=lambda *x: seen.append(x)
-    )
+    solve(Impact(RUBBER, Parabola(0.01), 0.005, np.linspace(0.1, 1.0, 1200)), progress=lambda *x: seen.append(x))
     assert seen[-1] == (1200, 1200)
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
     assert {total for _, total in seen} == {1200}
@@ -743,9 +709,7 @@ def test_groups_out_of_range(numbers, message):
 
 def test_standard_solid_restitution_by_other_methods():
     exact = standard_solid_restitution(0.3, 0.1, [1.0, 2.0])
-    assert standard_solid_restitution(0.3, 0.1, [1.0, 2.0], method="reference") == pytest.approx(
-        exact, rel=1e-8
-    )
+    assert standard_solid_restitution(0.3, 0.1, [1.0, 2.0], method="reference") == pytest.approx(exact, rel=1e-8)
 
 
 def unsolvable(velocity) -> Impact:

@@ -63,9 +63,7 @@ def test_window_is_that_of_the_contact():
 def test_a_wider_window_changes_nothing():
     duration = solve(for_contact(ball)).contact_time
     wide = solve(ball((1e-9 * duration, 1e3 * duration)))
-    assert solve(for_contact(ball)).restitution_coefficient == pytest.approx(
-        wide.restitution_coefficient, rel=1e-7
-    )
+    assert solve(for_contact(ball)).restitution_coefficient == pytest.approx(wide.restitution_coefficient, rel=1e-7)
 
 
 def test_one_window_for_an_array_of_impacts():

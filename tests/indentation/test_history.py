@@ -16,9 +16,7 @@ def test_points_are_joined_by_straight_lines():
     history = History.from_points(time, depth)
     t = np.linspace(0.0, 3.0, 301)
     assert history(t) == pytest.approx(np.interp(t, time, depth), abs=1e-21)
-    assert history.rate([0.25, 0.5, 1.0, 2.5]) == pytest.approx(
-        [4e-6, -2e-6 / 3, -2e-6 / 3, -1e-6], rel=1e-14
-    )
+    assert history.rate([0.25, 0.5, 1.0, 2.5]) == pytest.approx([4e-6, -2e-6 / 3, -2e-6 / 3, -1e-6], rel=1e-14)
     assert (history.start, history.stop) == (0.0, 3.0)
 
 

@@ -11,9 +11,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "indentation.md"
 
 
 def blocks(language):
-    return re.findall(
-        rf"^```{language}\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
-    )
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
 def test_code_prints_what_the_page_says(capsys):

@@ -87,9 +87,7 @@ def test_before_and_behind_a_step():
     assert result.force == pytest.approx([0.0, 1e-9, 1e-9, 0.0, 0.0])
     # The force is off: the depth springs back, and creeps on to nothing.
     glass = (0.75 * 2.5e-6 * 1e-9 / GLASS) ** (1 / 3)
-    assert result.contact_radius == pytest.approx(
-        [0.0, glass, result.max_contact_radius, 0.0, 0.0], rel=1e-12
-    )
+    assert result.contact_radius == pytest.approx([0.0, glass, result.max_contact_radius, 0.0, 0.0], rel=1e-12)
     before, behind = (result.sample([1.0], before=x).indentation_depth.item() for x in (True, False))
     assert result.indentation_depth[2:4] == pytest.approx([before, behind], rel=1e-14)
     assert before == pytest.approx(result.max_indentation_depth, rel=1e-13)
@@ -117,9 +115,7 @@ def test_work_is_the_area_of_the_loop(history, rtol):
             total += np.sum(
                 (width[:, None] * weights).ravel() * sample.force.values * sample.indentation_velocity.values
             )
-    assert result.work == pytest.approx(
-        total, abs=10 * rtol * result.max_force * result.max_indentation_depth
-    )
+    assert result.work == pytest.approx(total, abs=10 * rtol * result.max_force * result.max_indentation_depth)
     assert result.dissipated_work == result.work > 0.0
 
 
@@ -159,9 +155,7 @@ def test_plain_numbers():
     assert numbers["max_force"] == result.max_force
     assert numbers["status"] is IndentationStatus.SEPARATED
     assert (numbers["prescribed"], numbers["rtol"], numbers["error"]) == ("depth", 1e-8, 1e-8)
-    assert numbers["residual_indentation_depth"] == pytest.approx(
-        2e-6 - 1e-6 * result.contact_end_time, rel=1e-9
-    )
+    assert numbers["residual_indentation_depth"] == pytest.approx(2e-6 - 1e-6 * result.contact_end_time, rel=1e-9)
     assert IndentationStatus.IN_CONTACT.message.startswith("the bodies were still in contact")
 
 
@@ -225,9 +219,7 @@ def test_times_whose_units_round_are_within_the_history():
             continue
         found += 1
         for name, values in (("depth", [0.0, 0.9, 1.0]), ("force", [0.0, 1.0, 0.5])):
-            result, known = (
-                indent(GEL, Parabola(1.0), time=t, **{name: values}) for t in (time, time - time[0])
-            )
+            result, known = (indent(GEL, Parabola(1.0), time=t, **{name: values}) for t in (time, time - time[0]))
             for quantity in ("max_force", "max_indentation_depth", "work"):
                 assert getattr(result, quantity) == pytest.approx(getattr(known, quantity), rel=1e-9)
 
@@ -244,7 +236,5 @@ def test_work_where_the_rate_is_infinite_at_touch():
         assert result.work == pytest.approx(1e-3 * depth, rel=1e-6)
         for profile in (Parabola(0.5), Sphere(20.0)):
             result = indent(body, profile, force=triangle(1e-3, 1.0), rtol=1e-10)
-            late = indent(
-                body, profile, force=[0.0, 1e-3, 0.0], time=start + np.array([0.0, 1.0, 2.0]), rtol=1e-10
-            )
+            late = indent(body, profile, force=[0.0, 1e-3, 0.0], time=start + np.array([0.0, 1.0, 2.0]), rtol=1e-10)
             assert late.work == pytest.approx(result.work, rel=1e-9)

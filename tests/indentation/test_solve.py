@@ -128,9 +128,7 @@ def test_a_held_force_creeps(series):
     assert result.force == pytest.approx(0.01, rel=1e-15)
     # A punch: d = F J*/(2 a).
     punch = indent(half_space(series), FlatPunch(0.4), force=0.01, time=time)
-    assert punch.indentation_depth == pytest.approx(
-        0.01 * series.creep_compliance(time) / 0.8, rel=1e-11, abs=1e-16
-    )
+    assert punch.indentation_depth == pytest.approx(0.01 * series.creep_compliance(time) / 0.8, rel=1e-11, abs=1e-16)
     assert punch.contact_radius == pytest.approx(0.4, rel=1e-14)
 
 
@@ -163,17 +161,13 @@ def test_a_parabola_on_kelvin_voigt():
     tip = Parabola(2.0)
     result = indent(half_space(PronySeries(modulus, parallel_viscosity=eta)), tip, depth=triangle(speed, 1.0))
     t = np.linspace(0.0, 0.999, 20)
-    inward = 2.0 * (
-        modulus * tip.force_integral_at_depth(speed * t) + eta * tip.contact_radius(speed * t) * speed
-    )
+    inward = 2.0 * (modulus * tip.force_integral_at_depth(speed * t) + eta * tip.contact_radius(speed * t) * speed)
     assert result.sample(t).force.values == pytest.approx(inward, rel=1e-12, abs=1e-14)
     assert result.contact_end_time == pytest.approx(2.0 - eta / modulus, rel=1e-14)
     t = np.linspace(1.0, 1.79, 20)
     equal = speed * (2.0 - t) - eta / modulus * speed
     outward = result.sample(t)
-    assert outward.force.values == pytest.approx(
-        2.0 * modulus * tip.force_integral_at_depth(equal), rel=1e-11
-    )
+    assert outward.force.values == pytest.approx(2.0 * modulus * tip.force_integral_at_depth(equal), rel=1e-11)
     assert outward.contact_radius.values == pytest.approx(tip.contact_radius(equal), rel=1e-11)
     # The force falls at once as the motion turns.
     assert result.max_force == pytest.approx(
@@ -183,9 +177,7 @@ def test_a_parabola_on_kelvin_voigt():
 
 @pytest.mark.plain
 def test_a_newtonian_liquid_lets_go_at_once():
-    result = indent(
-        half_space(PronySeries(0.0, parallel_viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0)
-    )
+    result = indent(half_space(PronySeries(0.0, parallel_viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
     t = np.array([0.1, 0.5, 0.999])
     assert result.sample(t).force.values == pytest.approx(2.0 * 2.0 * np.sqrt(0.4 * t) * 0.2, rel=1e-12)
     assert result.contact_end_time == pytest.approx(1.0, rel=1e-14)
@@ -286,16 +278,14 @@ def test_the_surface_that_comes_back_after_a_step_is_met():
     """Let go at once under the load L, the surface springs back by L/E0 and then rises."""
     with pytest.raises(InputError, match="recovering surface") as caught:
         indent(GEL, TIP, depth=[0.0, 1e-6, 9e-7, 1e-7, 1e-7], time=[0.0, 1.0, 1.2, 1.2, 9.0])
-    lag = 1e-6 * 0.3 * (1.0 - math.exp(-1.0 / 0.3)) * math.exp(-0.2 / 0.3) - 5e-7 * 0.3 * (
-        1.0 - math.exp(-0.2 / 0.3)
-    )
+    lag = 1e-6 * 0.3 * (1.0 - math.exp(-1.0 / 0.3)) * math.exp(-0.2 / 0.3) - 5e-7 * 0.3 * (1.0 - math.exp(-0.2 / 0.3))
     left = 9e-7 - (200.0 * 9e-7 + 800.0 * lag) / 1000.0
     met = 1.2 + 1.5 * math.log(left / 1e-7)
     assert caught.value.value == pytest.approx(met, rel=1e-3)
     # Taken out of reach there is no second contact.
-    assert indent(
-        GEL, TIP, depth=[0, 1e-6, 9e-7, 0, 0], time=[0, 1, 1.2, 1.2, 9]
-    ).contact_end_time == pytest.approx(1.2)
+    assert indent(GEL, TIP, depth=[0, 1e-6, 9e-7, 0, 0], time=[0, 1, 1.2, 1.2, 9]).contact_end_time == pytest.approx(
+        1.2
+    )
 
 
 @pytest.mark.plain
@@ -327,9 +317,7 @@ def test_a_punch_may_be_loaded_again():
     t = np.linspace(0.0, 2.0, 21)
     slopes = np.diff(depth) / np.diff(time)
     known = 0.8 * (
-        slopes[0] * step(t)
-        + (slopes[1] - slopes[0]) * step(t - 1.0)
-        + (slopes[2] - slopes[1]) * step(t - 1.5)
+        slopes[0] * step(t) + (slopes[1] - slopes[0]) * step(t - 1.0) + (slopes[2] - slopes[1]) * step(t - 1.5)
     )
     assert result.sample(t).force.values == pytest.approx(known, rel=1e-11, abs=1e-14)
 
@@ -455,9 +443,7 @@ def test_a_step_is_the_limit_of_a_ramp(name, time, values):
     ramped = indent(material, tip, time=late, **{name: values})
     for quantity in ("work", "max_force", "max_indentation_depth", "contact_end_time", "max_contact_radius"):
         # The difference is as the width, times rates of order one.
-        assert getattr(step, quantity) == pytest.approx(getattr(ramped, quantity), rel=2e-5, abs=2e-6), (
-            quantity
-        )
+        assert getattr(step, quantity) == pytest.approx(getattr(ramped, quantity), rel=2e-5, abs=2e-6), quantity
     t = np.linspace(0.05, 1.35, 14)
     steps = np.array(time)[1:][np.diff(time) == 0.0]
     behind = t + width * np.sum(t[:, None] > steps, axis=1)

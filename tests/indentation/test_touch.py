@@ -26,9 +26,7 @@ def assert_same(material, whole, touch, from_touch, *, atol=1e-9):
     _, values_touch, time_touch = from_touch
     # Both begin and end in time with their own rounding.
     inside = np.linspace(1e-9, 1.0 - 1e-9, 30) * (time_touch[-1] - time_touch[0]) + time_touch[0]
-    make = (
-        History.from_function if callable(values) else lambda values, time: History.from_points(time, values)
-    )
+    make = History.from_function if callable(values) else lambda values, time: History.from_points(time, values)
     known = indent(material, TIP, **{name: make(values_touch, time_touch)}, time=inside)
     found = indent(material, TIP, **{name: make(values, time)}, time=inside + touch)
     for quantity in ("force", "contact_radius"):

@@ -52,10 +52,7 @@ def test_import_loads_nothing_heavy(tmp_path):
 def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path):
     root = _copy(tmp_path)
     first = _run(SOLVE, root)
-    code = (
-        SOLVE
-        + "; from restitution.kernel.impact import solve_block as s; print(sum(s.stats.cache_hits.values()))"
-    )
+    code = SOLVE + "; from restitution.kernel.impact import solve_block as s; print(sum(s.stats.cache_hits.values()))"
     assert _run(code, root).split() == [first.strip(), "1"]
     path = root / "restitution" / "kernel" / "path.py"
     # Pi of the parabola, for one number and for eight.

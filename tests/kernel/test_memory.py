@@ -51,9 +51,7 @@ def slope(memory, edges, e, k, t):
 def memory_of_power(power, rate, t):
     """int_0^t exp(-r (t - u)) u^n du, by its series for small r t and by repeated integration by parts else."""
     if rate * t >= 40.0:
-        return sum(
-            (-1.0) ** j * math.perm(power, j) * t ** (power - j) / rate ** (j + 1) for j in range(power + 1)
-        )
+        return sum((-1.0) ** j * math.perm(power, j) * t ** (power - j) / rate ** (j + 1) for j in range(power + 1))
     terms = np.arange(400)
     # sum_j (-r)^j t^(n + j + 1) n!/(n + j + 1)! is Kummer's function, whose transform has no cancellation.
     logs = np.cumsum(np.log(np.maximum(rate * t, 1e-300) / np.maximum(terms, 1)) * (terms > 0))
@@ -79,9 +77,7 @@ def test_what_was_remembered_fades():
     memory = memory_of(np.zeros_like, edges, rates, begin=[2.0, 3.0, 4.0])
     for k, (rate, begin) in enumerate(zip(rates, (2.0, 3.0, 4.0), strict=True)):
         for e, t in ((0, 0.01), (0, 0.2), (1, 0.4), (1, 1.0)):
-            assert value(memory, edges, e, k, t) == pytest.approx(
-                begin * math.exp(-rate * t), rel=1e-12, abs=1e-15
-            )
+            assert value(memory, edges, e, k, t) == pytest.approx(begin * math.exp(-rate * t), rel=1e-12, abs=1e-15)
         assert memory.begin[2, k] == pytest.approx(begin * math.exp(-rate), rel=1e-12, abs=1e-15)
 
 

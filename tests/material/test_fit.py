@@ -31,9 +31,7 @@ def test_few_terms_stand_for_a_prony_series(table):
     assert fit.n_terms <= 12
     assert fit.series.equilibrium_modulus == pytest.approx(1.0, rel=5e-3)
     between = np.geomspace(2e-5, 5e3, 50)
-    assert fit.series.relaxation_modulus(between) == pytest.approx(
-        TRUTH.relaxation_modulus(between), rel=2e-2
-    )
+    assert fit.series.relaxation_modulus(between) == pytest.approx(TRUTH.relaxation_modulus(between), rel=2e-2)
 
 
 def test_misfit_is_that_of_the_residuals():
@@ -63,9 +61,7 @@ def test_noise_is_not_fitted(table):
     if isinstance(data, RelaxationTable):
         data = RelaxationTable(data.time, data.modulus * noise[0])
     else:
-        data = DynamicTable(
-            data.angular_frequency, data.storage_modulus * noise[0], data.loss_modulus * noise[1]
-        )
+        data = DynamicTable(data.angular_frequency, data.storage_modulus * noise[0], data.loss_modulus * noise[1])
     fit = fit_prony(data)
     assert 0.02 < fit.misfit < 0.035
     assert fit.n_terms <= 20
@@ -139,9 +135,7 @@ def test_the_material_of_a_fit_keeps_the_window_of_the_data():
     assert (material.shear, material.bulk) == (fit.series, PronySeries(2e9))
     assert (material.source, material.density, material.name) == ("epdm.csv", 1100.0, "EPDM")
     # K/G = 2(1 + nu)/(3(1 - 2 nu)) = 5/3 for nu = 1/4.
-    assert fit.material(poisson_ratio=0.25).bulk.branch_moduli == pytest.approx(
-        fit.series.branch_moduli * 5 / 3
-    )
+    assert fit.material(poisson_ratio=0.25).bulk.branch_moduli == pytest.approx(fit.series.branch_moduli * 5 / 3)
     for wrong, field in (
         ({"bulk_modulus": 2e9, "deformation": "tension"}, "deformation"),
         ({}, "bulk_modulus, poisson_ratio"),
@@ -243,7 +237,5 @@ def test_measured_relaxation_polymer_no_worse_than_the_other_fit(shared_referenc
     theirs = rms(other.relaxation_modulus(data.time) / data.modulus - 1)
     assert theirs == pytest.approx(2.54e-3, rel=0.01)
     assert fit.misfit <= theirs
-    assert fit.misfit == pytest.approx(
-        rms(fit.series.relaxation_modulus(data.time) / data.modulus - 1), rel=1e-9
-    )
+    assert fit.misfit == pytest.approx(rms(fit.series.relaxation_modulus(data.time) / data.modulus - 1), rel=1e-9)
     assert fit.n_terms <= 40

@@ -102,9 +102,7 @@ def test_number_of_terms_grows_with_digits_and_decades(alpha):
     for digits in (3, 6, 9):
         for decades in (3, 6):
             series = model.prony((10.0 ** (-decades / 2), 10.0 ** (decades / 2)), 10.0**-digits).series
-            assert (
-                series.n_branches <= 8 + 1.2 * digits * (decades + 2.5) * 2.3026**2 / math.pi**2 + 4 * digits
-            )
+            assert series.n_branches <= 8 + 1.2 * digits * (decades + 2.5) * 2.3026**2 / math.pi**2 + 4 * digits
 
 
 def test_the_loss_of_a_nearly_elastic_springpot_is_off_by_more():
@@ -122,9 +120,7 @@ def test_a_relaxation_time_far_from_the_window(time):
     omega = np.geomspace(1e3, 1e9, 9)
     y = (1j * omega * time) ** 0.5
     loss = (1e8 * (y / (1.0 + y) if time < 1.0 else -1.0 / y)).imag
-    assert found.series.loss_modulus(omega) == pytest.approx(
-        loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1))
-    )
+    assert found.series.loss_modulus(omega) == pytest.approx(loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1)))
 
 
 def test_pinned_count_of_a_springpot():
@@ -137,9 +133,7 @@ def test_a_liquid_stays_a_liquid():
 
 def test_fractional_material():
     shear = fractional_zener(1e6, 1e8, 1e-3, 0.5)
-    material, error, _ = FractionalMaterial(shear, 2e9, density=1000.0, name="x").approximation(
-        (1e-5, 1e-2), 1e-6
-    )
+    material, error, _ = FractionalMaterial(shear, 2e9, density=1000.0, name="x").approximation((1e-5, 1e-2), 1e-6)
     assert isinstance(material, Material)
     assert (material.density, material.name, material.window) == (1000.0, "x", (1e-5, 1e-2))
     assert 0 < error <= 1e-6

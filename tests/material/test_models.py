@@ -18,9 +18,7 @@ pytestmark = pytest.mark.plain
 
 def test_constants_come_from_the_signature(monkeypatch):
     monkeypatch.setattr(models, "_MODELS", dict(models._MODELS))
-    stiffness = Quantity(
-        "stiffness", models.CONSTANTS["shear_modulus"].dimension, "stiffness", "", 0.0, open=True
-    )
+    stiffness = Quantity("stiffness", models.CONSTANTS["shear_modulus"].dimension, "stiffness", "", 0.0, open=True)
 
     @material_model(("a", "b"))
     def rubber(

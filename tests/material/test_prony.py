@@ -44,18 +44,14 @@ def test_creep_of_the_standard_solid():
     t = np.linspace(0.0, 5.0, 21)
     slow, fast = 1 / equilibrium, 1 / (equilibrium + branch)
     expected = slow - (slow - fast) * np.exp(-t * equilibrium / ((equilibrium + branch) * tau))
-    assert PronySeries(equilibrium, [branch], [tau]).creep_compliance(t) == pytest.approx(
-        expected, rel=1e-15, abs=0
-    )
+    assert PronySeries(equilibrium, [branch], [tau]).creep_compliance(t) == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_creep_of_kelvin_voigt_and_maxwell():
     t = np.linspace(0.0, 5.0, 11)
     voigt = PronySeries(2.0, parallel_viscosity=6.0).creep_compliance(t)
     assert voigt == pytest.approx(0.5 * (1 - np.exp(-t / 3.0)), rel=1e-15, abs=0)
-    assert PronySeries(0.0, [2.0], [3.0]).creep_compliance(t) == pytest.approx(
-        0.5 + t / 6.0, rel=1e-15, abs=0
-    )
+    assert PronySeries(0.0, [2.0], [3.0]).creep_compliance(t) == pytest.approx(0.5 + t / 6.0, rel=1e-15, abs=0)
 
 
 @given(prony_series(liquid=None, viscosity=None))

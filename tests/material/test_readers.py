@@ -182,15 +182,11 @@ def test_one_of_several_materials_of_a_deck_by_its_name():
     hard = parse(TWO, name="hard part")
     # Nothing of the other material; G = E/(2 (1 + nu)).
     assert (hard.material().shear, hard.density, hard.name) == (PronySeries(2.8e9), None, "Hard part")
-    with pytest.raises(
-        ValueError, match="text: has no material 'soft': choose one by its name, rubber or Hard"
-    ):
+    with pytest.raises(ValueError, match="text: has no material 'soft': choose one by its name, rubber or Hard"):
         parse(TWO, name="soft")
     with pytest.raises(ValueError, match="text: has no material 'a': is no deck"):
         parse("t,E\n1,2\n", name="a")
-    second = (
-        ANSYS.replace("PRON,1", "PRON,2").replace("MP,EX,1,9e6", "MP,EX,2,18e6").replace("NUXY,1", "NUXY,2")
-    )
+    second = ANSYS.replace("PRON,1", "PRON,2").replace("MP,EX,1,9e6", "MP,EX,2,18e6").replace("NUXY,1", "NUXY,2")
     second = second.replace("TBDATA,1,0.1", "TBDATA,1,0.4")
     both = parse(ANSYS + second, name="2")
     assert both.shear.moduli.tolist() == [0.4, 0.2, 0.3]
@@ -216,9 +212,7 @@ def test_deck_without_constants_asks_for_them():
         deck.material(youngs_modulus=1.0)
     with pytest.raises(ValueError, match=r"poisson_ratio = 0\.6"):
         deck.material(youngs_modulus=1.0, poisson_ratio=0.6)
-    assert deck.material(youngs_modulus=3.0, poisson_ratio=0.5).shear.instantaneous_modulus == pytest.approx(
-        1.0
-    )
+    assert deck.material(youngs_modulus=3.0, poisson_ratio=0.5).shear.instantaneous_modulus == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

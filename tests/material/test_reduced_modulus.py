@@ -167,9 +167,7 @@ def test_incompressible_kelvin_voigt():
 
 
 def test_dashpot_against_elastic_wall_is_a_maxwell_body():
-    series = reduced_modulus(
-        Material(PronySeries(0.0, parallel_viscosity=3.0), math.inf), Material(2.0, math.inf)
-    )
+    series = reduced_modulus(Material(PronySeries(0.0, parallel_viscosity=3.0), math.inf), Material(2.0, math.inf))
     assert series.equilibrium_modulus == 0.0
     assert series.parallel_viscosity == 0.0
     assert series.branch_moduli == pytest.approx([8.0], rel=1e-15, abs=0)

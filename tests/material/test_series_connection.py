@@ -19,9 +19,7 @@ def test_two_liquids_and_a_liquid_on_a_solid_stay_liquid():
 
 def test_springs_and_dashpots():
     assert series_connection(PronySeries(3.0), PronySeries(6.0)) == PronySeries(2.0)
-    two = series_connection(
-        PronySeries(0.0, parallel_viscosity=3.0), PronySeries(0.0, parallel_viscosity=6.0)
-    )
+    two = series_connection(PronySeries(0.0, parallel_viscosity=3.0), PronySeries(0.0, parallel_viscosity=6.0))
     assert two == PronySeries(0.0, parallel_viscosity=2.0)
     assert series_connection(PronySeries(3.0), PronySeries(0.0)) == PronySeries(0.0)
 

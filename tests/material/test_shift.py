@@ -33,18 +33,14 @@ def test_wlf_ends_at_the_vogel_temperature():
     lowest = 298.0 - 300.0 * 200.4 / 308.61
     assert math.log10(law.factor(lowest + 1e-6)) == pytest.approx(300.0, rel=1e-5)
     for temperature in (90.0, 97.6, 100.0, lowest - 1e-3):
-        with pytest.raises(
-            ValueError, match=rf"temperature = {temperature:g} K: must be >= 103\.191 K, where"
-        ):
+        with pytest.raises(ValueError, match=rf"temperature = {temperature:g} K: must be >= 103\.191 K, where"):
             law.factor(temperature)
     assert law.factor(1e4) > 10**-8.61
 
 
 @pytest.mark.parametrize("law", [WLF(300.0, 400.0, 100.0), Arrhenius(300.0, 3e6)])
 def test_factors_too_small_for_numbers(law):
-    with pytest.raises(
-        ValueError, match=r"temperature = 1e\+06 K: must be in \[\d+\.?\d*, \d+\.?\d*\] K, where"
-    ):
+    with pytest.raises(ValueError, match=r"temperature = 1e\+06 K: must be in \[\d+\.?\d*, \d+\.?\d*\] K, where"):
         law.factor(1e6)
 
 
@@ -99,9 +95,7 @@ def test_table_refuses(temperatures, logs, message):
         ShiftTable(temperatures, logs)
 
 
-@pytest.mark.parametrize(
-    "law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5), ShiftTable([290, 310], [1, -1])]
-)
+@pytest.mark.parametrize("law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5), ShiftTable([290, 310], [1, -1])])
 def test_material_at_a_temperature(law):
     assert isinstance(law, Shift)
     shear = PronySeries(1.0, [2.0, 3.0], [1e-3, 1.0], parallel_viscosity=0.5)

@@ -89,9 +89,7 @@ def test_poisson_ratio_over_time_ends_at_its_limits():
         material = Material(shear, bulk)
         ends = material.relaxation_poisson_ratio([0.0, 1e-13, 1e4])
         assert ends[0] == material.instantaneous_poisson_ratio
-        assert ends[1:] == pytest.approx(
-            [material.instantaneous_poisson_ratio, material.poisson_ratio], abs=1e-10
-        )
+        assert ends[1:] == pytest.approx([material.instantaneous_poisson_ratio, material.poisson_ratio], abs=1e-10)
 
 
 def test_wave_speed_is_that_of_the_modulus_that_acts():

@@ -11,9 +11,7 @@ from restitution.paper.computation import Computation
 def plane(e, nu: float) -> xr.Dataset:
     e = np.atleast_2d(e)
     axes = {"p2": np.logspace(-3, 1, e.shape[0]), "p3": np.logspace(-2, 2, e.shape[1])}
-    return xr.Dataset(
-        {"restitution_coefficient": (("p2", "p3"), e)}, {**axes, "poisson_ratio": nu}, {"rtol": 1e-9}
-    )
+    return xr.Dataset({"restitution_coefficient": (("p2", "p3"), e)}, {**axes, "poisson_ratio": nu}, {"rtol": 1e-9})
 
 
 def comparison(e, e_inc) -> xr.Dataset:

@@ -21,9 +21,7 @@ def test_points_match_the_reference_table(shared_reference: Path) -> None:
     table = np.genfromtxt(shared_reference / "standard_solid.csv", delimiter=",", names=True)
     inputs = draw_inputs(table["p2"], table["p3"], np.random.default_rng(1))
     # The table is good to 12 digits.
-    assert Computation(seed=1).solve(table["nu"], inputs) == pytest.approx(
-        table["restitution"], rel=1e-9, abs=1e-12
-    )
+    assert Computation(seed=1).solve(table["nu"], inputs) == pytest.approx(table["restitution"], rel=1e-9, abs=1e-12)
 
 
 def test_every_variable_says_its_unit_and_meaning() -> None:

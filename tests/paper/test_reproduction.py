@@ -151,9 +151,7 @@ def test_interrupted_run_leaves_whole_files(made, tmp_path: Path, at: int) -> No
             assert path.read_bytes() == (made.folder / path.name).read_bytes()
 
 
-def test_interrupt_while_data_are_written_leaves_no_part(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupt_while_data_are_written_leaves_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(path: Path, content: object) -> None:
         path.write_text("the first of it")
         raise KeyboardInterrupt
@@ -271,9 +269,7 @@ def test_collapse_shows_spread_against_tolerance() -> None:
     (points,) = p3.lines
     for x, y in points.get_xydata():
         # A point of 3.5 pt is whole within the frame.
-        assert (
-            p3.get_window_extent().padded(-1.75 / 72.0 * figure.dpi).contains(*p3.transData.transform((x, y)))
-        )
+        assert p3.get_window_extent().padded(-1.75 / 72.0 * figure.dpi).contains(*p3.transData.transform((x, y)))
     assert "spread" in spread.get_xlabel()
     assert "tolerance" in [text.get_text() for text in spread.get_legend().get_texts()]
 

@@ -16,9 +16,7 @@ def history() -> xr.Dataset:
         "stored_energy": [0.0, 1.75e-3, 0.5e-3],
         "dissipated_energy": [0.0, 0.75e-3, 0.75e-3],
     }
-    return xr.Dataset(
-        {name: ("time", values) for name, values in columns.items()}, {"time": [0.0, 1e-3, 2e-3]}
-    )
+    return xr.Dataset({name: ("time", values) for name, values in columns.items()}, {"time": [0.0, 1e-3, 2e-3]})
 
 
 def upper_edges(ax) -> list[np.ndarray]:

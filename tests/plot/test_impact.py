@@ -61,9 +61,7 @@ def test_pressure_of_the_picture_carries_the_force(result, figure) -> None:
 def test_tick_labels_keep_the_packages_font_outside_the_context(figure) -> None:
     figure.set_size_inches(20.0, 12.0)
     figure.draw_without_rendering()
-    families = {
-        family for ax in figure.axes for tick in ax.get_xticklabels() for family in tick.get_fontfamily()
-    }
+    families = {family for ax in figure.axes for tick in ax.get_xticklabels() for family in tick.get_fontfamily()}
     assert families == {"STIXGeneral"}
 
 

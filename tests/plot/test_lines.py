@@ -51,9 +51,7 @@ def test_labels_stand_at_the_isolines_nearest_to_the_given_points(ax) -> None:
 
 def test_colour_bar_names_the_isolines_that_fit(ax) -> None:
     x = np.linspace(0.0, 1.0, 21)
-    contour_map(
-        ax, x, x, np.add.outer(x, x), [0.5, 0.502, 1.0], cmap=style.SEQUENTIAL, colorbar="sum of both"
-    )
+    contour_map(ax, x, x, np.add.outer(x, x), [0.5, 0.502, 1.0], cmap=style.SEQUENTIAL, colorbar="sum of both")
     bar = ax.figure.axes[1]
     assert bar.get_ylabel() == "sum of both"
     assert bar.get_yticks().tolist() == [0.502, 1.0]

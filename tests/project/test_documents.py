@@ -17,9 +17,7 @@ PYTHON = ("README.md", "docs/quickstart.md")
 
 
 def blocks(name: str, language: str) -> list[str]:
-    return re.findall(
-        rf"^```{language}\n(.*?)^```$", (ROOT / name).read_text(), flags=re.DOTALL | re.MULTILINE
-    )
+    return re.findall(rf"^```{language}\n(.*?)^```$", (ROOT / name).read_text(), flags=re.DOTALL | re.MULTILINE)
 
 
 def anchors(path: Path) -> set[str]:
@@ -93,9 +91,7 @@ def test_reference_names_every_public_name():
     reference = (ROOT / "docs" / "api" / "index.md").read_text()
     words = set(re.findall(r"[\w.]+", reference))
     public = {name for name in restitution.__all__ if not name.startswith("_")}
-    assert {
-        name for name in public if name not in words and f"restitution.impact.{name}" not in words
-    } == set()
+    assert {name for name in public if name not in words and f"restitution.impact.{name}" not in words} == set()
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/index.md", "docs/theory/limits.md"])

@@ -191,16 +191,12 @@ def test_doubts_of_the_theory_are_handed_on(ball: rs.Surrogate) -> None:
 
 
 def test_range_in_which_a_weight_holds_the_body_is_refused() -> None:
-    with pytest.raises(
-        ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which"
-    ) as caught:
+    with pytest.raises(ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which") as caught:
         rs.surrogate(replace(BALL, external_force=0.05))
     message = str(caught.value)
     assert "\n" not in message
     assert "CAPTURED" in message
-    low, high = (
-        float(word) for word in message.split("separates from ")[1].removesuffix(" m/s").split(" to ")
-    )
+    low, high = (float(word) for word in message.split("separates from ")[1].removesuffix(" m/s").split(" to "))
     assert rs.surrogate(replace(BALL, external_force=0.05), (low * 1.01, high))(1.0) > 0.0
 
 
@@ -269,9 +265,7 @@ def test_file_is_plain_json_that_others_can_evaluate(ball: rs.Surrogate, tmp_pat
             assert math.exp(series) == pytest.approx(getattr(ball, name)(v), rel=1e-13)
 
 
-def test_file_is_whole_or_what_it_was(
-    ball: rs.Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file_is_whole_or_what_it_was(ball: rs.Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "ball.json"
     path.write_text("before")
 

@@ -17,15 +17,11 @@ def whole(axis: Samples) -> dict[str, np.ndarray]:
 
 
 def test_linear_and_logarithmic_axes_are_those_of_numpy() -> None:
-    np.testing.assert_allclose(
-        Linear(-1.0, 0.5, 7).values(0, 7), np.linspace(-1.0, 0.5, 7), rtol=1e-15, atol=1e-16
-    )
+    np.testing.assert_allclose(Linear(-1.0, 0.5, 7).values(0, 7), np.linspace(-1.0, 0.5, 7), rtol=1e-15, atol=1e-16)
     np.testing.assert_allclose(Logarithmic(1e-3, 7.0, 9).values(0, 9), np.geomspace(1e-3, 7.0, 9), rtol=4e-15)
 
 
-@pytest.mark.parametrize(
-    "axis", [Linear(0.1, 0.7, 1001), Logarithmic(1e-7, 0.3, 1001), Logarithmic(5.0, 0.2, 1001)]
-)
+@pytest.mark.parametrize("axis", [Linear(0.1, 0.7, 1001), Logarithmic(1e-7, 0.3, 1001), Logarithmic(5.0, 0.2, 1001)])
 def test_ends_are_exact_and_pieces_are_those_of_the_whole(axis: Linear) -> None:
     values = axis.values(0, 1001)
     assert (values[0], values[-1]) == (axis.low, axis.high)
@@ -51,9 +47,7 @@ def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
 
 def test_latin_hypercube_has_one_draw_in_every_stratum() -> None:
     columns = whole(
-        Samples(
-            50, {"mass": Uniform(0.0, 1.0), "external_force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1
-        )
+        Samples(50, {"mass": Uniform(0.0, 1.0), "external_force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1)
     )
     for values in columns.values():
         assert sorted((values * 50).astype(int).tolist()) == list(range(50))

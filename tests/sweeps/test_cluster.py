@@ -60,9 +60,7 @@ def test_results_in_memory_come_back(client: Any) -> None:
     xr.testing.assert_identical(rs.sweep(BALL, axes, chunk=100, engine="dask", cluster=client), memory)
 
 
-def test_what_is_stored_is_not_computed_again(
-    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_stored_is_not_computed_again(client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out.zarr"
     rs.sweep(BALL, AXES, chunk=1000, out=out)
     before = tree(out)
@@ -126,15 +124,11 @@ def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest
     from restitution.sweeps import plan
 
     monkeypatch.setattr(plan, "version", lambda _: "9.9")
-    with pytest.raises(
-        RuntimeError, match=rf"a worker has restitution {rs.__version__}, the sweep is of 9\.9"
-    ):
+    with pytest.raises(RuntimeError, match=rf"a worker has restitution {rs.__version__}, the sweep is of 9\.9"):
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask", cluster=client)
 
 
-def test_no_scheduler_is_told_before_there_is_a_store(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", "1s")
     address = "tcp://127.0.0.1:9"
     with pytest.raises(ValueError, match=rf"^cluster = {address}: no scheduler answers: .* after 1 s$"):
@@ -144,9 +138,7 @@ def test_no_scheduler_is_told_before_there_is_a_store(
 
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(
-        ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"
-    ):
+    with pytest.raises(ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"):
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
 
 

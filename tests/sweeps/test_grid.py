@@ -55,9 +55,7 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
         ((10**8,), None, (65536,)),
     ],
 )
-def test_chunks_are_as_large_as_wanted(
-    shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]
-) -> None:
+def test_chunks_are_as_large_as_wanted(shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]) -> None:
     names = ("velocity", "mass", "radius")
     grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
     assert grid.chunk_shape == wanted

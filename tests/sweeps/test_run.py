@@ -135,9 +135,7 @@ def test_what_is_held_where_the_modulus_at_equilibrium_varies() -> None:
     result = rs.sweep(BALL, axes, held="poisson_ratio")
     check(
         result,
-        lambda equilibrium_modulus: impact(
-            rs.standard_solid(equilibrium_modulus, 1e7, 1e3, poisson_ratio=0.45)
-        ),
+        lambda equilibrium_modulus: impact(rs.standard_solid(equilibrium_modulus, 1e7, 1e3, poisson_ratio=0.45)),
     )
 
 
@@ -157,9 +155,7 @@ def test_poisson_ratio_of_a_general_material() -> None:
     result = rs.sweep(impact(rs.Material(series, 1e8)), {"nu": [0.0, 0.3, 0.5]})
     check(
         result,
-        lambda poisson_ratio: impact(
-            generalised_maxwell(1e6, [4e6, 2e6], [1e-5, 1e-3], poisson_ratio=poisson_ratio)
-        ),
+        lambda poisson_ratio: impact(generalised_maxwell(1e6, [4e6, 2e6], [1e-5, 1e-3], poisson_ratio=poisson_ratio)),
     )
     # A bulk that relaxes keeps its course over time.
     relaxing = rs.Material(series, rs.PronySeries(1e7, [2e7], [1e-4]))
@@ -185,9 +181,7 @@ def test_temperature(counter: rs.Material | None) -> None:
 
 
 def test_materials_from_a_list() -> None:
-    result = rs.sweep(
-        BALL, {"material": [RUBBER, EPOXY], "velocity": [0.1, 1.0], "counter_material": [STEEL]}
-    )
+    result = rs.sweep(BALL, {"material": [RUBBER, EPOXY], "velocity": [0.1, 1.0], "counter_material": [STEEL]})
     assert result.material.values.tolist() == ["rubber", "epoxy"]
     known = {"rubber": RUBBER, "epoxy": EPOXY}
     check(
@@ -213,9 +207,7 @@ def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
     result = rs.sweep(base, {field: values, "velocity": [0.1, 0.5], "branch_moduli[0]": [1e6, 4e6]})
 
     def one(velocity: float, **given: float) -> rs.Impact:
-        material = rs.Material(
-            rs.PronySeries(1e6, [given.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8
-        )
+        material = rs.Material(rs.PronySeries(1e6, [given.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)
         return rs.Impact(material, profile(**given), mass=0.005, velocity=velocity)
 
     # One table serves all velocities of a profile; its error is 1e-12.
@@ -229,9 +221,7 @@ def test_a_function_builds_what_it_names_and_columns_set_the_rest() -> None:
         calls.append(radius)
         return impact(radius=radius, mass=density * 4.0 / 3.0 * math.pi * radius**3)
 
-    result = rs.sweep(
-        sphere_of, {"velocity": rs.Logarithmic(0.1, 10.0, 50), "radius": [0.005, 0.01]}, workers=1
-    )
+    result = rs.sweep(sphere_of, {"velocity": rs.Logarithmic(0.1, 10.0, 50), "radius": [0.005, 0.01]}, workers=1)
     check(
         result.isel(velocity=[0, 49]),
         lambda velocity, radius: impact(
@@ -357,9 +347,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
 
     refused = [is_refused(temperature) for temperature in result.temperature.values]
     assert any(refused)
-    np.testing.assert_array_equal(
-        result.status.values, np.where(refused, rs.Status.INADMISSIBLE, rs.Status.SEPARATED)
-    )
+    np.testing.assert_array_equal(result.status.values, np.where(refused, rs.Status.INADMISSIBLE, rs.Status.SEPARATED))
 
     def build(radius: float) -> rs.Impact:
         if radius > 0.015:
@@ -413,9 +401,7 @@ def test_what_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any
 
 
 def test_wrong_types_are_refused() -> None:
-    with pytest.raises(
-        TypeError, match=r"^base = 3: must be an Impact, a function that returns one, or None$"
-    ):
+    with pytest.raises(TypeError, match=r"^base = 3: must be an Impact, a function that returns one, or None$"):
         rs.sweep(3, {"velocity": [1.0]})  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="must return an Impact"):
         rs.sweep(lambda: 3, {"velocity": [1.0]})  # type: ignore[arg-type,return-value]
@@ -443,9 +429,7 @@ def test_memory_that_is_not_granted_is_told(monkeypatch: pytest.MonkeyPatch) -> 
         rs.sweep(BALL, {"velocity": [1.0, 2.0]})
 
 
-def test_more_points_than_fit_in_memory_go_into_a_store(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_more_points_than_fit_in_memory_go_into_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(dataset, "_memory", lambda: 1000.0)
     axes = {"velocity": rs.Linear(1.0, 2.0, 30)}
     with pytest.raises(ValueError, match="too much for the memory"):

@@ -190,9 +190,7 @@ def test_the_status_of_a_chunk_is_written_last(tmp_path: Path) -> None:
 )
 def test_another_sweeps_store_is_refused(undisturbed: Path, changes: dict[str, Any], differing: str) -> None:
     before = tree(undisturbed)
-    with pytest.raises(
-        ValueError, match=rf"result\.zarr: holds a sweep already, another one in {differing}; choose"
-    ):
+    with pytest.raises(ValueError, match=rf"result\.zarr: holds a sweep already, another one in {differing}; choose"):
         run(undisturbed, **changes)
     other = rs.Impact(RUBBER, rs.Parabola(radius=0.02), mass=0.005, velocity=1.0)
     with pytest.raises(ValueError, match="another one in base, axes; choose"):
@@ -202,9 +200,7 @@ def test_another_sweeps_store_is_refused(undisturbed: Path, changes: dict[str, A
 
 def test_another_versions_store_is_refused(undisturbed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plans, "version", lambda _: "9.9")
-    with pytest.raises(
-        ValueError, match=rf"holds a sweep already, of version {rs.__version__}, not 9\.9; choose"
-    ):
+    with pytest.raises(ValueError, match=rf"holds a sweep already, of version {rs.__version__}, not 9\.9; choose"):
         run(undisturbed)
 
 
@@ -214,9 +210,7 @@ def test_what_is_no_sweep_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     xr.Dataset({"a": ("x", [1.0])}).to_zarr(tmp_path / "foreign.zarr", zarr_format=3, consolidated=False)
     for name in ("folder", "file", "foreign.zarr"):
-        with pytest.raises(
-            ValueError, match=f"{name}: is there already and holds no sweep; choose another name"
-        ):
+        with pytest.raises(ValueError, match=f"{name}: is there already and holds no sweep; choose another name"):
             run(tmp_path / name)
         with pytest.raises(ValueError, match="holds no sweep"):
             rs.open_sweep(tmp_path / name)
@@ -389,9 +383,7 @@ cp -r out.zarr ..
 
 
 def in_small_file_system(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    probe = (
-        subprocess.run(["unshare", "-rm", "true"], capture_output=True) if shutil.which("unshare") else None
-    )
+    probe = subprocess.run(["unshare", "-rm", "true"], capture_output=True) if shutil.which("unshare") else None
     if probe is None or probe.returncode != 0:
         pytest.skip("no file systems can be mounted here")
     (folder / "small").mkdir()
@@ -452,9 +444,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.slow
 def test_a_hundred_million_points_need_no_memory(tmp_path: Path) -> None:
-    answer = subprocess.run(
-        [sys.executable, "-c", LARGE, tmp_path], capture_output=True, text=True, timeout=120
-    )
+    answer = subprocess.run([sys.executable, "-c", LARGE, tmp_path], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
     # One output of all points alone would take 800 MB; this is in kB.
     assert int(answer.stdout) < 60_000

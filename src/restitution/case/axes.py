@@ -139,16 +139,12 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
         _known(f"{field}.{key}", key, (*_AXES, "n"), "unknown key")
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
-        raise InputError(
-            field, wanted=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}"
-        )
+        raise InputError(field, wanted=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
     low, high = (_number(field, place, end) for end in _pair(field, kind, spec[kind]))
     return _made(field, _AXES[kind], low, high, spec["n"])
 
 
-def _leaves(
-    content: Mapping[str, Any], kinds: Iterable[str], *above: str
-) -> Iterator[tuple[tuple[str, ...], Any]]:
+def _leaves(content: Mapping[str, Any], kinds: Iterable[str], *above: str) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Yield the keys and values of nested tables, such as `impact.velocity = {...}`."""
     for name, value in content.items():
         within = above or name in CaseFile.model_fields
@@ -172,9 +168,7 @@ def _samples(content: dict[str, Any]) -> Samples:
         first, second = _pair(field, kind, spec[kind])
         # The scatter of a logarithm has no unit.
         other = "p2" if kind == "lognormal" else place
-        drawn[place] = _made(
-            field, _DISTRIBUTIONS[kind], _number(field, place, first), _number(field, other, second)
-        )
+        drawn[place] = _made(field, _DISTRIBUTIONS[kind], _number(field, place, first), _number(field, other, second))
     return _made("samples", Samples, options.pop("n"), drawn, **options)
 
 

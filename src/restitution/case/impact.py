@@ -96,9 +96,7 @@ class BouncesSection(Section):
     """End of a series of bounces."""
 
     max_bounces: Annotated[StrictInt, Field(ge=1, le=MOST_BOUNCES, description="most bounces")] = 1000
-    min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = (
-        None
-    )
+    min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = None
 
 
 class AccuracySection(Section):
@@ -116,9 +114,7 @@ class SolverSection(AccuracySection):
     """Method of the solver and its accuracy."""
 
     method: Literal["exact", "elements", "reference"] = "exact"
-    n_elements: Annotated[StrictInt | None, Field(ge=1, le=1_000_000, description="number of elements")] = (
-        None
-    )
+    n_elements: Annotated[StrictInt | None, Field(ge=1, le=1_000_000, description="number of elements")] = None
     time_step: Annotated[float, positive(TIME, "time step of the method of elements")] | None = None
 
     @model_validator(mode="after")
@@ -154,9 +150,7 @@ class CaseFile(Section):
             refuse("is missing; the profile takes its radius", "body.radius")
         if self.counter_body is not None:
             if self.profile.type != "parabola":
-                refuse(
-                    'two bodies touch as parabolas; give type = "parabola"', "profile.type", self.profile.type
-                )
+                refuse('two bodies touch as parabolas; give type = "parabola"', "profile.type", self.profile.type)
             if self.impact.weight:
                 refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
             given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
@@ -233,7 +227,9 @@ class Case:
         else:
             partner = f"of {counter.name or 'another material'}"
         if second is None:
-            return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
+            return (
+                f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
+            )
         return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
 
     def solve(self) -> ImpactResult:

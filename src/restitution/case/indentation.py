@@ -101,9 +101,7 @@ class IndentationSection(Section):
                 refuse(f'is missing; shape = "{self.shape}" needs it', key)
         for key in self.given(*_SHAPE_KEYS):
             if key not in needed + allowed:
-                refuse(
-                    f'does not go with shape = "{self.shape}"; that takes {", ".join(needed + allowed)}', key
-                )
+                refuse(f'does not go with shape = "{self.shape}"; that takes {", ".join(needed + allowed)}', key)
 
     def read(self, folder: Path) -> tuple[str, History]:
         """Name of the prescribed quantity, and its history in SI."""
@@ -134,9 +132,7 @@ class IndentationSection(Section):
             case "sine_arch":
                 return sine_arch(value, duration)
             case _:
-                return triangle(
-                    value, loading, unloading_time=self.unloading_time, hold_time=self.hold_time or 0.0
-                )
+                return triangle(value, loading, unloading_time=self.unloading_time, hold_time=self.hold_time or 0.0)
 
 
 class IndentationFile(Section):

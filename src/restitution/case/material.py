@@ -188,10 +188,7 @@ class FileSection(MaterialSection):
     # Before the file, whose reading needs it.
     material_name: str | None = None
     file: (
-        InstanceOf[RelaxationTable]
-        | InstanceOf[DynamicTable]
-        | InstanceOf[PronyTerms]
-        | InstanceOf[ViscoelasticDeck]
+        InstanceOf[RelaxationTable] | InstanceOf[DynamicTable] | InstanceOf[PronyTerms] | InstanceOf[ViscoelasticDeck]
     )
     deformation: Literal["tension", "shear"] | None = None
     bulk_modulus: Bulk | None = None
@@ -234,9 +231,7 @@ class FileSection(MaterialSection):
         return self
 
     def _only(self, what: str, *keys: str) -> None:
-        others = [
-            key for key in type(self).model_fields if key not in ("file", *MaterialSection.model_fields)
-        ]
+        others = [key for key in type(self).model_fields if key not in ("file", *MaterialSection.model_fields)]
         for key in self.given(*others):
             if key not in keys:
                 refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
@@ -266,9 +261,7 @@ class FileSection(MaterialSection):
         shear, bulk = shear_and_bulk(series, kind, self.bulk_modulus, self.poisson_ratio)
         derivation = None if fit is None else "fit"
         source = self.file.source
-        return Material(
-            shear, bulk, source=source, window=covered, assumptions=assumptions, derivation=derivation
-        )
+        return Material(shear, bulk, source=source, window=covered, assumptions=assumptions, derivation=derivation)
 
 
 def models() -> dict[str, type[ModelSection]]:

@@ -152,9 +152,7 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
 AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 
 
-def read_columns(
-    folder: str | Path, name: str, dimensions: Mapping[str, Dimension]
-) -> dict[str, NDArray[np.float64]]:
+def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
     r"""Read columns of a CSV file and return them in SI by name.
 
     The header names each quantity once, in any order, by its name or its symbol. Units stand behind an

@@ -56,8 +56,7 @@ _DIMENSIONS = (
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
 # Units that most files have, with their power of ten to SI. They need no pint, whose start takes 0.4 s.
 _PLAIN = {
-    LENGTH: {f"{prefix}m": power for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")}
-    | {"cm": -2},
+    LENGTH: {f"{prefix}m": power for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")} | {"cm": -2},
     MASS: {f"{prefix}g": power - 3 for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")},
     TIME: {f"{prefix}s": power for prefix, power in _PREFIXES.items() if power <= 0},
     FORCE: {f"{prefix}N": power for prefix, power in _PREFIXES.items()},
@@ -75,9 +74,7 @@ _CELSIUS = ("degC", "°C")
 
 # The expressions below take quadratic time on some texts, which must therefore be short.
 _LONGEST = 200
-_QUANTITY = re.compile(
-    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL
-)
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
 _UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
 # "mm2" and "s-1", as people write them, which pint reads as names.
@@ -137,11 +134,7 @@ def to_si(text: str, dimension: Dimension) -> float:
         if not name:
             raise InputError("", wanted=f"has no unit; {dimension.advice}")
         found = next(
-            (
-                one
-                for one in _DIMENSIONS
-                if registry.parse_units(one.unit).dimensionality == unit.dimensionality
-            ),
+            (one for one in _DIMENSIONS if registry.parse_units(one.unit).dimensionality == unit.dimensionality),
             None,
         )
         what = found.article if found else f"a quantity of dimension {unit.dimensionality}"
@@ -196,9 +189,7 @@ class Reader:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Convert and check before pydantic's own validation."""
-        return core_schema.no_info_before_validator_function(
-            lambda value: read(value, self.quantity), handler(source)
-        )
+        return core_schema.no_info_before_validator_function(lambda value: read(value, self.quantity), handler(source))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         """Keep the unit in the JSON schema."""

@@ -121,16 +121,13 @@ class PronySection(Section):
 
     elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("coefficient", "exponent"),
-        'fractional models stand in the section of the material, by model = "springpot" or '
-        "the name of another one",
+        'fractional models stand in the section of the material, by model = "springpot" or the name of another one',
     )
 
     equilibrium_modulus: EndModulus | None = None
     instantaneous_modulus: Modulus | None = None
     branch_moduli: Annotated[list[Annotated[float, of("branch_moduli")]], LIST] | None = None
-    relative_moduli: (
-        Annotated[list[Annotated[float, nonnegative(NUMBER, "shares of a modulus")]], LIST] | None
-    ) = None
+    relative_moduli: Annotated[list[Annotated[float, nonnegative(NUMBER, "shares of a modulus")]], LIST] | None = None
     relaxation_times: Annotated[list[Annotated[float, of("relaxation_times")]], LIST] | None = None
     parallel_viscosity: Annotated[float, of("parallel_viscosity")] = 0.0
     terms: InstanceOf[PronyTerms] | None = None

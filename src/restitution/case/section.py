@@ -110,9 +110,7 @@ class Section(BaseModel):
         if isinstance(data, dict):
             unknown = [key for key in data if key in cls.elsewhere or key not in cls.model_fields]
             if unknown:
-                raise CaseError(
-                    *(InputError(key_path([key]), data[key], cls._advice(key)) for key in unknown)
-                )
+                raise CaseError(*(InputError(key_path([key]), data[key], cls._advice(key)) for key in unknown))
         return data
 
     @classmethod
@@ -169,9 +167,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         what, where = str(error), ""
-        if match := re.fullmatch(
-            r"(.*) \(at (?:line (\d+), column (\d+)|(end of document))\)", what, re.DOTALL
-        ):
+        if match := re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|(end of document))\)", what, re.DOTALL):
             what = match[1]
             last = f"line {len(text.splitlines())}, at the end: "
             where = f"line {match[2]}, column {match[3]}: " if match[2] else last

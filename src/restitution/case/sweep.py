@@ -45,10 +45,7 @@ _OF_BODIES = {
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
 _OF_SHIFTS = {"material.temperature": "temperature"}
 _OF_STANDARD_SOLIDS = {
-    **{
-        f"material.{name}": name
-        for name in ("equilibrium_modulus", "branch_modulus", "viscosity", "relaxation_time")
-    },
+    **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity", "relaxation_time")},
     "p2": "p2",
     "p3": "p3",
 }
@@ -143,9 +140,7 @@ def plan_case(
     The plan keeps the `text` of the file. With `replace` an axis replaces a rival key of the file, for example
     `drop_height` by `velocity`; without it, such a file is refused.
     """
-    options = read_sections(
-        _Options, path, {name: data[name] for name in ("sweep", "solver") if name in data}
-    )
+    options = read_sections(_Options, path, {name: data[name] for name in ("sweep", "solver") if name in data})
     with in_file(path):
         if options.solver.method != "exact":
             refuse('must be "exact" in a sweep', "solver.method", options.solver.method)
@@ -186,9 +181,7 @@ def plan_case(
 def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool) -> dict[str, str]:
     """Places of keys that columns set in this case, and the quantities that they are."""
     materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
-    if any(
-        is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])
-    ):
+    if any(is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])):
         # The window of its Prony series depends on the contact time.
         return {}
     material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
@@ -197,9 +190,7 @@ def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool)
         return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
     columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
     # A column of temperatures holds for both bodies.
-    return (
-        columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
-    )
+    return columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
 
 
 def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:
@@ -221,9 +212,7 @@ def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield place, axis[0] if isinstance(axis, list) else axis
 
 
-def _complete(
-    case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str], replace: bool
-) -> None:
+def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str], replace: bool) -> None:
     """Put a value of an axis where the file may have none."""
     if place in columns and place in _BY_WAY_OF:
         case.setdefault("material", {}).setdefault(_BY_WAY_OF[place], 1.0)
@@ -315,13 +304,10 @@ class Derivation:
             self._reduce(derived, columns, counter)
         return derived
 
-    def _reduce(
-        self, derived: dict[str, Any], columns: dict[str, NDArray[Any]], counter: CounterBodySection
-    ) -> None:
+    def _reduce(self, derived: dict[str, Any], columns: dict[str, NDArray[Any]], counter: CounterBodySection) -> None:
         """Replace mass and radius of two bodies by the reduced ones."""
         mass, density, radius = (
-            derived.pop(f"counter_body.{name}", getattr(counter, name))
-            for name in ("mass", "density", "radius")
+            derived.pop(f"counter_body.{name}", getattr(counter, name)) for name in ("mass", "density", "radius")
         )
         if any(name.rpartition(".")[2] in ("mass", "density", "radius") for name in columns):
             if mass is None or ("counter_body.density" in columns):

@@ -216,6 +216,4 @@ def _is(material: Material, known: Material) -> bool:
 def _is_standard_solid(material: Material) -> bool:
     shear, bulk = material.shear, material.bulk
     constant = not isinstance(bulk, PronySeries) or bulk.is_elastic
-    return (
-        shear.n_branches == 1 and shear.equilibrium_modulus > 0 and shear.parallel_viscosity == 0 and constant
-    )
+    return shear.n_branches == 1 and shear.equilibrium_modulus > 0 and shear.parallel_viscosity == 0 and constant

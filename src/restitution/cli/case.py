@@ -83,13 +83,9 @@ def solve(
 
 
 def standard_solid(
-    nu: Annotated[
-        float, typer.Option("--nu", help="Static Poisson ratio, in [-1, 0.5]; 0.5 is incompressible.")
-    ],
+    nu: Annotated[float, typer.Option("--nu", help="Static Poisson ratio, in [-1, 0.5]; 0.5 is incompressible.")],
     p2: Annotated[float, typer.Option("--p2", help="Ratio of the moduli, Ginf/G1, > 0.")],
-    p3: Annotated[
-        float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")
-    ],
+    p3: Annotated[float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")],
     method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
     rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
     json: Json = False,

@@ -12,9 +12,7 @@ from restitution.cli.options import Json, argument, option
 
 
 def cite(
-    cases: Annotated[
-        list[Path] | None, argument("CASE.toml...", "Files of impacts, indentations, sweeps.")
-    ] = None,
+    cases: Annotated[list[Path] | None, argument("CASE.toml...", "Files of impacts, indentations, sweeps.")] = None,
     json: Json = False,
     out: Annotated[Path | None, option("Write a BibTeX file: .bib.", metavar="FILE")] = None,
 ) -> None:
@@ -30,8 +28,7 @@ def cite(
         subjects = [_read(case) for case in cases or []]
         if json:
             content = [
-                {"key": key, "used_for": uses, "bibtex": entries()[key]}
-                for key, uses in citations(*subjects).items()
+                {"key": key, "used_for": uses, "bibtex": entries()[key]} for key, uses in citations(*subjects).items()
             ]
             tables.write_json(content)
         text = cite(*subjects) + "\n"

@@ -40,9 +40,7 @@ def _options(
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of a mistake in the program.")
-    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of a mistake in the program.")] = False,
 ) -> None:
     if debug:
         os.environ["RESTITUTION_TRACEBACK"] = "1"

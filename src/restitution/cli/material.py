@@ -22,9 +22,7 @@ def material(
     shift: Annotated[
         Path | None, option("Shift factors over temperature, for a file of moduli.", metavar="FILE")
     ] = None,
-    material_name: Annotated[
-        str | None, option("Which material of a deck that has several.", metavar="NAME")
-    ] = None,
+    material_name: Annotated[str | None, option("Which material of a deck that has several.", metavar="NAME")] = None,
     json: Json = False,
     plot: Plot = None,
 ) -> None:

@@ -66,9 +66,7 @@ def show(
             reports = _reports(source, at, shift, material_name)
         except InputError as error:
             if error.field == "temperature" and at is not None and _is_plain_below(at, 200.0):
-                raise BadInput(
-                    f'{error}; a plain number is in K: write --at "{at} degC" for Celsius'
-                ) from None
+                raise BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
             raise
     if in_json:
         contents = [_content(report) for report in reports]
@@ -111,9 +109,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
     if Path(source).suffix == ".toml":
         return _of_case(source, kelvin, law)
     if not Path(source).exists() and not Path(source).suffix:
-        raise BadInput(
-            f"{source}: no such file, and no material of the library: {', '.join(library.names())}"
-        )
+        raise BadInput(f"{source}: no such file, and no material of the library: {', '.join(library.names())}")
     try:
         content = read_material(source, name=name)
     except ValueError as error:
@@ -121,9 +117,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
     if isinstance(content, ShiftTable):
         return [_of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
-        raise BadInput(
-            "--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE"
-        )
+        raise BadInput("--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE")
     match content:
         case RelaxationTable() | DynamicTable():
             report = _of_data(content, source)
@@ -153,9 +147,7 @@ def _other_use(source: str) -> str:
     if columns & {"depth", "indentation", "force", "displacement", "deflection"}:
         return ". A curve of depth or force is no material: `restitution indent` takes it as indentation.file"
     if columns & {"bounce", "height", "rebound", "drop", "drop_height"}:
-        return (
-            ". Heights or velocities of bounces are no material: `restitution bounce` computes them from one"
-        )
+        return ". Heights or velocities of bounces are no material: `restitution bounce` computes them from one"
     return ""
 
 
@@ -197,9 +189,7 @@ def _shifted(report: Report, law: ShiftTable, kelvin: float) -> Report:
     return Report(report.title, report.facts | facts, series, window, data, report.content)
 
 
-def _of_material(
-    material: Material, title: str, kind: str, kelvin: float | None, law: ShiftTable | None
-) -> Report:
+def _of_material(material: Material, title: str, kind: str, kelvin: float | None, law: ShiftTable | None) -> Report:
     if law is not None and kelvin is not None:
         material = replace(material, shift=law, temperature=law.reference_temperature)
     if kelvin is not None:

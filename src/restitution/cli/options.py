@@ -44,9 +44,7 @@ Plot = Annotated[Path | None, option("Draw the result: .png, .pdf or .svg.", "--
 Picture = Annotated[Path | None, option("Picture: .png, .pdf or .svg.", "--out", metavar="FILE")]
 History = Annotated[
     Path | None,
-    option(
-        "Write depth, velocity, force and contact radius over time: .nc or .csv.", "--history", metavar="FILE"
-    ),
+    option("Write depth, velocity, force and contact radius over time: .nc or .csv.", "--history", metavar="FILE"),
 ]
 Outputs = Annotated[
     list[str] | None,

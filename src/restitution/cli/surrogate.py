@@ -29,12 +29,8 @@ def surrogate(
         option("Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", metavar="LOW HIGH"),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
-    out: Annotated[
-        Path | None, option("Save it as .json, or a table of it as .csv or .nc.", metavar="FILE")
-    ] = None,
-    at: Annotated[
-        list[str] | None, option("Evaluate it at a velocity; may be repeated.", metavar="VELOCITY")
-    ] = None,
+    out: Annotated[Path | None, option("Save it as .json, or a table of it as .csv or .nc.", metavar="FILE")] = None,
+    at: Annotated[list[str] | None, option("Evaluate it at a velocity; may be repeated.", metavar="VELOCITY")] = None,
     plot: Plot = None,
     json: Json = False,
     workers: Workers = None,
@@ -80,9 +76,7 @@ def _saved(path: Path, options: dict[str, Any]) -> Surrogate:
     return Surrogate.load(path)
 
 
-def _build(
-    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None
-) -> tuple[Surrogate, list[str]]:
+def _build(path: Path, velocity: tuple[float, float], rtol: float, workers: int | None) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
     from restitution.surrogates.build import surrogate

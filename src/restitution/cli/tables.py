@@ -127,21 +127,16 @@ def _print_impact(result: ImpactResult, title: str, dimensionless: bool) -> None
     print(f"method {result.method}{stated}{balance}")
 
 
-def print_values(
-    title: str, values: Sequence[tuple[str, str, float, str]], dimensionless: bool = False
-) -> None:
+def print_values(title: str, values: Sequence[tuple[str, str, float, str]], dimensionless: bool = False) -> None:
     """Print rows of words, symbol and value, with the unit if there is one."""
     rows = [
-        (words, symbol, *_for_people(value, "" if dimensionless else unit))
-        for words, symbol, value, unit in values
+        (words, symbol, *_for_people(value, "" if dimensionless else unit)) for words, symbol, value, unit in values
     ]
     columns = ("quantity", "symbol", "value", "unit")[: 3 if dimensionless else 4]
     print_rows(title, columns, [row[: len(columns)] for row in rows], right="value")
 
 
-def print_rows(
-    title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = ""
-) -> None:
+def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = "") -> None:
     """Print rows of text under their columns; the column `right` is aligned to the right."""
     from rich import box
     from rich.console import Console

@@ -132,9 +132,7 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
     """
 
     radius: Annotated[Numeric, INPUTS["radius"]]
-    face_radius: Annotated[
-        Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)
-    ]
+    face_radius: Annotated[Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)]
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = max(r^2 - b^2, 0)/(2R) [m]."""

@@ -136,13 +136,9 @@ def line_function(
         if not len(left):
             break
         if n_cells + 2 * len(left) > _MAX_CELLS:
-            raise ValueError(
-                f"function: unresolved by {_MAX_CELLS} cells at rtol = {rtol:g}; name its breakpoints"
-            )
+            raise ValueError(f"function: unresolved by {_MAX_CELLS} cells at rtol = {rtol:g}; name its breakpoints")
         middle = np.mean(left, axis=1)
-        pending = np.concatenate(
-            [np.column_stack([left[:, 0], middle]), np.column_stack([middle, left[:, 1]])]
-        )
+        pending = np.concatenate([np.column_stack([left[:, 0], middle]), np.column_stack([middle, left[:, 1]])])
     cells = np.concatenate([cell for cell, _ in done])
     order = np.argsort(cells[:, 0])
     edges = np.append(cells[order, 0], extent)
@@ -151,9 +147,7 @@ def line_function(
 
 def evaluate(coefficients: Array, t: Array) -> Array:
     """Chebyshev series with coefficients of shape (..., n) at local coordinates t, shape (...)."""
-    return np.asarray(
-        np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False), np.float64
-    )
+    return np.asarray(np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False), np.float64)
 
 
 def _starting_cells(extent: float, breakpoints: Iterable[float]) -> Array:

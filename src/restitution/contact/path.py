@@ -121,9 +121,7 @@ def path_table(
     depth_max = float(positive("depth_max", depth_max, "m"))
     rtol = float(positive("rtol", rtol))
     if depth_max > profile.max_depth:
-        raise ValueError(
-            f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, where the profile ends"
-        )
+        raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, where the profile ends")
     if np.ndim(profile.contact_radius(depth_max)):
         raise ValueError("profile with arrays for parameters: a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
@@ -152,9 +150,7 @@ def path_table(
         left[1::2] += width[1::2]
         if left.size == 0:
             break
-    origin, left, width, radius, missed, largest = (
-        np.concatenate(parts) for parts in zip(*done, strict=True)
-    )
+    origin, left, width, radius, missed, largest = (np.concatenate(parts) for parts in zip(*done, strict=True))
     start = _place(origin, left)
     order = np.argsort(start)
     origin, left, width, radius, missed = (x[order] for x in (origin, left, width, radius, missed))

@@ -80,9 +80,7 @@ def transform_factor(exponent: float) -> float:
     """Factor kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2), by which r^n transforms into kappa_n x^n."""
     if exponent < 300.0:
         return math.sqrt(math.pi) * math.gamma(0.5 * exponent + 1.0) / math.gamma(0.5 * (exponent + 1.0))
-    return math.sqrt(math.pi) * math.exp(
-        math.lgamma(0.5 * exponent + 1.0) - math.lgamma(0.5 * (exponent + 1.0))
-    )
+    return math.sqrt(math.pi) * math.exp(math.lgamma(0.5 * exponent + 1.0) - math.lgamma(0.5 * (exponent + 1.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +113,8 @@ class PowerLaw(Profile, case_name="power_law"):
     (0.001, 1.0)
     """
 
-    exponent: Annotated[
-        Numeric, Quantity("exponent", NUMBER, "exponent of the power law", "$n$", 0.0, open=True)
-    ]
-    coefficient: Annotated[
-        Numeric, Quantity("coefficient", NUMBER, "coefficient in m^(1-n)", "$A$", 0.0, open=True)
-    ]
+    exponent: Annotated[Numeric, Quantity("exponent", NUMBER, "exponent of the power law", "$n$", 0.0, open=True)]
+    coefficient: Annotated[Numeric, Quantity("coefficient", NUMBER, "coefficient in m^(1-n)", "$A$", 0.0, open=True)]
     _transformed: Numeric = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -197,9 +191,7 @@ class FlatPunch(Profile, case_name="flat_punch"):
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
         """Refuse: the depth does not follow from the contact radius."""
-        raise ValueError(
-            "a flat punch has the same contact radius at every depth: use force_integral_at_depth"
-        )
+        raise ValueError("a flat punch has the same contact radius at every depth: use force_integral_at_depth")
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral a d [m^2] at depth d [m]."""

@@ -19,9 +19,7 @@ _BLOCK = 500_000
 _NOISE = 1e-9
 
 
-def pressure(
-    line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sharp_tip: bool = True
-) -> Array:
+def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sharp_tip: bool = True) -> Array:
     """Contact pressure p(r) [Pa] under a line load.
 
     Parameters

@@ -139,9 +139,7 @@ class Profile(ABC):
         """Whether both are the same profile with the same numbers."""
         if type(other) is not type(self):
             return NotImplemented
-        return all(
-            np.array_equal(mine, theirs) for mine, theirs in zip(_values(self), _values(other), strict=True)
-        )
+        return all(np.array_equal(mine, theirs) for mine, theirs in zip(_values(self), _values(other), strict=True))
 
     def __hash__(self) -> int:
         """Hash of the kind and the numbers."""

@@ -163,9 +163,7 @@ class Tabulated(Profile, case_name="tabulated"):
         y_known, depth_known = self._samples
         upper = np.clip(np.searchsorted(depth_known, depth), 1, len(y_known) - 1)
         low, high = y_known[upper - 1].copy(), y_known[upper].copy()
-        y = low + (high - low) * (depth - depth_known[upper - 1]) / (
-            depth_known[upper] - depth_known[upper - 1]
-        )
+        y = low + (high - low) * (depth - depth_known[upper - 1]) / (depth_known[upper] - depth_known[upper - 1])
         active = np.flatnonzero((depth > 0.0) & (depth < depth_known[-1]))
         # Bisection alone would need 60 steps for the digits of y, and more for the exponent of a tiny depth.
         for _ in range(200):
@@ -219,16 +217,12 @@ def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
 def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
     radii, heights = np.asarray(finite("r", r, "m")), np.asarray(finite("f", f, "m"))
     if radii.ndim != 1 or radii.shape != heights.shape or radii.size < 2:
-        raise ValueError(
-            f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
-        )
+        raise ValueError(f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2")
     for name, values in (("r", radii), ("f", heights)):
         extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
         if np.any(extreme):
             i = int(np.argmax(extreme))
-            raise InputError(
-                name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,)
-            )
+            raise InputError(name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,))
     if radii[0] != 0.0 or heights[0] != 0.0:
         raise ValueError(f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
     for name, values, bad, rule in (

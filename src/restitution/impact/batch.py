@@ -159,9 +159,7 @@ class Batch:
         search = pressure and not bool(np.all(self.singular))
 
         def run(block: ScaledBlock) -> Array:
-            return solve_scaled(
-                block, rtol, workers=workers, progress=progress, budget=energy, pressure=search
-            )
+            return solve_scaled(block, rtol, workers=workers, progress=progress, budget=energy, pressure=search)
 
         block, outcomes = self.solved(run, rtol)
         return self.columns(block, outcomes, energy, pressure)
@@ -198,9 +196,7 @@ class Batch:
                 return block, outcomes
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
-                depth = (
-                    np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0) * block.length
-                )
+                depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0) * block.length
                 # The joints of a profile from few points may be too sharp for any table of it.
                 rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
                 outcomes[rough, :STATUS] = np.nan
@@ -320,7 +316,5 @@ def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
         return members[0]
     batches = [batch for _, batch in members]
     names = [field.name for field in fields(Batch) if field.name not in ("exponent", "profile")]
-    columns: dict[str, Any] = {
-        name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names
-    }
+    columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
     return np.concatenate([places for places, _ in members]), Batch(**columns, exponent=batches[0].exponent)

@@ -184,9 +184,7 @@ def drop(
     if isinstance(body, Body) and not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
         raise ValueError("body: has an infinite mass; a body that falls needs a finite one")
     if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
-        raise ValueError(
-            f"ground: has a mass of {ground.mass} kg; ground that does not move has an infinite one"
-        )
+        raise ValueError(f"ground: has a mass of {ground.mass} kg; ground that does not move has an infinite one")
     impact = collision(body, ground, np.sqrt(2.0 * acceleration * fall))
     return replace(impact, external_force=impact.mass * acceleration) if with_weight else impact
 
@@ -263,11 +261,7 @@ def bounces(
     else:
         start = _number("height", positive("height", height, "m"))
         velocity = math.sqrt(2.0 * g * start)
-    floor = (
-        1e-6 * start
-        if min_height is None
-        else _number("min_height", nonnegative("min_height", min_height, "m"))
-    )
+    floor = 1e-6 * start if min_height is None else _number("min_height", nonnegative("min_height", min_height, "m"))
     first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
 
     rows: list[tuple[float, ...]] = []
@@ -328,9 +322,7 @@ def _recovery(series: PronySeries, flight: float) -> list[str]:
     if math.isinf(flight) or series.is_elastic:
         return []
     if series.is_liquid:
-        return [
-            "recovery: the surface of a liquid keeps an imprint, but each bounce is taken to meet a fresh one"
-        ]
+        return ["recovery: the surface of a liquid keeps an imprint, but each bounce is taken to meet a fresh one"]
     _, _, compliances, times = series.retardation
     left = float(compliances @ np.exp(-flight / times)) * series.equilibrium_modulus
     if left <= _UNRECOVERED:

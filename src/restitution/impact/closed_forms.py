@@ -130,9 +130,7 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
     return _plain(2 / (2 + p) * beta(1 / (2 + p), 0.5) * time)
 
 
-def elastic_max_force(
-    max_indentation_depth: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0
-) -> Numeric:
+def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
     """Largest force F_max [N] of an elastic impact.
 
     Parameters
@@ -296,9 +294,7 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
     # acos(D)/sqrt(1-D^2) is smooth through D = 1 but 0/0 in floating point there.
     under, over = np.minimum(d, 1.0), np.maximum(d, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        angle = np.where(
-            d < 1.0, np.arccos(under) / np.sqrt(1 - under**2), np.arccosh(over) / np.sqrt(over**2 - 1)
-        )
+        angle = np.where(d < 1.0, np.arccos(under) / np.sqrt(1 - under**2), np.arccosh(over) / np.sqrt(over**2 - 1))
     angle = np.where(np.abs(d - 1) < 1e-9, 1.0, angle)
     return _plain(np.exp(-2 * d * angle))
 
@@ -482,9 +478,7 @@ def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
     """
     x = np.asarray(nonnegative("reduced_velocity", reduced_velocity))
     numerator = np.polynomial.polynomial.polyval(x, (1, 1.07232, 0.574198, 0.141552))
-    denominator = np.polynomial.polynomial.polyval(
-        x, (1, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585)
-    )
+    denominator = np.polynomial.polynomial.polyval(x, (1, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585))
     return _plain(numerator / denominator)
 
 

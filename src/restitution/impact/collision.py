@@ -110,9 +110,7 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
     for name, body in (("body_1", body_1), ("body_2", body_2)):
         if not isinstance(body, Body):
             raise TypeError(f"{name} = {body!r}: must be a Body")
-    radius = _harmonic(
-        "radius", "m", "both bodies are flat: a curved one is needed", body_1.radius, body_2.radius
-    )
+    radius = _harmonic("radius", "m", "both bodies are flat: a curved one is needed", body_1.radius, body_2.radius)
     mass = _harmonic("mass", "kg", "both bodies are immovable", body_1.mass, body_2.mass)
     materials = [body.material for body in (body_1, body_2) if body.material is not None]
     if not materials:

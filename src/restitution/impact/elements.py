@@ -60,9 +60,7 @@ class ElementsSolution(NamedTuple):
     restitution_error: float = math.nan
 
 
-def solve_elements(
-    impact: Impact, *, n_elements: int = 800, time_step: float | None = None
-) -> ElementsSolution:
+def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | None = None) -> ElementsSolution:
     """Impact by the elements of the method of dimensionality reduction and explicit Euler in time.
 
     Parameters
@@ -224,9 +222,7 @@ def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundat
     """Check the options; return the foundation, the spacing [m], the time step [s] and the sizes of a coarse run."""
     whole("n_elements", n_elements, _FEWEST, _MOST)
     if impact.shape != ():
-        raise InputError(
-            "impact.shape", impact.shape, "must be () for the method of elements: a single impact"
-        )
+        raise InputError("impact.shape", impact.shape, "must be () for the method of elements: a single impact")
     given = None if time_step is None else float(positive("time_step", time_step, "s"))
     foundation = _Foundation(impact)
     sizes = foundation.measure(n_elements)
@@ -289,9 +285,7 @@ class _Foundation:
         radius = float(self.impact.profile.contact_radius(depth))
         drag = 2.0 * self.series.parallel_viscosity * radius / self.mass
         shortest = float(self.series.relaxation_times.min(initial=math.inf))
-        return _Sizes(
-            depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf)
-        )
+        return _Sizes(depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf))
 
     def march(
         self, spacing: float, step: float, snapshots: list[_Snapshot] | None = None, every: int = 1

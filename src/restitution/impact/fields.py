@@ -97,9 +97,7 @@ class ImpactFields:
 
         def load(x: Array) -> Array:
             touched, memory_then = self._touch(x)
-            decay = np.exp(
-                -np.maximum(time * self._solution.units.time - touched, 0.0)[:, None] / self._times
-            )
+            decay = np.exp(-np.maximum(time * self._solution.units.time - touched, 0.0)[:, None] / self._times)
             u = state[D_] * length - self._depth(np.minimum(x, edge), s)
             branches = (memory - decay * memory_then) @ self._moduli
             velocity = state[V_] * length / self._solution.units.time
@@ -133,12 +131,8 @@ class ImpactFields:
         breakpoints = np.append(self._radii(ends[ends < self._deepest]), edge)
         return line_function(displacement, extent, breakpoints=breakpoints)
 
-    def _over_times(
-        self, kept: dict[float, LineFunction | None], fit: Fit, field: Field, r: Any, t: Any
-    ) -> Array:
-        radius, time = np.broadcast_arrays(
-            np.asarray(nonnegative("r", r, "m")), np.asarray(nonnegative("t", t, "s"))
-        )
+    def _over_times(self, kept: dict[float, LineFunction | None], fit: Fit, field: Field, r: Any, t: Any) -> Array:
+        radius, time = np.broadcast_arrays(np.asarray(nonnegative("r", r, "m")), np.asarray(nonnegative("t", t, "s")))
         result = np.zeros(radius.shape)
         for moment in np.unique(time):
             key = float(moment)
@@ -194,9 +188,7 @@ class ImpactFields:
         places = self._touch_places(x)
         then = stored.interpolate(stored.approach.columns, *places)
         way = stored.sigma_m - stored.position(stored.approach, *places)
-        later = stored.interpolate(
-            stored.rebound.columns, *stored.places(stored.rebound, np.maximum(way, 0.0))
-        )
+        later = stored.interpolate(stored.rebound.columns, *stored.places(stored.rebound, np.maximum(way, 0.0)))
         left = later[:, T_] * time
         decay = np.exp(-np.maximum(left - then[:, T_] * time, 0.0)[:, None] / self._times)
         w = (later[:, H_ + 1 :] - decay * then[:, H_ + 1 :]) * length

@@ -256,9 +256,7 @@ class _Equations:
         if leg.status == 0:
             return leg.t, leg.y, True
         start = np.concatenate([leg.t[-1:], leg.y[:, -1]])
-        last = self.integrate(
-            along_both, (0.0, np.inf), start, self.atol_rebound, [(separates, 1), (widens, 1)]
-        )
+        last = self.integrate(along_both, (0.0, np.inf), start, self.atol_rebound, [(separates, 1), (widens, 1)])
         way, z = np.append(leg.t, last.y[0, 1:]), np.hstack([leg.y, last.y[1:, 1:]])
         return way, z, last.t_events[0].size > 0
 

@@ -235,9 +235,7 @@ class ImpactResult:
         shape = np.shape(self.status)
         if isinstance(self.impact, list) or shape:
             many = "a list" if isinstance(self.impact, list) else f"an array of shape {shape}"
-            raise InputError(
-                "impact", wanted=f"must be a single one: {what} of one impact, this result is of {many}"
-            )
+            raise InputError("impact", wanted=f"must be a single one: {what} of one impact, this result is of {many}")
         assert isinstance(self.status, Status)
         wanted = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
         raise InputError("contact_time", np.inf, wanted, "s")
@@ -406,9 +404,7 @@ class ImpactResult:
         }
 
 
-def dataset(
-    dimension: str, columns: dict[str, tuple[Any, Quantity]], attributes: dict[str, Any]
-) -> xarray.Dataset:
+def dataset(dimension: str, columns: dict[str, tuple[Any, Quantity]], attributes: dict[str, Any]) -> xarray.Dataset:
     """Columns of one length as a Dataset.
 
     Parameters

@@ -41,15 +41,11 @@ class Sampled(NamedTuple):
         return Trajectory(**columns)
 
 
-def by_elements(
-    impact: Impact, n_elements: int | None, time_step: float | None
-) -> tuple[dict[str, Any], Sampled]:
+def by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> tuple[dict[str, Any], Sampled]:
     """Solve one impact by the paper's elements and explicit Euler; return outputs by name and the samples."""
     from restitution.impact.elements import solve_elements
 
-    solution = solve_elements(
-        impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step
-    )
+    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
     fields, trajectory = _in_si(solution, (1.0, 1.0, 1.0, 1.0, 1.0))
     return fields, Sampled(trajectory, float(solution.dissipated), float(solution.stored))
 
@@ -71,9 +67,7 @@ def by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]:
     return fields, Sampled(trajectory)
 
 
-def _in_si(
-    solution: Any, units: tuple[float, float, float, float, float]
-) -> tuple[dict[str, Any], Trajectory]:
+def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tuple[dict[str, Any], Trajectory]:
     """Outputs and motion, given in units of time, length, velocity, force and contact radius."""
     time, length, velocity, force, radius = units
     trajectory = Trajectory(

@@ -209,11 +209,7 @@ def power_block(
         length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
         for _ in range(6):
             duration = (1.5 * length / velocities)[:, None]
-            modulus = (
-                equilibria
-                + (moduli * (times / (times + duration))).sum(axis=1)
-                + viscosities / duration[:, 0]
-            )
+            modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
             length = (energy / modulus) ** power
         time = length / velocities
         factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
@@ -259,9 +255,7 @@ def table_block(
     samples = _of_profile(_force_integrals, profile)
     # What overflows here comes back as a row that failed.
     with np.errstate(over="ignore"):
-        depths = _elastic_depth(
-            samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most
-        )
+        depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
         energy = masses * velocities**2
     # Rounded, so that calls with other impacts of about the same depths find the table made.
     length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)

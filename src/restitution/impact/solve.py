@@ -89,18 +89,14 @@ def solve(
         return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
     impacts = _as_list(impact)
     if method != "exact":
-        raise InputError(
-            "method", method, "must be 'exact' for a list; other methods take one impact at a time"
-        )
+        raise InputError("method", method, "must be 'exact' for a list; other methods take one impact at a time")
     return _solve_exact(impacts, rtol, errors, workers, progress)
 
 
 def _as_list(impact: Any) -> list[Impact]:
     """Return the impacts of a sequence; refuse all else, with advice on what is often given instead."""
     if isinstance(impact, (str, PathLike)):
-        raise InputTypeError(
-            "impact", impact, "must be an Impact; solve(read_case(path).impact) solves a case file"
-        )
+        raise InputTypeError("impact", impact, "must be an Impact; solve(read_case(path).impact) solves a case file")
     if isinstance(getattr(impact, "impact", None), Impact):
         kind = type(impact).__name__
         raise InputTypeError("impact", wanted=f"must be an Impact, not a {kind}; take its attribute impact")
@@ -113,9 +109,7 @@ def _as_list(impact: Any) -> list[Impact]:
         if not isinstance(one, Impact):
             raise InputTypeError("impact", one, "must be an Impact", index=(n,))
         if one.shape:
-            raise InputError(
-                "impact", wanted=f"has shape {one.shape}; a list takes single impacts", index=(n,)
-            )
+            raise InputError("impact", wanted=f"has shape {one.shape}; a list takes single impacts", index=(n,))
     if not impacts:
         raise InputError("impact", wanted="must hold at least one impact")
     return impacts
@@ -174,9 +168,7 @@ def standard_solid_restitution(
     except ValueError:
         wanted = f"have shapes that do not broadcast against each other: {shapes}"
         raise InputError("nu, p2, p3", wanted=wanted) from None
-    columns = [
-        np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)
-    ]
+    columns = [np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)]
     if method != "exact":
         triples = zip(columns[0], columns[1], columns[2], strict=True)
         values = [_standard_solid_impact(*triple, method, rtol) for triple in triples]
@@ -184,9 +176,7 @@ def standard_solid_restitution(
     one = np.ones(columns[0].size)
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
-    batch = Batch(
-        reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0
-    )
+    batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(rtol, workers=workers, progress=progress)
     _judge(found["status"], errors or ("warn" if shape else "raise"))
     return shaped(found["restitution_coefficient"], shape)
@@ -243,9 +233,7 @@ def _solve_exact(
         columns, solution = Batch.from_impact(impact).solve_stored(rtol)
         most = float(impact.profile.max_depth)
         if columns["status"][0] == Status.TOO_DEEP and math.isfinite(most):
-            raise InputError(
-                "profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper"
-            )
+            raise InputError("profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper")
         if progress is not None:
             progress(1, 1)
     _judge(columns["status"], errors or ("warn" if shape else "raise"))
@@ -275,9 +263,7 @@ def _solve_by_sampling(
 ) -> ImpactResult:
     """Solve one impact by the element method or the reference."""
     if impact.shape:
-        wanted = (
-            f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
-        )
+        wanted = f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
         raise InputError("method", method, wanted)
     if method == "elements":
         found, notes = by_elements(impact, n_elements, time_step), ()

@@ -123,9 +123,7 @@ def _elements(
             )
         if count >= 0:
             return Elements(*(a[: count + 1] if a.shape == (room + 1,) else a[:count] for a in elements))
-    raise InputError(
-        "history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol"
-    )
+    raise InputError("history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol")
 
 
 def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
@@ -256,9 +254,7 @@ def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Ar
     return np.einsum("in,in->i", contact.values[places], u[:, None] ** np.arange(contact.values.shape[1]))
 
 
-def recovering_surface(
-    contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array
-) -> Array:
+def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
     """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
 
     With the load gone it is a sum of exponentials at the retardation times.
@@ -266,9 +262,7 @@ def recovering_surface(
     n = int(np.searchsorted(contact.knots, past.end, side="left"))
     jumps = n + 1 < contact.knots.size and contact.knots[n] == contact.knots[n + 1] == past.end
     i = n if jumps else max(n - 1, past.first)
-    depth = float(
-        contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0]
-    )
+    depth = float(contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0])
     write_depth_memory(contact, past, work, i, past.end)
     loads = np.append(contact.moduli * work.now, contact.equilibrium * depth)
     rates = np.append(contact.rates, 0.0)
@@ -301,9 +295,7 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
                 break
             room *= 4
             if room > _MOST_ELEMENTS:
-                raise InputError(
-                    "force", wanted="needs too many elements; smooth or thin the history, or loosen rtol"
-                )
+                raise InputError("force", wanted="needs too many elements; smooth or thin the history, or loosen rtol")
     level = allocate(contact.recoveries, count)
     remember(lengths[:count], q[:count], np.zeros(count), level, work.sweep)
     return Recovery(starts[:count], lengths[:count], q[:count], level)

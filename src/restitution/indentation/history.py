@@ -86,20 +86,14 @@ class History:
         jumps = steps == 0.0
         if np.any(jumps[1:] & jumps[:-1]):
             n = int(np.argmax(jumps[1:] & jumps[:-1]))
-            raise InputError(
-                "time", float(t[n]), "must not stand three times; a step has two values", "s", index=(n,)
-            )
+            raise InputError("time", float(t[n]), "must not stand three times; a step has two values", "s", index=(n,))
         if jumps[-1]:
-            raise InputError(
-                "time", float(t[-1]), f"must be followed by a later one, as {name} has a step there", "s"
-            )
+            raise InputError("time", float(t[-1]), f"must be followed by a later one, as {name} has a step there", "s")
         t, v = _without_collinear(t, v)
         return cls(t, np.column_stack([v[:-1], np.diff(v)]))
 
     @classmethod
-    def from_function(
-        cls, function: Callable[[Array], Any], time: ArrayLike, *, name: str = "values"
-    ) -> History:
+    def from_function(cls, function: Callable[[Array], Any], time: ArrayLike, *, name: str = "values") -> History:
         """Function of time, fitted piecewise to 1e-13 of its largest value.
 
         Parameters
@@ -119,9 +113,7 @@ class History:
         """
         t = np.unique(np.atleast_1d(finite("time", time, "s")))
         if t.size < 2:
-            raise InputError(
-                "time", wanted="must hold at least two times, between which the history is given"
-            )
+            raise InputError("time", wanted="must hold at least two times, between which the history is given")
         function = _for_arrays(function, t[:2])
         edges = _first_pieces(t)
         at_times = _checked_values(function, t, name)
@@ -133,9 +125,7 @@ class History:
             values = _values(function, lows, highs, _NODES, name)
             exact = _values(function, lows, highs, _BETWEEN, name)
             scale = max(scale, float(np.max(np.abs(values))), float(np.max(np.abs(exact))))
-            fit = np.asarray(
-                np.linalg.solve(np.vander(_NODES, increasing=True), values.T).T, dtype=np.float64
-            )
+            fit = np.asarray(np.linalg.solve(np.vander(_NODES, increasing=True), values.T).T, dtype=np.float64)
             error = np.max(np.abs(fit @ np.vander(_BETWEEN, _DEGREE + 1, increasing=True).T - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
             good = error <= _FIT * scale
@@ -321,9 +311,7 @@ def _middles(t: Array, lows: Array, highs: Array) -> Array:
     return np.where((nearest > lows) & (nearest < highs), nearest, middles)
 
 
-def _errors_at(
-    t: Array, values: Array, lows: Array, highs: Array, fit: Array
-) -> tuple[NDArray[np.intp], Array]:
+def _errors_at(t: Array, values: Array, lows: Array, highs: Array, fit: Array) -> tuple[NDArray[np.intp], Array]:
     """Piece of each of the times, and the error of its fit there."""
     order = np.argsort(lows)
     piece = order[np.clip(np.searchsorted(lows[order], t, side="right") - 1, 0, lows.size - 1)]
@@ -368,9 +356,7 @@ def _zeros(c: Array) -> list[float]:
     edges = np.concatenate([[0.0], places, [1.0]])
     signs = np.sign(np.polynomial.polynomial.polyval(0.5 * (edges[:-1] + edges[1:]), c))
     return [
-        float(place)
-        for place, before, after in zip(places, signs[:-1], signs[1:], strict=True)
-        if before * after < 0
+        float(place) for place, before, after in zip(places, signs[:-1], signs[1:], strict=True) if before * after < 0
     ]
 
 

@@ -118,9 +118,7 @@ class IndentationResult:
         """History over `time`: indentation depth and velocity, force, contact radius, with units."""
         return self._dataset(self.time, tuple(getattr(self, name) for name in COLUMNS))
 
-    def sample(
-        self, times: ArrayLike | None = None, *, n_points: int = 401, before: bool = False
-    ) -> xarray.Dataset:
+    def sample(self, times: ArrayLike | None = None, *, n_points: int = 401, before: bool = False) -> xarray.Dataset:
         """History at other times.
 
         Parameters
@@ -152,9 +150,7 @@ class IndentationResult:
         5e-07
         """
         whole("n_points", n_points, 2)
-        moments = (
-            self._solution.times(n_points) if times is None else np.atleast_1d(finite("time", times, "s"))
-        )
+        moments = self._solution.times(n_points) if times is None else np.atleast_1d(finite("time", times, "s"))
         return self._dataset(moments, self._solution.at(moments, before=before))
 
     @cached_property
@@ -229,13 +225,10 @@ class IndentationResult:
         import xarray as xr
 
         data = {
-            name: ("time", values, HISTORY[name].attributes)
-            for name, values in zip(COLUMNS, columns, strict=True)
+            name: ("time", values, HISTORY[name].attributes) for name, values in zip(COLUMNS, columns, strict=True)
         }
         time = ("time", times, {**HISTORY["time"].attributes, "long_name": "time"})
-        return xr.Dataset(
-            data, coords={"time": time}, attrs={"prescribed": self.prescribed, "rtol": self.rtol}
-        )
+        return xr.Dataset(data, coords={"time": time}, attrs={"prescribed": self.prescribed, "rtol": self.rtol})
 
 
 def _largest(solution: Solution, column: int) -> tuple[float, float]:
@@ -294,9 +287,7 @@ def _step_work(solution: Solution, place: int, rtol: float) -> float:
     return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
 
 
-def _adaptive(
-    panels: Callable[[Array, Array], Array], low: Array, high: Array, rtol: float, scale: float
-) -> float:
+def _adaptive(panels: Callable[[Array, Array], Array], low: Array, high: Array, rtol: float, scale: float) -> float:
     """Integral by panels, each of which is halved until its two halves agree with it.
 
     Parameters

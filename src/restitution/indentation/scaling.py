@@ -115,7 +115,9 @@ def scaled_contact(bodies: Contact, history: History, name: str) -> tuple[Scaled
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * depth
     if not all(_SMALLEST < value < _LARGEST for value in (depth, radius, force)):
-        wanted = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of {force:.3g} N; "
+        wanted = (
+            f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of {force:.3g} N; "
+        )
         wanted += f"each must be in [{_SMALLEST:g}, {_LARGEST:g}]"
         raise InputError(name, peak, wanted, UNITS[name])
     units = Units(touch, duration, depth, radius, force, error)

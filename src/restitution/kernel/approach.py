@@ -71,9 +71,7 @@ _FARTHEST = 2.5
 
 
 @inlined
-def approach_element(
-    problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float
-) -> int:
+def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float) -> int:
     """Solve one element of length h from the first column of `table`; fill the others.
 
     `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where they
@@ -137,9 +135,7 @@ def approach_element(
         g = r * (F - external_force)
         if final_round:
             break
-        residual = (
-            s - s0 - h * matvec(A, v) if eta > 0.0 else s - straight + (h * h) * matvec(scheme.square, g)
-        )
+        residual = s - s0 - h * matvec(A, v) if eta > 0.0 else s - straight + (h * h) * matvec(scheme.square, g)
         if refactor:
             diagonal = r * slope + 2.0 * (F - external_force)
             if eta > 0.0:
@@ -255,9 +251,7 @@ def _length_to(
 
 
 @compiled
-def approach(
-    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float
-) -> int:
+def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
     """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
@@ -308,9 +302,7 @@ def approach(
                 if behind >= 0:
                     h = length_beyond(problem, glass, behind, table[V_, 0], h, KINK_TAIL * accept)
                 unhindered = h
-                target = next_kink(
-                    problem, glass, ahead, table[S_, 0], table[V_, 0], slope, h, KINK_EFFECT * accept
-                )
+                target = next_kink(problem, glass, ahead, table[S_, 0], table[V_, 0], slope, h, KINK_EFFECT * accept)
                 if target >= 0:
                     h = _length_to(problem, scheme, work, element, kinks[target], slope, h)
         _predict(problem, scheme, work, element, h)
@@ -342,9 +334,7 @@ def approach(
             missed = 0
             continue
         if target >= 0:
-            correction = length_correction(
-                problem, scheme, work, table, glass, target, h, KINK_EFFECT * accept
-            )
+            correction = length_correction(problem, scheme, work, table, glass, target, h, KINK_EFFECT * accept)
             beyond_reach = correction > 1.0 and h >= 0.999 * unhindered
             if correction != 1.0 and missed < _MOST_MISSED and not beyond_reach:
                 missed += 1
@@ -365,8 +355,7 @@ def approach(
         # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
         rest = 1e-7 * problem.external_force
         creeps = (
-            abs(table[F_, 0] - problem.external_force) < rest
-            and abs(table[F_, S] - problem.external_force) < rest
+            abs(table[F_, 0] - problem.external_force) < rest and abs(table[F_, S] - problem.external_force) < rest
         )
         # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
         least = 0.02 * accept

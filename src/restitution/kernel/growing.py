@@ -99,9 +99,7 @@ def growing_contact(contact: Contact, work: Scratch, i: int, t: float) -> tuple[
 
 
 @compiled
-def _growing_contact_by_force(
-    contact: Contact, work: Scratch, i: int, t: float
-) -> tuple[float, float, float, float]:
+def _growing_contact_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Creep under the prescribed force."""
     value, rate, _ = prescribed(contact, i, t)
     h = contact.knots[i + 1] - contact.knots[i]
@@ -252,9 +250,7 @@ def grow(
                     integral_rate += quadrature.coefficients[n, j] * work.samples[1, j]
                 elements.depth_rates[e, n] = depth_rate
                 elements.integral_rates[e, n] = integral_rate
-            end_depth, _, end_integral, _ = growing_contact(
-                contact, work, i, stop if h == stop - b else b + h
-            )
+            end_depth, _, end_integral, _ = growing_contact(contact, work, i, stop if h == stop - b else b + h)
             rate, integral_rate = (end_depth - depth) / h, (end_integral - integral) / h
             # A fast mode may relax between a kink and the first node, which only the mean of the rate shows. The times
             # are rounded, and the values of a steep history scatter by that.
@@ -264,9 +260,7 @@ def grow(
             if contact.control == FORCE:
                 rounded = TIME_ROUNDING * (b + h) / largest * variation(work.samples[0])
                 mean_error = max(mean_error, abs(elements.depth_rates[e, 0] - rate) * h / largest - rounded)
-                truncation = max(
-                    truncation, truncation_error(elements.depth_rates[e]) / largest - rounded / h
-                )
+                truncation = max(truncation, truncation_error(elements.depth_rates[e]) / largest - rounded / h)
             coarse = truncation * end > tolerance * max(1.0, contact.shortest / h) or mean_error > tolerance
             if coarse and h > SHORTEST_ELEMENT * b + FIRST_ELEMENT * stop:
                 h *= 0.5
@@ -286,9 +280,7 @@ def grow(
 
 
 @compiled
-def growing_contact_at(
-    contact: Contact, work: Scratch, i: int, t: float
-) -> tuple[float, float, float, float]:
+def growing_contact_at(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate as `growing_contact`, also behind a jump."""
     if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:
         integral = contact.glass * (contact.values[i, 0] + contact.values[i, 1])

@@ -142,9 +142,7 @@ def _load_since_turning(
 
 
 @compiled
-def _creep(
-    contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
-) -> tuple[float, float]:
+def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float) -> tuple[float, float]:
     """Part of the depth at time t in element r of the recovery that is due to creep, and its rate."""
     elapsed = t - recovery.starts[r]
     legendre_values(2.0 * elapsed / recovery.lengths[r] - 1.0, work.basis)

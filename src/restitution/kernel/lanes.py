@@ -46,9 +46,7 @@ def constant(value: float) -> Any:
 
 def unit(lane: int, size: int = 1) -> Any:
     """Truth values of LLVM: true in `size` lanes from `lane` on."""
-    return ir.Constant(
-        ir.VectorType(ir.IntType(1), WIDTH), [int(lane <= n < lane + size) for n in range(WIDTH)]
-    )
+    return ir.Constant(ir.VectorType(ir.IntType(1), WIDTH), [int(lane <= n < lane + size) for n in range(WIDTH)])
 
 
 def shuffled(builder: Any, value: Any, lanes: list[int]) -> Any:
@@ -94,9 +92,7 @@ def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
             fits = all(map(isinstance, given, kinds))
             # Rows are addressed by their distance from the start of the array, which strides would change.
             return (
-                result
-                if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array))
-                else None
+                result if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array)) else None
             )
 
         typer.__signature__ = inspect.signature(function)  # pyright: ignore[reportFunctionMemberAccess]
@@ -299,7 +295,5 @@ def _log(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     square = builder.fmul(z, z)
     series = _polynomial(builder, square, [2.0 / (2 * n + 1) for n in range(11, 0, -1)])
     tail = builder.fmul(builder.fmul(z, square), series)
-    value = builder.fadd(
-        builder.fadd(builder.fmul(z, constant(2.0)), tail), builder.fmul(number, constant(_LN2_LOW))
-    )
+    value = builder.fadd(builder.fadd(builder.fmul(z, constant(2.0)), tail), builder.fmul(number, constant(_LN2_LOW)))
     return builder.fadd(value, builder.fmul(number, constant(_LN2_HIGH)))

@@ -59,14 +59,10 @@ def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: fl
     touch = math.sqrt(max(now * now - work.turning_place[0] ** 2 * math.exp(age), 0.0))
     row, places = rule.row, work.places
     element = seek(places, work.counts[N_APPROACH], now)
-    interpolate(
-        scheme, work, work.approach[element], (now - places[START, element]) / places[LENGTH, element], row
-    )
+    interpolate(scheme, work, work.approach[element], (now - places[START, element]) / places[LENGTH, element], row)
     t = row[T_]
     first = seek(places, element, touch)
-    interpolate(
-        scheme, work, work.approach[first], (touch - places[START, first]) / places[LENGTH, first], row
-    )
+    interpolate(scheme, work, work.approach[first], (touch - places[START, first]) / places[LENGTH, first], row)
     r = radius_and_integral(problem.path, max(row[S_], 0.0))[0]
     total = 0.0
     for n in range(rule.places.shape[0]):

@@ -308,9 +308,7 @@ def regrowth(
     for n in range(times.shape[0]):
         if times[n] >= past.end:
             break
-        e, t1, depth, _, growth, modulus, _ = shrinking_contact(
-            contact, past, work, places[n], times[n], e, t1
-        )
+        e, t1, depth, _, growth, modulus, _ = shrinking_contact(contact, past, work, places[n], times[n], e, t1)
         ahead = times[n + 1] - times[n] if n + 1 < times.shape[0] else 0.0
         if depth > least + tolerance:
             return n

@@ -292,6 +292,4 @@ def _without_rounding(series: PronySeries) -> PronySeries:
     keep = moduli * moduli.size > 0.25 * _EPS * level
     if keep.all():
         return series
-    return PronySeries.from_checked(
-        series.equilibrium_modulus, moduli[keep], times[keep], series.parallel_viscosity
-    )
+    return PronySeries.from_checked(series.equilibrium_modulus, moduli[keep], times[keep], series.parallel_viscosity)

@@ -49,9 +49,7 @@ class ViscoelasticDeck:
     name: str | None
     source: str = ""
 
-    def material(
-        self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None
-    ) -> Material:
+    def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
         r"""Material in shear and bulk, with the elastic constants of the deck unless given here.
 
         Parameters

@@ -179,9 +179,7 @@ def fit_prony(
     (True, True)
     """
     if not isinstance(data, RelaxationTable | DynamicTable):
-        raise InputTypeError(
-            "data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns"
-        )
+        raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
     allowed = float(positive("misfit", misfit))
     problem = _Problem.of(data, liquid, float(positive("loss_weight", loss_weight)))
     weight = float(nonnegative("smoothing", smoothing))
@@ -240,9 +238,7 @@ class _Problem:
             raise InputError(what, points.size, wanted, where=data.source)
         if inside[0] < 1.0 / EXTREME or inside[-1] > EXTREME:
             wanted = f"must be in [{1.0 / EXTREME:g}, {EXTREME:g}] {unit}"
-            raise InputError(
-                what, float(inside[0 if inside[-1] <= EXTREME else -1]), wanted, unit, where=data.source
-            )
+            raise InputError(what, float(inside[0 if inside[-1] <= EXTREME else -1]), wanted, unit, where=data.source)
         ends = float(inside[0]), float(inside[-1])
         window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
         return cls(points, values, dynamic, liquid, loss_weight, window)

@@ -24,8 +24,7 @@ __all__ = ["get", "names"]
 
 _REDUCED = "the window consists of reduced times of a master curve"
 _PYVISCO = (
-    "from the verification data of pyvisco, National Renewable Energy Laboratory (BSD-3-Clause), fitted "
-    "by fit_prony"
+    "from the verification data of pyvisco, National Renewable Energy Laboratory (BSD-3-Clause), fitted by fit_prony"
 )
 _KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed. (1995), section 2.2.2"
 _CRC = "density: CRC Handbook of Chemistry and Physics"
@@ -174,9 +173,7 @@ def _ice() -> Material:
     )
 
 
-def _elastic(
-    youngs_modulus: float, poisson_ratio: float, density: float, source: str
-) -> Callable[[], Material]:
+def _elastic(youngs_modulus: float, poisson_ratio: float, density: float, source: str) -> Callable[[], Material]:
     assumptions = "elastic at any rate and room temperature; no yielding"
     solid = partial(elastic, youngs_modulus=youngs_modulus, poisson_ratio=poisson_ratio, density=density)
     return lambda: replace(solid(), source=source, assumptions=assumptions)
@@ -198,8 +195,6 @@ _LIBRARY: dict[str, Callable[[], Material]] = {
     "polyisobutylene": _polyisobutylene,
     "relaxation_polymer": _relaxation_polymer,
     "soda_lime_glass": _elastic(70e9, 0.2, 2500.0, "EN 572-1, table of general properties"),
-    "steel": _elastic(
-        210e9, 0.3, 7850.0, "EN 1993-1-1 (Eurocode 3), clause 3.2.6; density: EN 1993-1-2, 3.2.2"
-    ),
+    "steel": _elastic(210e9, 0.3, 7850.0, "EN 1993-1-1 (Eurocode 3), clause 3.2.6; density: EN 1993-1-2, 3.2.2"),
     "tungsten": _elastic(411.0e9, 0.280, 19300.0, f"{_KAYE_LABY}; {_CRC}"),
 }

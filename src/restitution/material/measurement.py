@@ -169,9 +169,7 @@ class PronyTerms:
             raise _refused("equilibrium", low, f"must be <= {high:g} Pa, the instantaneous")
         share = 1.0 - low / high
         if min(abs(total - 1.0), abs(total - share)) > _SUM_TOLERANCE:
-            wanted = (
-                f"must be 1 (shares of the difference) or {share:.6g} (shares of the instantaneous modulus)"
-            )
+            wanted = f"must be 1 (shares of the difference) or {share:.6g} (shares of the instantaneous modulus)"
             raise InputError("moduli", wanted=f"{sum_of_terms}: {wanted}")
         return low, self.moduli * ((high - low) / total)
 

@@ -119,9 +119,7 @@ class PronySeries:
         )
 
     @classmethod
-    def from_checked(
-        cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0
-    ) -> PronySeries:
+    def from_checked(cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0) -> PronySeries:
         """Series of admissible numbers, which are neither checked nor copied."""
         series = object.__new__(cls)
         series._fill(equilibrium, moduli, times, viscosity)

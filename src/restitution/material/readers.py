@@ -149,9 +149,7 @@ _SPELLINGS: dict[Role, str] = {
     SHIFT: "at a shiftfactor",
 }
 _ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
-_TENSION = re.compile(
-    r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)"
-)
+_TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
 _SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
 _QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
 
@@ -235,9 +233,7 @@ class Table(NamedTuple):
 
 
 def _read_table(source: str, text: str) -> Table:
-    sheet = read_sheet(
-        source, text, lambda tail: unit(tail) is not None, lambda name: _role(name) is not None
-    )
+    sheet = read_sheet(source, text, lambda tail: unit(tail) is not None, lambda name: _role(name) is not None)
     roles = [_role(label) for label in sheet.labels]
     if RELAXATION_TIME in roles:
         roles = [BRANCH if role is MODULUS else role for role in roles]
@@ -303,9 +299,7 @@ def _refuse_growth(table: Table, column: Column, values: Array, order: slice, wa
     if beyond.size:
         last = int(beyond[0])
         first = int(np.argmin(values[:last]))
-        message = (
-            f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
-        )
+        message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
         raise table.error(f"{message}: must {wanted}, apart from noise", lines[last])
 
 

@@ -29,9 +29,7 @@ class SecularRoots(NamedTuple):
 
     times: Array  # 1/lambda [s], shape (n_root,)
     slopes: Array  # lambda S'(-lambda), positive, in the unit of S, shape (n_root,)
-    terms: (
-        Array  # lambda/(lambda - lambda_k), that is s/(s + lambda_k) at s = -lambda, shape (n_root, n_pole)
-    )
+    terms: Array  # lambda/(lambda - lambda_k), that is s/(s + lambda_k) at s = -lambda, shape (n_root, n_pole)
 
 
 def log_ratios(upper: Array, lower: Array) -> Array:
@@ -82,9 +80,7 @@ def secular_roots(constant: float, viscosity: float, weights: Array, times: Arra
     with np.errstate(all="ignore"):
         found = _secular_roots(constant, viscosity, weights, times)
     if found is None or not (np.isfinite(found.times).all() and np.isfinite(found.slopes).all()):
-        raise InputError(
-            "moduli", wanted="must not differ by more than a factor of about 1e200 within a material"
-        )
+        raise InputError("moduli", wanted="must not differ by more than a factor of about 1e200 within a material")
     return found
 
 
@@ -125,21 +121,15 @@ def _bracket_below(constant: float, viscosity: float, total: float, own: float, 
     # Past the far end u = -inf (y = 0) every hyperbola bends at y <= -1.
     lowest = constant / (total + viscosity * rate)
     highest = constant / own
-    return _Brackets(
-        np.array([0]), np.array([-1.0]), np.array([lowest]), np.array([highest]), np.array([-1.0])
-    )
+    return _Brackets(np.array([0]), np.array([-1.0]), np.array([lowest]), np.array([highest]), np.array([-1.0]))
 
 
-def _bracket_above(
-    constant: float, viscosity: float, total: float, own: float, rate: float, n_pole: int
-) -> _Brackets:
+def _bracket_above(constant: float, viscosity: float, total: float, own: float, rate: float, n_pole: int) -> _Brackets:
     drag = viscosity * rate
     level = constant + total - drag
     lowest, highest = (_positive_root(square, level, drag) for square in (total, own))
     far = 0.0 if viscosity > 0 else -1.0
-    return _Brackets(
-        np.array([n_pole - 1]), np.array([1.0]), np.array([lowest]), np.array([highest]), np.array([far])
-    )
+    return _Brackets(np.array([n_pole - 1]), np.array([1.0]), np.array([lowest]), np.array([highest]), np.array([far]))
 
 
 def _positive_root(square: float, linear: float, less: float) -> float:
@@ -148,9 +138,7 @@ def _positive_root(square: float, linear: float, less: float) -> float:
     return 2.0 * less / (linear + root) if linear > 0 else (root - linear) / (2.0 * square)
 
 
-def _brackets_between(
-    constant: float, viscosity: float, weights: Array, rates: Array, logs: Array
-) -> _Brackets:
+def _brackets_between(constant: float, viscosity: float, weights: Array, rates: Array, logs: Array) -> _Brackets:
     gap = np.diagonal(logs, 1)
     middle = 1.0 / np.expm1(0.5 * gap)
     value = constant - viscosity * rates[:-1] * (1.0 + 1.0 / middle)

@@ -141,9 +141,7 @@ def read_sheet(
     if all(map(_is_number, filter(None, _cells(header.text, separator)))):
         above = [line for line in comments if line.number < header.number]
         if not above:
-            raise FileError(
-                source, header.number, "the columns have no names: must begin with a line of names"
-            )
+            raise FileError(source, header.number, "the columns have no names: must begin with a line of names")
         header, body = above[-1], body[start:]
     else:
         body = body[start + 1 :]
@@ -162,9 +160,7 @@ def read_sheet(
         if len(row) != count:
             raise FileError(source, line.number, f"{len(row)} values: must be {count}, one for each column")
     columns = list(map(list, zip(*rows, strict=True)))
-    return Sheet(
-        source, labels, units, header.number, unit_line, columns, [line.number for line in body], comments
-    )
+    return Sheet(source, labels, units, header.number, unit_line, columns, [line.number for line in body], comments)
 
 
 def _header(body: list[Line], is_name: Callable[[str], bool] | None, split: _Split) -> int:

@@ -202,9 +202,7 @@ class ShiftTable:
     log10_factors: Array
     notes: tuple[str, ...] = field(default=(), repr=False)
 
-    def __init__(
-        self, temperatures: ArrayLike, log10_factors: ArrayLike, *, notes: tuple[str, ...] = ()
-    ) -> None:
+    def __init__(self, temperatures: ArrayLike, log10_factors: ArrayLike, *, notes: tuple[str, ...] = ()) -> None:
         kelvin = np.atleast_1d(positive("temperatures", temperatures, "K"))
         logs = np.atleast_1d(within("log10_factors", log10_factors, -_DECADES, _DECADES))
         if kelvin.ndim != 1 or kelvin.shape != logs.shape or kelvin.size < 2:

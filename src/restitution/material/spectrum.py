@@ -28,9 +28,7 @@ def log_spectrum(exponent: float, bounded: bool, log_rates: Array) -> Array:
     # H is even in ln(lambda): 1/(4 sinh^2 + 4 cos^2), where nothing cancels as alpha nears 1.
     half = np.abs(0.5 * exponent * log_rates)
     growth = -np.expm1(-2.0 * half)
-    return (
-        scale - 2.0 * half - np.log(growth * growth + 4.0 * math.cos(0.5 * angle) ** 2 * np.exp(-2.0 * half))
-    )
+    return scale - 2.0 * half - np.log(growth * growth + 4.0 * math.cos(0.5 * angle) ** 2 * np.exp(-2.0 * half))
 
 
 def log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> tuple[Array, Array]:

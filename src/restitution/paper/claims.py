@@ -263,9 +263,7 @@ def two_spheres(computation: Computation) -> Claim:
             mass=float(mass),
         )
         impacts.append(collision(ball, ball, float(velocity)))
-    pairs = np.asarray(
-        solve(impacts, rtol=computation.rtol, workers=computation.workers).restitution_coefficient
-    )
+    pairs = np.asarray(solve(impacts, rtol=computation.rtol, workers=computation.workers).restitution_coefficient)
     computation.advance(_PAIRS)
     # E*, R and m of the pair are halves, so that p3 is 2^(-1 + 4/5) times that of one sphere.
     single = computation.solve(nu, draw_inputs(p2, 2.0**-0.2 * p3, random))

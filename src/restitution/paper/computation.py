@@ -143,9 +143,7 @@ class Computation:
             part = slice(start, start + _BLOCK)
             given = DimensionalInputs(*(column[part] for column in flat))
             time = given.viscosity / given.branch_modulus
-            reduced = reduced_standard_solid(
-                ratio[part], given.equilibrium_modulus, given.branch_modulus, time
-            )
+            reduced = reduced_standard_solid(ratio[part], given.equilibrium_modulus, given.branch_modulus, time)
             none = np.zeros(time.size)
             # The contact radius of a paraboloid is sqrt(R d).
             batch = Batch(

@@ -53,9 +53,7 @@ def compute_plane(computation: Computation, figure: int, n: int) -> xr.Dataset:
     nu = PLANES[figure]
     axes = {"p2": np.logspace(*LOG_P2_RANGE, n), "p3": np.logspace(*LOG_P3_RANGE, n)}
     words = "incompressible" if nu == 0.5 else f"nu = {nu:g}"
-    return computation.dataset(
-        f"Figure {figure}: restitution coefficient over p2 and p3, {words}", figure, axes, nu
-    )
+    return computation.dataset(f"Figure {figure}: restitution coefficient over p2 and p3, {words}", figure, axes, nu)
 
 
 def plane_axes(ax: Axes) -> None:

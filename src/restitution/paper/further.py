@@ -165,9 +165,7 @@ def compute_collapse(computation: Computation, n: int, draws: int) -> xr.Dataset
         "p3": np.logspace(*LOG_P3_RANGE, n),
         "draw": np.arange(draws),
     }
-    dataset = computation.dataset(
-        "Collapse of random dimensional inputs onto p1, p2 and p3", COLLAPSE_STREAM, axes
-    )
+    dataset = computation.dataset("Collapse of random dimensional inputs onto p1, p2 and p3", COLLAPSE_STREAM, axes)
     e = dataset["restitution_coefficient"]
     spread = e.max("draw") - e.min("draw")
     tolerance = computation.rtol * np.maximum(e.mean("draw"), E_FLOOR)
@@ -217,9 +215,7 @@ def _draw_spread(ax: Axes, dataset: xr.Dataset) -> None:
     ax.axvline(rtol, color=style.VERMILION, linewidth=1.0, linestyle="--", label="tolerance")
     ax.set_xscale("log")
     ticks = range(-17, top, 4)
-    ax.set_xticks(
-        [10.0**power for power in ticks], ["0" if power == -17 else f"$10^{{{power}}}$" for power in ticks]
-    )
+    ax.set_xticks([10.0**power for power in ticks], ["0" if power == -17 else f"$10^{{{power}}}$" for power in ticks])
     ax.minorticks_off()
     ax.set_xlim(bins[0], bins[-1])
     ax.set_xlabel("largest spread of $e$ at a point")
@@ -282,9 +278,7 @@ def draw_examples(dataset: xr.Dataset) -> Figure:
                 ax.plot([p3], [value], "o", color="black", markersize=4)
                 halo = [withStroke(linewidth=2.5, foreground="white")]
                 text = f"{value:.4f}"
-                ax.annotate(
-                    text, (p3, value), offset, textcoords="offset points", fontsize=8.5, path_effects=halo
-                )
+                ax.annotate(text, (p3, value), offset, textcoords="offset points", fontsize=8.5, path_effects=halo)
             ax.set_title(rf"$p_2 = {p2:g}$; points: $p_3 = {p3:g}$", fontsize=9)
             ax.legend(loc="lower left")
         axes[1].set_ylabel("")

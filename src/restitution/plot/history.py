@@ -121,9 +121,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     ax.set_ylabel(f"energy [{up.unit}]")
     handles, labels = ax.get_legend_handles_labels()
     # Over the axes: within, it would hide a part.
-    ax.legend(
-        handles[::-1], labels[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2
-    )
+    ax.legend(handles[::-1], labels[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     return ax
 
 

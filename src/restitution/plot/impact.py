@@ -118,9 +118,7 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     """
     moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
     if moments.size > len(_COLORS):
-        raise InputError(
-            "times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct"
-        )
+        raise InputError("times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct")
     if not np.all((moments > 0.0) & (moments < float(result.contact_time))):
         bad = moments[~((moments > 0.0) & (moments < float(result.contact_time)))][0]
         lasts = float(result.contact_time)

@@ -122,9 +122,7 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     figure.draw_without_rendering()
     point = figure.dpi / 72.0
     places = np.linspace(0, x.size - 1, min(x.size, 400)).astype(int)
-    shown = np.stack(
-        [ax.transData.transform(np.column_stack([x[places], row[places]])) / point for row in rows]
-    )
+    shown = np.stack([ax.transData.transform(np.column_stack([x[places], row[places]])) / point for row in rows])
     frame = ax.get_window_extent()
     inside = (
         (shown[..., 0] > frame.x0 / point + _LABEL_WIDTH)
@@ -212,9 +210,7 @@ def contour_map(
     figure: Any = ax.figure
     words: Any = fmt if callable(fmt) else lambda level, _=None: fmt % level
     if cmap is not None:
-        shading = ax.pcolormesh(
-            x, y, z, cmap=style.paler(cmap), norm=norm, shading="gouraud", rasterized=True
-        )
+        shading = ax.pcolormesh(x, y, z, cmap=style.paler(cmap), norm=norm, shading="gouraud", rasterized=True)
         if colorbar is not None:
             bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
             ticks = _apart(levels, shading.norm)

@@ -147,9 +147,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
         # Of two long axes the first one goes along the abscissa.
         if y is None and len(ranked) > 1 and sizes[ranked[1]] > _MOST_CURVES:
             x = next(name for name in numeric if name in ranked[:2])
-    others = sorted(
-        (name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name])
-    )
+    others = sorted((name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name]))
     if draws is not None:
         slices = others[0] if others else None
         return Layout("bands", x, None, slices, draws, tuple(others[1:]))
@@ -187,9 +185,7 @@ def _nearest(axis: xr.DataArray, value: Any) -> int:
     unit = "" if axis.attrs.get("units", "1") == "1" else axis.attrs["units"]
     slack = _ROUNDED * max(abs(low), abs(high)) if np.isfinite(high) else 0.0
     if not low - slack <= float(value) <= high + slack:
-        raise InputError(
-            f"at {axis.name}", float(value), f"must lie on the axis, from {low:.6g} to {high:.6g}", unit
-        )
+        raise InputError(f"at {axis.name}", float(value), f"must lie on the axis, from {low:.6g} to {high:.6g}", unit)
     with np.errstate(invalid="ignore"):
         away = np.abs(values - float(value))
     return int(np.argmin(np.where(values == value, 0.0, away)))

@@ -48,9 +48,7 @@ _NODES = np.cos(_ANGLES)
 _BETWEEN = np.cos(0.5 * (_ANGLES[1:] + _ANGLES[:-1]))
 # The first and the last node and coefficient count half.
 _HALVES = np.where(np.arange(DEGREE + 1) % DEGREE == 0, 0.5, 1.0)
-_TO_COEFFICIENTS = (
-    2.0 / DEGREE * _HALVES[:, None] * np.cos(np.outer(np.arange(DEGREE + 1), _ANGLES)) * _HALVES
-)
+_TO_COEFFICIENTS = 2.0 / DEGREE * _HALVES[:, None] * np.cos(np.outer(np.arange(DEGREE + 1), _ANGLES)) * _HALVES
 
 
 def surrogate(
@@ -107,9 +105,7 @@ def surrogate(
     tolerance = cast("float", within("rtol", rtol, 1e-10, 1e-2))
     shape = replace(impact, velocity=1.0).shape
     if shape:
-        raise InputError(
-            "impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity"
-        )
+        raise InputError("impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity")
     accuracy = max(_FINER * tolerance, _FINEST)
     share = _SOLVER_SHARE * accuracy
     reports: list[validity.Validity] = []
@@ -126,9 +122,7 @@ def surrogate(
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
-        pieces, error = build_pieces(
-            sample, _deviation, np.log(low), np.log(high), tolerance - share, progress
-        )
+        pieces, error = build_pieces(sample, _deviation, np.log(low), np.log(high), tolerance - share, progress)
     except NotMet as failure:
         name = list(OUTPUTS)[failure.function]
         raise SolverError(
@@ -187,9 +181,7 @@ def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, fl
     if status.failed:
         raise SolverError(status, f"at velocity = {speeds[first]:.6g} m/s")
     good = speeds[statuses == Status.SEPARATED]
-    advice = (
-        f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
-    )
+    advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
     raise InputError(
         "velocity",
         list(velocity),

@@ -84,9 +84,7 @@ class Surrogate:
         _check_pieces(self.pieces)
         ends = self.pieces.edges[[0, -1]]
         if np.abs(ends - np.log([low, high])).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
-            wanted = (
-                f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
-            )
+            wanted = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
             raise InputError("velocity", list(self.velocity), wanted, "m/s")
 
     @property
@@ -181,10 +179,7 @@ class Surrogate:
         speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
         attributes = INPUTS["velocity"].attributes | {"scale": "logarithmic"}
         return xr.Dataset(
-            {
-                name: ("velocity", self._evaluate(name, speeds), QUANTITIES[name].attributes)
-                for name in OUTPUTS
-            },
+            {name: ("velocity", self._evaluate(name, speeds), QUANTITIES[name].attributes) for name in OUTPUTS},
             {"velocity": ("velocity", speeds, attributes)},
         )
 
@@ -213,9 +208,7 @@ class Surrogate:
             "validity": self.validity.to_dict(),
             "problem": self.problem,
             "log_velocity_edges": self.pieces.edges.tolist(),
-            _SERIES: {
-                name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)
-            },
+            _SERIES: {name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)},
         }
         content["sha256"] = _hash(content)
         with whole_file(path) as partial:
@@ -246,26 +239,20 @@ class Surrogate:
             raise InputError("", wanted=f"is not a {_FORMAT}", where=str(path))
         stated = content.get("format_version")
         if stated is True or stated != _FORMAT_VERSION:
-            wanted = (
-                f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
-            )
+            wanted = f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
             raise InputError("format_version", stated, wanted, where=str(path))
         try:
             made = cls._from_content(content)
         except InputError as error:
             raise error.within(where=str(path)) from None
         except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-            raise InputError(
-                "", wanted="is damaged: a part is missing or of another type", where=str(path)
-            ) from None
+            raise InputError("", wanted="is damaged: a part is missing or of another type", where=str(path)) from None
         return made
 
     @classmethod
     def _from_content(cls, content: dict[str, Any]) -> Surrogate:
         if content.pop("sha256", None) != _hash(content):
-            raise InputError(
-                "sha256", wanted="must be the hash of the rest; the file is damaged or was edited"
-            )
+            raise InputError("sha256", wanted="must be the hash of the rest; the file is damaged or was edited")
         series = content[_SERIES]
         pieces = Pieces(
             np.asarray(finite("log_velocity_edges", content["log_velocity_edges"])),
@@ -274,17 +261,12 @@ class Surrogate:
         error = {name: float(positive(f"error.{name}", content["error"][name])) for name in OUTPUTS}
         velocity = velocity_range(content["velocity"])
         rtol = float(positive("rtol", content["rtol"]))
-        return cls(
-            velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces
-        )
+        return cls(velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces)
 
     @cached_property
     def _tables(self) -> dict[str, Table]:
         most = {"restitution_coefficient": 1.0}
-        return {
-            name: table(self.pieces, n, *self.velocity, most.get(name, np.inf))
-            for n, name in enumerate(OUTPUTS)
-        }
+        return {name: table(self.pieces, n, *self.velocity, most.get(name, np.inf)) for n, name in enumerate(OUTPUTS)}
 
     def _table(self, output: str) -> Table:
         return self._tables[one_of("output", output, OUTPUTS)]
@@ -324,8 +306,5 @@ def _check_pieces(pieces: Pieces) -> None:
         raise InputError(_SERIES, wanted=f"must have a row for each of the {widths.size} pieces")
     halvings = np.log2((edges[-1] - edges[0]) / widths)
     places = (edges[:-1] - edges[0]) / widths
-    if (
-        any(np.abs(x - np.round(x)).max() > 1e-6 for x in (halvings, places))
-        or halvings.max() > DEEPEST + 0.5
-    ):
+    if any(np.abs(x - np.round(x)).max() > 1e-6 for x in (halvings, places)) or halvings.max() > DEEPEST + 0.5:
         raise InputError("log_velocity_edges", wanted="must be those of an interval halved again and again")

@@ -178,9 +178,7 @@ class Listed:
 
     def labels(self, dimension: str) -> list[str]:
         """Words for values that are not numbers, all different."""
-        words = [
-            _text(item) or f"{dimension.replace('_', ' ')} {n}" for n, item in enumerate(self.items, start=1)
-        ]
+        words = [_text(item) or f"{dimension.replace('_', ' ')} {n}" for n, item in enumerate(self.items, start=1)]
         return [word if words.count(word) == 1 else f"{word} ({n})" for n, word in enumerate(words, start=1)]
 
     def names(self, dimension: str) -> tuple[str, ...]:
@@ -229,9 +227,7 @@ def read_axis(name: str, given: Any) -> Any:
     if not isinstance(values, np.ndarray):
         return values
     if values.ndim != 1 or values.size == 0:
-        raise InputError(
-            name, wanted=f"must be one-dimensional and hold a value, but has shape {values.shape}"
-        )
+        raise InputError(name, wanted=f"must be one-dimensional and hold a value, but has shape {values.shape}")
     return Listed(tuple(values.tolist()))
 
 

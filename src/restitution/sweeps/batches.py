@@ -159,9 +159,7 @@ def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: 
     """Parts of the impacts that differ from one by columns."""
     impact = prepared.impact
     plain: Any = impact.profile
-    mass, velocity, force = (
-        columns[name] if name in columns else np.full(n, getattr(impact, name)) for name in BODY
-    )
+    mass, velocity, force = (columns[name] if name in columns else np.full(n, getattr(impact, name)) for name in BODY)
     own = profile_names(impact)
     shape = {name: column for name, column in columns.items() if name in own}
     material = {name: column for name, column in columns.items() if name not in (*BODY, *own)}

@@ -131,9 +131,7 @@ def _same(plan: Plan) -> Plan:
     return plan
 
 
-def _compute(
-    plan: Plan, made_by: str, index: Index, path: Path | None
-) -> tuple[Index, dict[str, Any] | None, Tally]:
+def _compute(plan: Plan, made_by: str, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None, Tally]:
     """Compute a chunk on a worker, and write it where there is a store."""
     if made_by != version("restitution"):
         raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {made_by}")

@@ -61,9 +61,7 @@ class Field(NamedTuple):
 def output_fields(plan: Plan) -> dict[str, Field]:
     """Describe what a sweep computes, by name."""
     dimensions = plan.grid.dimensions
-    fields = {
-        name: Field(dimensions, "float64", np.nan, SWEEP_OUTPUTS[name].attributes) for name in plan.outputs
-    }
+    fields = {name: Field(dimensions, "float64", np.nan, SWEEP_OUTPUTS[name].attributes) for name in plan.outputs}
     return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, _STATUS_ATTRIBUTES)}
 
 
@@ -126,8 +124,7 @@ class Memory:
             raise refusal
         try:
             self._arrays = {
-                name: np.full(plan.grid.shape, field.fill, dtype=field.dtype)
-                for name, field in self._fields.items()
+                name: np.full(plan.grid.shape, field.fill, dtype=field.dtype) for name, field in self._fields.items()
             }
         except MemoryError:
             raise refusal from None
@@ -156,10 +153,7 @@ class Memory:
         for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
             values[name][... if place is None else place] = part
         dataset = xr.Dataset(
-            {
-                name: (field.dimensions, self._arrays[name], field.attributes)
-                for name, field in self._fields.items()
-            },
+            {name: (field.dimensions, self._arrays[name], field.attributes) for name, field in self._fields.items()},
             {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
             self._plan.attributes | self._tally.attributes(grid.n_points),
         )

@@ -181,9 +181,7 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
         is_axis = isinstance(axis, (Samples, Linear, Listed))
         for one in {name, *axis.names(name)} if is_axis else {name}:
             if one in taken:
-                why = (
-                    "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
-                )
+                why = "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
                 raise InputError("axes", wanted=f"{one} {why}")
             taken.add(one)
         if is_axis:

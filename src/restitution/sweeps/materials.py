@@ -226,9 +226,7 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
     equilibrium = values.get("equilibrium_modulus", shear.equilibrium_modulus)
     moduli, times = np.array(shear.branch_moduli), np.array(shear.relaxation_times)
     if "p3" in values:
-        raise InputError(
-            "axes", wanted="p3 belongs to a rigid parabola on a standard solid, which this is not"
-        )
+        raise InputError("axes", wanted="p3 belongs to a rigid parabola on a standard solid, which this is not")
     if any(name in values for name in ("branch_modulus", "viscosity", "relaxation_time", "p2")):
         if moduli.size != 1:
             raise InputError(
@@ -243,9 +241,7 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
         if match := _PLACE.fullmatch(name):
             target, place = (moduli if match[1] == "branch_moduli" else times), int(match[2])
             if place >= target.size:
-                raise InputError(
-                    "axes", wanted=f"there is no {name}; the material has {target.size} branches"
-                )
+                raise InputError("axes", wanted=f"there is no {name}; the material has {target.size} branches")
             target[place] = value
     bulk_modulus: float | None = values.get("bulk_modulus")
     if "poisson_ratio" in values:

@@ -115,9 +115,7 @@ class Plan:
             for _ in self.assembly.parts(point, 1, _go_on, strict=True):
                 pass
 
-    def compute(
-        self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None
-    ) -> dict[str, Array]:
+    def compute(self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None) -> dict[str, Array]:
         """Compute a chunk.
 
         Parameters

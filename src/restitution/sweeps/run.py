@@ -208,9 +208,7 @@ def run(
         except OSError as error:
             if path is None or error.strerror is None:
                 raise
-            stored = (
-                f"{len(keeper.done())} of {grid.n_chunks} chunks are stored, and the same command resumes"
-            )
+            stored = f"{len(keeper.done())} of {grid.n_chunks} chunks are stored, and the same command resumes"
             raise OSError(error.errno, f"{error.strerror}; {stored}", str(out)) from error
         _count_failures(keeper, grid.n_points)
         dataset = keeper.dataset() if path is None else store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]

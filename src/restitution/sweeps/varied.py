@@ -89,9 +89,7 @@ class ImpactTemplate:
 
     def __post_init__(self) -> None:
         if self.impact.shape:
-            raise ValueError(
-                f"base: has shape {self.impact.shape}; must be a single impact, axes make the others"
-            )
+            raise ValueError(f"base: has shape {self.impact.shape}; must be a single impact, axes make the others")
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return no name: columns set all."""
