@@ -20,7 +20,7 @@ from restitution.contact.profile import Profile
 from restitution.impact.batch import Batch
 from restitution.impact.exact import solve_scaled
 from restitution.impact.status import SolverError, Status
-from restitution.material.reduced_modulus import reduced_standard_solid
+from restitution.material.viscoelastic import reduced_standard_solid
 
 RTOL = 1e-9
 BATCH = 10_000

@@ -53,11 +53,11 @@ from .material.fractional import fractional_zener as fractional_zener
 from .material.fractional import springpot as springpot
 from .material.prony import PronySeries as PronySeries
 from .material.readers import read_material as read_material
-from .material.reduced_modulus import reduced_modulus as reduced_modulus
 from .material.shift import WLF as WLF
 from .material.shift import Arrhenius as Arrhenius
 from .material.shift import ShiftTable as ShiftTable
 from .material.viscoelastic import Material as Material
+from .material.viscoelastic import reduced_modulus as reduced_modulus
 from .plot.sweep import plot_sweep as plot_sweep
 from .surrogates.build import surrogate as surrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate

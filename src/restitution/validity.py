@@ -19,6 +19,7 @@ from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
 from restitution.contact.sphere import Sphere
+from restitution.material.conversion import bulk_factor
 from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
@@ -348,8 +349,7 @@ def _poisson_ratio(numbers: Numbers) -> Check:
     # A negative static one is a choice.
     exceeded = value < min(static, 0.0)
     text = f"static {static:.4g}, instantaneous {value:.3g} ({'<' if exceeded else '>='} {min(static, 0.0):.3g}), "
-    ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
-    text += f"K/G0 = {ratio:.3g}"
+    text += f"K/G0 = {bulk_factor(value):.3g}"
     advice = "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
     return _check("poisson_ratio", name, value, 0.0, exceeded, text, advice)
 

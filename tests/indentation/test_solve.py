@@ -17,8 +17,7 @@ from restitution.indentation.history import hold, ramp, sine_arch, triangle
 from restitution.indentation.result import IndentationStatus
 from restitution.indentation.solve import indent
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 
 # E(t) = 200 + 800 exp(-t/0.3) Pa in tension, incompressible.
 GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)

@@ -12,7 +12,7 @@ from restitution.material.classical import (
     standard_solid,
 )
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import reduced_modulus
 
 pytestmark = pytest.mark.plain
 

@@ -13,8 +13,7 @@ from restitution.material.fractional import (
     springpot,
 )
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 
 pytestmark = pytest.mark.plain
 

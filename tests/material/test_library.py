@@ -9,7 +9,7 @@ from restitution.material.conversion import tension_from_shear
 from restitution.material.fit import fit_prony
 from restitution.material.prony import PronySeries
 from restitution.material.readers import read_material
-from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import reduced_modulus
 
 
 def test_at_least_eight_with_their_source():

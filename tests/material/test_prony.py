@@ -8,8 +8,7 @@ from restitution.errors import InputError
 from restitution.material.classical import burgers
 from restitution.material.fractional import fractional_zener, springpot
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 from strategies import prony_series
 
 pytestmark = pytest.mark.plain

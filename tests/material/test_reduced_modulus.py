@@ -6,8 +6,7 @@ from hypothesis import given
 
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 from strategies import materials
 
 pytestmark = pytest.mark.plain

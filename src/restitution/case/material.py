@@ -43,7 +43,7 @@ from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_b
 from restitution.material.deck import ViscoelasticDeck
 from restitution.material.fit import PronyFit, fit_prony
 from restitution.material.fractional import Window
-from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable, agreed_deformation
+from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
@@ -248,20 +248,16 @@ class FileSection(MaterialSection):
         """Material in SI."""
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
-        fit = self.fit
-        if fit is not None:
-            series, covered = fit.series, fit.window
-            assumptions = f"{fit.n_terms} Prony terms fitted to the data, relative misfit {fit.misfit:.2g}"
-        else:
-            assert isinstance(self.file, PronyTerms)
-            ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
-            series, assumptions = self.file.series(**ends), None
-            covered = self.file.window
-        kind = agreed_deformation(self.file.deformation, self.deformation)
-        shear, bulk = shear_and_bulk(series, kind, self.bulk_modulus, self.poisson_ratio)
-        derivation = None if fit is None else "fit"
-        source = self.file.source
-        return Material(shear, bulk, source=source, window=covered, assumptions=assumptions, derivation=derivation)
+        if self.fit is not None:
+            bulk_constants = {"bulk_modulus": self.bulk_modulus, "poisson_ratio": self.poisson_ratio}
+            return self.fit.material(**bulk_constants, deformation=self.deformation)
+        terms = self.file
+        assert isinstance(terms, PronyTerms)
+        ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
+        shear, bulk = shear_and_bulk(
+            terms.series(**ends), self.bulk_modulus, self.poisson_ratio, terms.deformation, self.deformation
+        )
+        return Material(shear, bulk, source=terms.source, window=terms.window)
 
 
 def models() -> dict[str, type[ModelSection]]:

@@ -10,8 +10,7 @@ from restitution.contact.profile import Profile
 from restitution.errors import InputTypeError
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_modulus
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 
 
 @dataclass(frozen=True)

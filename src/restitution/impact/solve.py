@@ -20,7 +20,7 @@ from restitution.impact.result import ImpactResult
 from restitution.impact.sampling import Sampled, by_elements, by_reference
 from restitution.impact.solution import Solution
 from restitution.impact.status import SolverError, Status
-from restitution.material.reduced_modulus import reduced_standard_solid
+from restitution.material.viscoelastic import reduced_standard_solid
 from restitution.quantities import OUTPUTS, STATUS
 
 Array = NDArray[np.float64]

@@ -7,10 +7,10 @@ of a secular equation, and again gives a Prony series, exactly.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
 from restitution.checks import finite, positive
@@ -20,6 +20,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
 
 Array = NDArray[np.float64]
+Deformation = Literal["tension", "shear", "bulk"]
 
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -40,19 +41,9 @@ def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
 
 
 def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
-    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa]; infinite for nu = 1/2.
+    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and a Poisson ratio nu in [-1, 0.5].
 
-    Parameters
-    ----------
-    shear_modulus
-        G >= 0 [Pa]; 0 for a liquid, whose nu must be 0.5.
-    ratio
-        Poisson ratio nu in [-1, 0.5].
-
-    Raises
-    ------
-    InputError
-        If nu is out of range.
+    It is infinite for nu = 1/2. A liquid, whose G is 0, has no other nu.
 
     Examples
     --------
@@ -63,12 +54,22 @@ def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     if shear_modulus == 0 and number < 0.5:
         wanted = "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
         raise InputError("poisson_ratio", number, wanted)
-    return shear_modulus * bulk_factor(number) if number < 0.5 else math.inf
+    return float(shear_modulus * bulk_factor(number)) if number < 0.5 else math.inf
 
 
-def bulk_factor(ratio: float) -> float:
-    """Return K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of a Poisson ratio nu in [-1, 0.5]; infinite for 1/2."""
-    return 2.0 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio)) if ratio != 0.5 else math.inf
+def bulk_factor(ratio: ArrayLike) -> Any:
+    """Ratio K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of Poisson ratios nu in [-1, 0.5]; infinite for 1/2."""
+    nu = np.asarray(ratio)
+    with np.errstate(divide="ignore"):
+        return 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+
+
+def tension_factor(poisson_ratio: float) -> float:
+    """Ratio E/G = 2(1 + nu) [-] of a Poisson ratio nu in (-1, 0.5]."""
+    number = float(finite("poisson_ratio", poisson_ratio))
+    if not -1.0 < number <= 0.5:
+        raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
+    return 2.0 * (1.0 + number)
 
 
 def shear_from_tension(
@@ -108,7 +109,7 @@ def shear_from_tension(
     """
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
-        return tension.scaled(0.5 / (1.0 + _above_minus_one(poisson_ratio))).simplified()
+        return tension.scaled(1.0 / tension_factor(poisson_ratio)).simplified()
     bulk = _constant_bulk(bulk_modulus)
     if math.isinf(bulk):
         return tension.scaled(1.0 / 3.0).simplified()
@@ -150,7 +151,7 @@ def tension_from_shear(
     """
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
-        return shear.scaled(2.0 * (1.0 + _above_minus_one(poisson_ratio))).simplified()
+        return shear.scaled(tension_factor(poisson_ratio)).simplified()
     if isinstance(bulk_modulus, PronySeries):
         return series_connection(shear.scaled(3.0), bulk_modulus.scaled(9.0))
     bulk = _constant_bulk(bulk_modulus)
@@ -160,27 +161,30 @@ def tension_from_shear(
 
 
 def shear_and_bulk(
-    series: PronySeries, deformation: str, bulk_modulus: float | None, poisson_ratio: float | None
+    series: PronySeries,
+    bulk_modulus: float | None,
+    poisson_ratio: float | None,
+    stated: Deformation | None,
+    given: Deformation | None,
 ) -> tuple[PronySeries, PronySeries | float]:
-    """Return the relaxation in shear and in bulk of a series measured in "tension" or "shear".
+    """Relaxation in shear and in bulk of a series that was measured in "tension" or "shear".
 
-    The bulk modulus is constant, or proportional to the shear modulus at a constant Poisson ratio.
+    The data state the deformation, or the user gives it. The bulk modulus is constant, or proportional to the shear
+    modulus at a constant Poisson ratio.
     """
+    kind = given or stated
+    if kind not in ("tension", "shear"):
+        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
+    if stated not in (None, kind):
+        raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     shear = series
-    if deformation == "tension":
+    if kind == "tension":
         shear = shear_from_tension(series, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is None:
         return shear, _constant_bulk(bulk_modulus)
     factor = bulk_factor(float(quantities.check("poisson_ratio", poisson_ratio)))
     return shear, math.inf if math.isinf(factor) else shear.scaled(factor)
-
-
-def _above_minus_one(value: float) -> float:
-    number = float(finite("poisson_ratio", value))
-    if not -1.0 < number <= 0.5:
-        raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
-    return number
 
 
 def _constant_bulk(value: float | None) -> float:
@@ -190,22 +194,11 @@ def _constant_bulk(value: float | None) -> float:
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
-    """Series connection C of two Prony series: compliances add, 1/C = 1/A + 1/B in Carson transforms.
+    """Series connection C of two Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
 
-    Parameters
-    ----------
-    first, second
-        A and B [Pa].
-
-    Returns
-    -------
-    PronySeries
-        Simplified. Its rates are those shared by A and B and the roots lambda of A + B = 0 at s = -lambda.
-
-    Notes
-    -----
-    At a rate shared by both, the branch modulus is that of two springs in series; at a root lambda it is
-    A(-lambda)^2/(lambda (A + B)'(-lambda)). Both are positive by construction.
+    Its rates are those shared by A and B, where the branch modulus is that of two springs in series, and the roots
+    lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)). Both are positive by
+    construction.
 
     Examples
     --------
@@ -273,23 +266,12 @@ def connect(times: Array, first: Part, second: Part, *others: Part) -> PronySeri
     order = np.argsort(relaxation_times)
     equilibrium = _in_series(first.constant, second.constant)
     viscosity = _in_series(first.viscosity, second.viscosity)
-    connected = PronySeries.from_checked(equilibrium, moduli[order], relaxation_times[order], viscosity)
-    return _without_rounding(connected.simplified())
+    connected = PronySeries.from_checked(equilibrium, moduli[order], relaxation_times[order], viscosity).simplified()
+    # A branch that changes the series nowhere by more than rounding is dropped.
+    moduli, times = connected.branch_moduli, connected.relaxation_times
+    keep = moduli * moduli.size > 0.25 * _EPS * connected.carson_transform(1.0 / times)
+    return PronySeries.from_checked(equilibrium, moduli[keep], times[keep], viscosity)
 
 
 def _in_series(x: float, y: float) -> float:
     return x * (y / (x + y)) if x > 0 and y > 0 else 0.0
-
-
-def _without_rounding(series: PronySeries) -> PronySeries:
-    """Series without the branches that change it nowhere by more than rounding.
-
-    A branch of modulus R_k changes the Carson transform R(s) at any s > 0 by at most the fraction R_k/R(1/tau_k).
-    """
-    moduli, times = series.branch_moduli, series.relaxation_times
-    ratio = times[None, :] / times[:, None]
-    level = series.equilibrium_modulus + series.parallel_viscosity / times + (ratio / (1.0 + ratio)) @ moduli
-    keep = moduli * moduli.size > 0.25 * _EPS * level
-    if keep.all():
-        return series
-    return PronySeries.from_checked(series.equilibrium_modulus, moduli[keep], times[keep], series.parallel_viscosity)

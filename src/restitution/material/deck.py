@@ -12,8 +12,8 @@ import numpy as np
 
 from restitution.checks import positive
 from restitution.errors import InputError
-from restitution.material.conversion import bulk_factor
-from restitution.material.measurement import Deformation, PronyTerms, beyond_one, span
+from restitution.material.conversion import Deformation, bulk_factor, tension_factor
+from restitution.material.measurement import PronyTerms, beyond_one, span
 from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material
 
@@ -75,10 +75,7 @@ class ViscoelasticDeck:
         if modulus is None or ratio is None:
             name = "youngs_modulus" if modulus is None else "poisson_ratio"
             raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
-        e = float(positive("youngs_modulus", modulus, "Pa"))
-        if not -1.0 < ratio <= 0.5:
-            raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
-        shear = e / (2.0 * (1.0 + ratio))
+        shear = float(positive("youngs_modulus", modulus, "Pa")) / tension_factor(ratio)
         bulk = shear * bulk_factor(ratio)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
         return Material(

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
-from restitution.material.conversion import shear_and_bulk
-from restitution.material.measurement import Deformation, DynamicTable, RelaxationTable, agreed_deformation
+from restitution.material.conversion import Deformation, shear_and_bulk
+from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
@@ -101,8 +101,8 @@ class PronyFit:
         >>> material.window
         (0.001, 1000.0)
         """
-        kind = agreed_deformation(self.data.deformation, deformation)
-        shear, bulk = shear_and_bulk(self.series, kind, bulk_modulus, poisson_ratio)
+        stated = self.data.deformation
+        shear, bulk = shear_and_bulk(self.series, bulk_modulus, poisson_ratio, stated, deformation)
         assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
         return Material(
             shear,

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError
+from restitution.material.conversion import Deformation
 from restitution.material.prony import PronySeries
 
 Array = NDArray[np.float64]
-Deformation = Literal["tension", "shear", "bulk"]
 
 # Printed relative moduli add up to one apart from rounding: four decimals, some thirty terms.
 _SUM_TOLERANCE = 2e-3
@@ -176,16 +175,6 @@ class PronyTerms:
 
 def _refused(end: str, modulus: float | None, wanted: str) -> InputError:
     return InputError(f"{end}_modulus", modulus, wanted, "Pa")
-
-
-def agreed_deformation(stated: Deformation | None, given: Deformation | None) -> Deformation:
-    """Return the deformation that a file states or that is given, refusing none and two different ones."""
-    kind = given or stated
-    if kind not in ("tension", "shear"):
-        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
-    if stated not in (None, kind):
-        raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
-    return kind
 
 
 def span(times: Array) -> tuple[float, float] | None:

@@ -286,20 +286,12 @@ class PronySeries:
         small = moduli.max(initial=0.0) * _NEGLIGIBLE
         if keep.all() and (times[1:] > times[:-1]).all() and (moduli > small).all():
             return self
-        keep &= self._matters(keep)
+        # Its share of R(s) is largest at s = 1/tau_k.
+        with np.errstate(over="ignore"):
+            keep &= moduli > _NEGLIGIBLE * self.carson_transform(1.0 / times)
         times, where = np.unique(times[keep], return_inverse=True)
         moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
         return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
-
-    def _matters(self, keep: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether R_k is not negligible beside R(s) at s = 1/tau_k, where the branch has its largest share."""
-        moduli, times = self.branch_moduli, self.relaxation_times
-        if not keep.any() or (moduli[keep] > moduli.max() * _NEGLIGIBLE).all():
-            return keep
-        with np.errstate(over="ignore"):
-            share = 1.0 / (1.0 + times[:, None] / times)
-        level = self.equilibrium_modulus + self.parallel_viscosity / times + share @ moduli
-        return moduli > _NEGLIGIBLE * level
 
     def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
         """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputTypeError
+from restitution.material.conversion import Deformation
 from restitution.material.deck import ViscoelasticDeck, read_abaqus, read_ansys
 from restitution.material.measurement import (
-    Deformation,
     DynamicTable,
     PronyTerms,
     RelaxationTable,

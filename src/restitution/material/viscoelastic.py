@@ -1,18 +1,25 @@
-"""Isotropic linear-viscoelastic material: shear and bulk relaxation."""
+"""Isotropic linear-viscoelastic material: its shear and bulk relaxation, and its reduced modulus in a contact."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError, InputTypeError
-from restitution.material.conversion import on_common_times, poisson_ratio
+from restitution.material.conversion import (
+    NOTHING,
+    bulk_factor,
+    connect,
+    on_common_times,
+    poisson_ratio,
+    series_connection,
+)
 from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
 from restitution.material.shift import Shift
@@ -21,6 +28,7 @@ from restitution.pictures import draw
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Array = NDArray[np.float64]
 Derivation = Literal["fit", "fractional"]
 
 
@@ -95,27 +103,16 @@ class Material:
         shear = _series("shear", shear)
         if shear.is_zero:
             raise InputError("shear", 0.0, "must not be zero throughout", "Pa")
-        bulk = math.inf if _is_infinite(bulk) else _series("bulk", bulk)
-        if density is not None:
-            density = checks.single("density", positive("density", density, "kg/m3"), "kg/m3")
+        incompressible = isinstance(bulk, int | float) and bulk == math.inf
+        bulk = math.inf if incompressible else _series("bulk", bulk)
+        density = None if density is None else _positive("density", density, "kg/m3")
         if temperature is not None:
-            temperature = checks.single("temperature", positive("temperature", temperature, "K"), "K")
+            temperature = _positive("temperature", temperature, "K")
         elif shift is not None:
             temperature = shift.reference_temperature
-        if window is not None:
-            window = time_window(window)
-        self.__dict__.update(
-            shear=shear,
-            bulk=bulk,
-            density=density,
-            name=name,
-            shift=shift,
-            temperature=temperature,
-            source=source,
-            window=window,
-            assumptions=assumptions,
-            derivation=derivation,
-        )
+        window = None if window is None else time_window(window)
+        self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
+        self.__dict__.update(source=source, window=window, assumptions=assumptions, derivation=derivation)
 
     def plot(self) -> Figure:
         """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
@@ -165,21 +162,20 @@ class Material:
     @property
     def poisson_ratio(self) -> float:
         """Static Poisson ratio nu = (3K - 2G)/(6K + 2G), that of the equilibrium moduli."""
-        if not isinstance(self.bulk, PronySeries):
-            return 0.5
-        shear, bulk = self.shear.equilibrium_modulus, self.bulk.equilibrium_modulus
-        if shear == 0 and bulk == 0:
-            shear, bulk = self.shear.flow_viscosity, self.bulk.flow_viscosity
-        return poisson_ratio(shear, bulk)
+        return self._poisson_ratio("equilibrium_modulus", "flow_viscosity")
 
     @property
     def instantaneous_poisson_ratio(self) -> float:
         """Poisson ratio nu = (3K - 2G)/(6K + 2G) of the instantaneous moduli."""
+        return self._poisson_ratio("instantaneous_modulus", "parallel_viscosity")
+
+    def _poisson_ratio(self, modulus: str, viscosity: str) -> float:
+        """Poisson ratio of the moduli; of the viscosities if both moduli are zero or infinite."""
         if not isinstance(self.bulk, PronySeries):
             return 0.5
-        shear, bulk = self.shear.instantaneous_modulus, self.bulk.instantaneous_modulus
-        if math.isinf(shear) and math.isinf(bulk):
-            shear, bulk = self.shear.parallel_viscosity, self.bulk.parallel_viscosity
+        shear, bulk = getattr(self.shear, modulus), getattr(self.bulk, modulus)
+        if shear == bulk and shear in (0.0, math.inf):
+            shear, bulk = getattr(self.shear, viscosity), getattr(self.bulk, viscosity)
         return poisson_ratio(shear, bulk)
 
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
@@ -235,15 +231,15 @@ class Material:
 
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:
-    """Return the shortest and longest time [s] of a window, which must ascend."""
-    low, high = (checks.single("window", positive("window", time, "s"), "s") for time in window)
+    """Shortest and longest time [s] of a window, which must ascend."""
+    low, high = (_positive("window", time, "s") for time in window)
     if low >= high:
         raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
     return low, high
 
 
-def _is_infinite(value: Any) -> bool:
-    return isinstance(value, (int, float)) and value == math.inf
+def _positive(name: str, value: Any, unit: str) -> float:
+    return checks.single(name, positive(name, value, unit), unit)
 
 
 def _series(name: str, value: Any) -> PronySeries:
@@ -253,3 +249,93 @@ def _series(name: str, value: Any) -> PronySeries:
     if isinstance(modulus, np.ndarray):
         raise InputTypeError(name, value, "must be a number or a PronySeries")
     return PronySeries(modulus)
+
+
+def reduced_modulus(material: Material, counter_material: Material | None = None) -> PronySeries:
+    """Reduced relaxation modulus E*(t) [Pa] of a material, or of two bodies in contact.
+
+    A contact depends on no other modulus. By the correspondence principle the Carson transforms obey
+
+        E* = 4G(3K + G)/(3K + 4G),    1/E* = 1/E1* + 1/E2* for two bodies.
+
+    Each is a series connection (of 4G and 4K + 4G/3, or of the two bodies) and so again a Prony series.
+
+    Parameters
+    ----------
+    material
+        Material of the half-space.
+    counter_material
+        Material of the other body; None if it is rigid.
+
+    Returns
+    -------
+    PronySeries
+        Simplified: no zero branches, times ascending.
+
+    Notes
+    -----
+    Lee and Radok, J. Appl. Mech. 27 (1960) 438. Valid for small strains, frictionless contact, half-spaces.
+
+    Examples
+    --------
+    A standard solid with a constant bulk modulus has two branches in E*, the first one that of G:
+
+    >>> material = Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0)
+    >>> series = reduced_modulus(material)
+    >>> print(series.relaxation_times, series.branch_moduli)
+    [1. 2.] [4.    3.375]
+    """
+    if counter_material is not None:
+        return series_connection(reduced_modulus(material), reduced_modulus(counter_material))
+    shear = material.shear.simplified()
+    if not isinstance(material.bulk, PronySeries):
+        return shear.scaled(4.0)
+    times, g, k = on_common_times(shear, material.bulk.simplified())
+    first = NOTHING.plus(g, 4.0)
+    second = NOTHING.plus(g, 4.0 / 3.0).plus(k, 4.0)
+    # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
+    return connect(times, first, second, NOTHING.plus(k, 3.0))
+
+
+class ReducedStandardSolid(NamedTuple):
+    """Reduced moduli E*(t) of n standard solids: a Prony series of two terms each."""
+
+    equilibrium: Array  # E*inf [Pa], shape (n,)
+    moduli: Array  # branch moduli [Pa], shape (n, 2); the second is 0 where there is one branch
+    times: Array  # relaxation times [s], shape (n, 2)
+
+
+def reduced_standard_solid(
+    poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
+) -> ReducedStandardSolid:
+    """Reduced moduli of standard solids in shear with a constant bulk modulus; arrays of shape (n,).
+
+    From `E* = 4 G (3K + G)/(3K + 4G) = G + 9K/4 - (27 K^2/4)/(3K + 4G)` in Carson transforms. With K the bulk modulus
+    of the static Poisson ratio nu in [-1, 0.5], G0 = Ginf + G1 [Pa] and tau = eta/G1 [s]::
+
+        E*inf = 2 Ginf/(1 - nu)
+        E1 = G1,                                                tau1 = tau
+        E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
+
+    For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> solid = reduced_standard_solid(0.5 * one, one, 10.0 * one, one)
+    >>> solid.equilibrium.tolist(), solid.moduli.tolist(), solid.times.tolist()
+    ([4.0], [[40.0, 0.0]], [[1.0, 1.0]])
+    """
+    # In units of Ginf: Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where it is the small one.
+    soft, K = poisson_ratio < 0.2, bulk_factor(poisson_ratio)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = branch_modulus / equilibrium_modulus
+        equilibrated = np.where(soft, 3.0 * K + 4.0, 3.0 + 4.0 / K)
+        glassy = np.where(soft, 3.0 * K + 4.0 * (1.0 + ratio), 3.0 + 4.0 * (1.0 + ratio) / K)
+        second = np.where(soft, 27.0 * K**2, 27.0) * branch_modulus / (equilibrated * glassy)
+    equilibrium = 2.0 * equilibrium_modulus / (1.0 - poisson_ratio)
+    incompressible = poisson_ratio == 0.5
+    first = np.where(incompressible, 4.0, 1.0) * branch_modulus
+    moduli = np.column_stack([first, np.where(incompressible, 0.0, second)])
+    times = np.column_stack([relaxation_time, relaxation_time * glassy / equilibrated])
+    return ReducedStandardSolid(equilibrium, moduli, times)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.impact.collision import Body, collision
 from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
-from restitution.material.reduced_modulus import reduced_modulus
+from restitution.material.viscoelastic import reduced_modulus
 from restitution.paper.computation import draw_inputs, glassy_poisson_ratio
 from restitution.paper.figures import POISSON_RATIOS
 from restitution.paper.further import EXAMPLES

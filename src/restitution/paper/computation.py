@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.status import SolverError, Status
-from restitution.material.reduced_modulus import reduced_standard_solid
+from restitution.material.viscoelastic import reduced_standard_solid
 from restitution.quantities import INPUTS, OUTPUTS
 
 if TYPE_CHECKING:

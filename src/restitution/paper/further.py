@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
+from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.paper.computation import Computation, describe, glassy_poisson_ratio
@@ -309,7 +309,7 @@ def compute_terms(computation: Computation, n: int) -> xr.Dataset:
     mass = (p3 * _TERMS_P2) ** -2.5
     e = np.empty((ratios.size, len(TERMS), n))
     for row, nu in enumerate(ratios):
-        bulk = math.inf if nu == 0.5 else 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        bulk = bulk_factor(nu)
         for column, terms in enumerate(TERMS):
             material = Material(series_of_times(terms, _TERMS_P2), bulk)
             impact = Impact(material, Parabola(1.0), mass=mass, velocity=1.0)

@@ -16,8 +16,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio
 from restitution.material.prony import PronySeries
-from restitution.material.reduced_modulus import reduced_standard_solid
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_standard_solid
 
 Array = NDArray[Any]
 HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
