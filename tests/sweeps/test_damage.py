@@ -254,7 +254,8 @@ def _start(out: Path, barrier: Any, answers: Any) -> None:
 
 
 @pytest.mark.slow
-def test_two_that_start_the_same_sweep_at_once(made: Path, tmp_path: Path) -> None:
+def test_two_that_start_the_same_sweep_at_once(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2])  # the processes import this module
     context = multiprocessing.get_context("spawn")
     for n in range(2):
         out, barrier, answers = tmp_path / f"{n}.zarr", context.Barrier(2), context.Queue()

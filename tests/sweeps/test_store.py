@@ -341,7 +341,10 @@ def test_killed_at_random_moments_it_ends_with_the_same_bytes(tmp_path: Path) ->
 
 
 def command(*arguments: Any) -> list[str]:
-    return [sys.executable, "-c", "from restitution.cli.main import main; main()", *map(str, arguments)]
+    # A shell that starts the tests in the background makes its children ignore the signal.
+    interruptible = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    run = "from restitution.cli.main import main; main()"
+    return [sys.executable, "-c", interruptible + run, *map(str, arguments)]
 
 
 @pytest.mark.slow
