@@ -19,7 +19,7 @@ from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
 from restitution.contact.sphere import Sphere
-from restitution.material.conversion import bulk_factor
+from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
@@ -263,6 +263,15 @@ def numbers(
     return Numbers(*(np.broadcast_to(np.asarray(one, dtype=np.float64), time.shape) for one in found))
 
 
+def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
+    """Return the numbers of standard solids without dimensions: both Poisson ratios."""
+    unknown = np.full(p2.shape, math.nan)
+    bulk = np.vectorize(bulk_factor, otypes=[float])(static_poisson_ratio)
+    instantaneous = np.vectorize(poisson_ratio, otypes=[float])(1.0 + 1.0 / p2, bulk)
+    numbers = Numbers(*(unknown for _ in Numbers._fields))
+    return numbers._replace(poisson_ratio=static_poisson_ratio, instantaneous_poisson_ratio=instantaneous)
+
+
 def columns(numbers: Numbers) -> dict[str, Array]:
     """Return the numbers of each impact as the quantities that a sweep stores."""
     return {name: getattr(numbers, name) for name in VALIDITY}
@@ -283,7 +292,7 @@ def _small_strain(numbers: Numbers) -> Check:
     beyond = numbers.no_such_contact > 0.0
     worst = _worst(np.where(beyond, 1e30, 1.0) * numbers.strain_number)
     if worst is None:
-        return _unchecked("small_strain", "strain_number", STRAIN_LIMIT, "no contact was solved")
+        return _unchecked("small_strain", "strain_number", STRAIN_LIMIT, "no contact radius is known")
     value, is_round = numbers.strain_number[worst], numbers.round_body[worst] > 0.0
     text = f"{'max(a/R, d/a)' if is_round else 'd/a'} reaches {value:.3g} ({_sign(value, STRAIN_LIMIT)})"
     advice = "Take a lower velocity or a larger body, or read the numbers as a trend."

@@ -104,7 +104,45 @@ def test_of_a_material_for_each_impact_only_the_shape_is_checked():
     assert json.loads(few.attrs["validity"])["checks"]["waves"]["value"] is not None
 
 
-def test_without_dimensions_there_is_nothing_to_check():
-    table, said = swept(None, {"nu": [0.3], "p2": [1e-3, 1e-2], "p3": [1.0]})
-    assert "validity" not in table.attrs
-    assert not said
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"p3": [0.1, 1.0]},
+        {"p2": [0.01, 0.1], "p3": [0.1, 1.0]},
+        {"p3": [0.1, 1.0], "velocity": [0.1, 1.0], "radius": [0.01, 0.02]},
+        {"mass": [0.001, 0.005], "equilibrium_modulus": [1e6, 2e6], "p3": 0.5},
+    ],
+)
+def test_numbers_over_the_dimensionless_viscosity(axes):
+    table = rs.sweep(BALL, axes, OUTPUTS)
+    varied = {name: values for name, values in axes.items() if isinstance(values, list)}
+    for index in np.ndindex(*table.restitution_coefficient.shape):
+        at = axes | {name: values[i] for (name, values), i in zip(varied.items(), index, strict=True)}
+        mass, v, radius = at.get("mass", 0.005), at.get("velocity", 1.0), at.get("radius", 0.01)
+        modulus = at.get("equilibrium_modulus", 1e6)
+        # p3 = eta (v R/(m^2 Ginf^3))^(1/5); the bulk modulus stays.
+        eta = at["p3"] * (mass**2 * modulus**3 / (v * radius)) ** 0.2
+        branch = modulus / at["p2"] if "p2" in at else 1e7
+        shear = rs.PronySeries(modulus, [branch], [eta / branch])
+        impact = rs.Impact(replace(RUBBER, shear=shear), rs.Parabola(radius), mass, v)
+        report = rs.solve(impact).validity
+        for kind, name in (
+            ("small_strain", "strain_number"),
+            ("waves", "radiated_energy_ratio"),
+            ("poisson_ratio", "instantaneous_poisson_ratio"),
+            ("density", "mean_density"),
+        ):
+            assert float(table[name][index]) == pytest.approx(report[kind].value, rel=1e-6)
+
+
+def test_without_dimensions_only_the_poisson_ratio_is_checked():
+    table, said = swept(None, {"nu": [0.3], "p2": [1e-3, 1e3], "p3": [1.0, 2.0]}, outputs=OUTPUTS)
+    checks = json.loads(table.attrs["validity"])["checks"]
+    assert [kind for kind, check in checks.items() if check["value"] is not None] == ["poisson_ratio"]
+    assert checks["poisson_ratio"]["exceeded_in"] == 2
+    assert set(said) == {"poisson_ratio"}
+    glass = [
+        rs.standard_solid(1.0, 1.0 / p2, 1.0, poisson_ratio=0.3).instantaneous_poisson_ratio for p2 in (1e-3, 1e3)
+    ]
+    assert table.instantaneous_poisson_ratio[0, :, 1].values == pytest.approx(glass)
+    assert table.strain_number.isnull().all()

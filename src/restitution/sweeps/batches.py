@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.impact.scaling import viscosity_unit
 from restitution.quantities import BODY
 from restitution.sweeps.doubts import without_material
 from restitution.sweeps.materials import Bodies, Columns, changed_impact, combinations, material_rows
 from restitution.sweeps.varied import Prepared, Template, profile_names
-from restitution.validity import Numbers, numbers
+from restitution.validity import Numbers, numbers, of_standard_solid
 
 Array = NDArray[Any]
 Places = NDArray[np.intp]
@@ -100,6 +101,10 @@ class Assembly:
             With more combinations of materials or builder arguments, numbers that depend on the material are NaN, or
             nothing is yielded.
         """
+        if self._template.dimensionless:
+            known = ~np.isnan(found["contact_time"])
+            yield np.flatnonzero(known), of_standard_solid(columns["poisson_ratio"][known], columns["p2"][known])
+            return
         groups = list(combinations({name: columns[name] for name in self._built}, n))
         if most is not None and len(groups) > most:
             return
@@ -133,6 +138,7 @@ def _impacts(
 ) -> Iterator[tuple[Places, Impact, bool]]:
     """Impacts of one pair of materials each, with arrays of all other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
+    columns = _without_p3(impact, columns, names)
     arrays = {*BODY, *(names if impact.profile.path_exponent is not None else ())}
     groups = list(combinations({k: v for k, v in columns.items() if k not in arrays}, n))
     is_own = most is None or len(groups) <= most
@@ -153,6 +159,20 @@ def _impacts(
             yield places, replace(changed, profile=replace(profile, **shape), **own), is_own
         except ValueError:
             continue
+
+
+def _without_p3(impact: Impact, columns: Columns, names: tuple[str, ...]) -> Columns:
+    """Columns with the viscosity of the branch in place of p3, which depends on the body; as given for no parabola."""
+    if "p3" not in columns or impact.profile.path_exponent != 1.0 or "exponent" in columns:
+        return columns
+    profile: Any = impact.profile
+    profile = replace(profile, **{name: columns[name] for name in names if name in columns})
+    mass, velocity = (columns.get(name, getattr(impact, name)) for name in ("mass", "velocity"))
+    modulus = columns.get("equilibrium_modulus", impact.material.shear.equilibrium_modulus)
+    if "equilibrium_modulus" not in columns and "material" in columns:
+        modulus = np.array([material.shear.equilibrium_modulus for material in columns["material"]])
+    unit = viscosity_unit(modulus, mass, velocity, profile.path_coefficient**2)
+    return {name: column for name, column in columns.items() if name != "p3"} | {"viscosity": columns["p3"] * unit}
 
 
 def _parts(prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: bool) -> Iterator[Part]:

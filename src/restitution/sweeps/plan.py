@@ -149,12 +149,12 @@ class Plan:
                 for name in found:
                     found[name][places] = solved[name]
                 counted += places.size
-            if wanted or (tally is not None and not self.template.dimensionless):
+            if wanted or tally is not None:
                 most = None if wanted else _MOST_MATERIALS
                 for places, numbers in self.assembly.validity(columns, n, found, tick, most):
                     for name in wanted:
                         results[name][start + places] = getattr(numbers, name)
-                    if tally is not None and not self.template.dimensionless:
+                    if tally is not None:
                         tally.add(numbers)
             # Points that are not admissible are done too.
             tick(n - counted)

@@ -41,7 +41,7 @@ class Template(Protocol):
 
     @property
     def dimensionless(self) -> bool:
-        """Whether its bodies have no dimensions, so that no assumption can be checked."""
+        """Whether its bodies have no dimensions, so that only the Poisson ratio can be checked."""
         ...
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -80,7 +80,7 @@ class ImpactTemplate:
     held : {"bulk_modulus", "poisson_ratio"}
         What stays where an axis changes the shear modulus at equilibrium.
     dimensionless : bool
-        Whether its body has no dimensions, so that no assumption can be checked.
+        Whether its body has no dimensions, so that only the Poisson ratio can be checked.
     """
 
     impact: Impact
