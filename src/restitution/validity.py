@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.checks import Numeric
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
-from restitution.contact.sphere import Sphere
+from restitution.contact.sphere import Sphere, sphere_mass
 from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import VALIDITY
 
@@ -194,7 +195,7 @@ def validity(contact: Contact, **columns: ArrayLike) -> Validity:
 
 
 def numbers(
-    contact: Contact,
+    contact: Contact | Sequence[Contact],
     *,
     max_contact_radius: ArrayLike,
     max_indentation_depth: ArrayLike,
@@ -208,8 +209,8 @@ def numbers(
 
     Parameters
     ----------
-    contact : Contact
-        Materials and profile.
+    contact : Contact, or sequence of Contact
+        Materials and profile of all contacts, or of each in turn.
     max_contact_radius, max_indentation_depth : float or array
         Largest contact radius a and depth d [m]; NaN where a contact was not solved.
     velocity : float or array
@@ -226,41 +227,54 @@ def numbers(
     Small strain: max(a/R, d/a) (Tabor 1951). Half-space: a/h. Waves: see `restitution.contact.radiation`. Window: the
     times from a third of d/v0, some T/10, to T.
     """
-    profile = contact.profile
-    tip = profile.radius if isinstance(profile, (Parabola, Sphere)) else math.nan
+    contacts = [contact] if isinstance(contact, Contact) else contact
     radius, depth, speed, time, mass, force, size, tip = (
         np.asarray(column, dtype=np.float64).reshape(-1)
         for column in np.broadcast_arrays(
-            max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, body_size, tip
+            max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, body_size,
+            _tip_radius(contact) if isinstance(contact, Contact) else [float(_tip_radius(one)) for one in contact],
         )
-    )
-    low, high = contact.window or (math.nan, math.nan)
-    least = min(contact.materials, key=lambda one: one.instantaneous_poisson_ratio)
+    )  # fmt: skip
+    wave_speed, wave_energy, low, high, instantaneous, static, factor, missing = np.full((8, time.size), math.nan)
+    rows: dict[tuple[int, ...], list[int]] = {}
+    for n, one in enumerate(contacts):
+        rows.setdefault(tuple(map(id, one.materials)), []).append(n)
     with np.errstate(all="ignore"):
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
         shortest = np.fmin(_RISE_SHARE * rise, time)
-        waves = radiated(contact.materials, time, force)
-        found: tuple[ArrayLike, ...] = (
-            np.fmax(radius / tip, depth / radius),
-            radius / size,
-            speed / waves.speed,
-            np.minimum(waves.energy / (0.5 * mass * speed**2), 1.0),
-            np.maximum(low / shortest, time / high),
-            np.where(np.isnan(time), math.nan, least.instantaneous_poisson_ratio),
-            mass / (4.0 / 3.0 * math.pi * tip**3),
-            np.isfinite(tip),
-            (radius > tip) | (depth > tip),
-            time,
-            shortest,
-            waves.speed,
-            low,
-            high,
-            _PAIR if len(contact.materials) > 1 else 1.0,
-            least.poisson_ratio,
-            any(material.density is None for material in contact.materials),
+        for own in rows.values():
+            here = slice(None) if len(rows) == 1 else own
+            one = contacts[own[0]]
+            wave_speed[here], wave_energy[here] = radiated(one.materials, time[here], force[here])
+            low[here], high[here] = one.window or (math.nan, math.nan)
+            least = min(one.materials, key=lambda material: material.instantaneous_poisson_ratio)
+            instantaneous[here], static[here] = least.instantaneous_poisson_ratio, least.poisson_ratio
+            factor[here] = _PAIR if len(one.materials) > 1 else 1.0
+            missing[here] = any(material.density is None for material in one.materials)
+        return Numbers(
+            strain_number=np.fmax(radius / tip, depth / radius),
+            contact_size_ratio=radius / size,
+            mach_number=speed / wave_speed,
+            radiated_energy_ratio=np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0),
+            window_ratio=np.maximum(low / shortest, time / high),
+            instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, instantaneous),
+            mean_density=mass / sphere_mass(1.0, tip),
+            round_body=np.isfinite(tip).astype(np.float64),
+            no_such_contact=((radius > tip) | (depth > tip)).astype(np.float64),
+            contact_time=time,
+            shortest_time=shortest,
+            wave_speed=wave_speed,
+            window_low=low,
+            window_high=high,
+            density_factor=factor,
+            poisson_ratio=static,
+            density_missing=missing,
         )
-    return Numbers(*(np.broadcast_to(np.asarray(one, dtype=np.float64), time.shape) for one in found))
+
+
+def _tip_radius(contact: Contact) -> Numeric:
+    return contact.profile.radius if isinstance(contact.profile, (Parabola, Sphere)) else math.nan
 
 
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:

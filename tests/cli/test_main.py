@@ -21,8 +21,7 @@ from restitution.cli.main import app
 from restitution.impact import exact
 from restitution.impact import solve as solver
 from restitution.impact.result import ImpactResult
-from restitution.impact.sampling import Sampled
-from restitution.impact.solution import Trajectory
+from restitution.impact.solution import Sampled, Trajectory
 from restitution.impact.status import SolverError, Status
 from restitution.paper import reproduction
 

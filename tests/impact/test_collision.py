@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from restitution.contact.profile import Parabola
-from restitution.impact.collision import Body, collision
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Body, Impact, collision
 from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
@@ -109,16 +108,16 @@ def test_sizes_and_velocities_broadcast():
         (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be finite and > 0"),
         (
             lambda: Body(SOFT, radius=0.1),
-            "mass: must be given for a ball whose material states no density",
+            "mass: must be given for a ball whose material has no density",
         ),
-        (lambda: Body(None, radius=0.1), "mass: must be given for a ball whose material states no density"),
+        (lambda: Body(None, radius=0.1), "mass: must be given for a ball whose material has no density"),
         (
             lambda: Body(RUBBER, radius=[0.1, math.inf]),
-            "mass: must be given for bodies of which some are walls",
+            "mass: must be given where some of the bodies are walls",
         ),
         (
             lambda: collision(Body(RUBBER, mass=1.0), Body(None), 1.0),
-            "radius = inf m: both bodies are flat: a curved one is needed",
+            "radius = inf m: both bodies are flat, but one must be curved",
         ),
         (
             lambda: collision(Body(RUBBER, 0.1, math.inf), Body(None), 1.0),
@@ -126,7 +125,7 @@ def test_sizes_and_velocities_broadcast():
         ),
         (
             lambda: collision(Body(None, 0.1, 1.0), Body(None), 1.0),
-            "material: both bodies are rigid; at least one must deform",
+            "material: both bodies are rigid, but one must deform",
         ),
         (lambda: collision(Body(RUBBER, 0.1), Body(None), 0.0), "velocity = 0 m/s: must be finite and > 0"),
     ],

@@ -9,9 +9,8 @@ import pytest
 
 from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Impact, for_contact
 from restitution.impact.solve import solve
-from restitution.impact.window import for_contact
 from restitution.material.fractional import (
     FractionalMaterial,
     fractional_kelvin_voigt,

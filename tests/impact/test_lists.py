@@ -7,6 +7,7 @@ import pytest
 
 from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
+from restitution.errors import RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.impact.status import SolverError, Status
@@ -22,7 +23,7 @@ TOO_FAST = Impact(SOLID, Parabola(1.0), 1.0, 1e200)
 
 def test_a_failure_among_impacts_of_one_block_is_its_own():
     for impacts, place in (([GOOD, TOO_FAST, GOOD], 1), ([GOOD, GOOD, TOO_FAST], 2), ([TOO_FAST, GOOD], 0)):
-        with pytest.warns(RuntimeWarning, match=f"^1 of {len(impacts)} impacts failed and are NaN: 1 "):
+        with pytest.warns(RestitutionWarning, match=f"^1 of {len(impacts)} impacts failed and are NaN: 1 "):
             result = solve(impacts)
         failed = np.isnan(result.restitution_coefficient)
         assert np.flatnonzero(failed).tolist() == [place]
@@ -45,3 +46,20 @@ def test_outcomes_of_several_blocks_come_back_in_order():
         alone = solve(impact)
         for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force"):
             assert getattr(together, name)[n] == getattr(alone, name), (n, name)
+
+
+def test_one_warning_counts_the_impacts_beyond_each_limit():
+    """Small strain is exceeded where max(a/R, d/a) > 0.2, by single results."""
+    velocities = np.geomspace(1e-5, 1e-2, 12)
+    many = Impact(SOLID, Parabola(1.0), 1e4, velocities)
+    singles = [Impact(SOLID, Parabola(1.0), 1e4, v) for v in velocities]
+    mixed = [*singles[:5], Impact(SOLID, Cone(0.05), 1.0, 1e-3), *singles[5:]]
+    for impacts, size in ((many, 12), (singles, 12), (mixed, 13)):
+        with pytest.warns(RestitutionWarning) as caught:
+            result = solve(impacts)
+        count = sum(solve(one).validity["small_strain"].exceeded for one in (singles if size == 12 else mixed))
+        assert 0 < count < size
+        assert [one.message.kind for one in caught] == ["small_strain"]
+        assert str(caught[0].message).endswith(f"; exceeded in {count} of {size} impacts")
+        assert result.warnings == [str(caught[0].message)]
+        assert caught[0].filename == __file__

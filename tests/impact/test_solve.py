@@ -15,6 +15,7 @@ from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
+from restitution.errors import RestitutionWarning
 from restitution.impact import closed_forms as cf
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve, standard_solid_restitution
@@ -329,7 +330,7 @@ def test_numbers_beyond_all_scales_fail_by_themselves():
         solve(Impact(solid, Parabola(0.01), 0.005, 1e300))
     with pytest.raises(SolverError, match="NOT_FINITE"):
         solve(Impact(solid, Parabola(0.01), 0.005, 1e-300))
-    with pytest.warns(RuntimeWarning, match="1 of 2 impacts failed and are NaN: 1 NOT_FINITE"):
+    with pytest.warns(RestitutionWarning, match="1 of 2 impacts failed and are NaN: 1 NOT_FINITE"):
         found = solve(Impact(solid, Parabola(0.01), 0.005, [1e300, 1.0])).restitution_coefficient
     assert math.isnan(found[0])
     assert 0.7 < found[1] < 0.8
@@ -722,7 +723,7 @@ def test_failure_of_a_single_impact_raises():
         solve(unsolvable(1e10))
     assert caught.value.status.failed
     assert caught.value.status.message in str(caught.value)
-    with pytest.warns(RuntimeWarning, match="^1 of 1 impacts failed and are NaN: 1 "):
+    with pytest.warns(RestitutionWarning, match="^1 of 1 impacts failed and are NaN: 1 "):
         result = solve(unsolvable(1e10), errors="warn")
     assert math.isnan(result.restitution_coefficient)
     assert result.status.failed
@@ -730,7 +731,7 @@ def test_failure_of_a_single_impact_raises():
 
 def test_failures_among_several_are_counted_and_left_out():
     good = standard(0.3, 0.1, 1.0)
-    with pytest.warns(RuntimeWarning, match="^1 of 2 impacts failed and are NaN: 1 "):
+    with pytest.warns(RestitutionWarning, match="^1 of 2 impacts failed and are NaN: 1 "):
         result = solve([good, unsolvable(1e10)])
     assert result.restitution_coefficient[0] == solve(good).restitution_coefficient
     assert math.isnan(result.restitution_coefficient[1])

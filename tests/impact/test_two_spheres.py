@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.impact.collision import Body, collision
+from restitution.impact.problem import Body, collision
 from restitution.impact.solve import solve
 from restitution.material.classical import burgers, kelvin_voigt, standard_solid
 from restitution.material.prony import PronySeries

@@ -10,11 +10,9 @@ from scipy.special import rgamma
 
 from restitution.contact.power_law import FlatPunch
 from restitution.contact.profile import Parabola
-from restitution.impact.bounces import bounces, drop
-from restitution.impact.collision import Body
-from restitution.impact.problem import Impact
+from restitution.impact.bounces import bounces
+from restitution.impact.problem import Body, Impact, drop, for_contact, window_around
 from restitution.impact.solve import solve
-from restitution.impact.window import for_contact, window_around
 from restitution.material.fractional import FractionalMaterial, fractional_zener, springpot
 
 GEL = FractionalMaterial(springpot(1e4, 0.3), bulk=math.inf, density=1000.0, name="gel")
@@ -107,7 +105,7 @@ def test_what_is_refused():
         Impact(ZENER, Parabola(0.01), 0.005, 1.0)
     with pytest.raises(TypeError, match=r"^counter_material: a fractional material holds"):
         Impact(ZENER.within((1e-6, 1.0)), Parabola(0.01), 0.005, 1.0, counter_material=ZENER)
-    with pytest.raises(TypeError, match=r"^build: returned 3; must return an Impact"):
+    with pytest.raises(TypeError, match=r"^build = 3: must return an Impact"):
         for_contact(lambda window: 3)
     with pytest.raises(ValueError, match=r"^longest = -1 s: must be finite and >= 0"):
         for_contact(ball, longest=-1.0)

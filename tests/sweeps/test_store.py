@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from restitution.doubts import Tally
 from restitution.errors import RestitutionWarning
 from restitution.sweeps import plan as plans
-from restitution.sweeps.doubts import Tally
 from restitution.sweeps.store import Store, sole_writer
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)

@@ -9,6 +9,7 @@ import pytest
 
 import restitution as rs
 from restitution.quantities import VALIDITY
+from restitution.validity import RADIATION_LIMIT
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1100.0)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
@@ -94,14 +95,26 @@ def test_a_sweep_counts_the_impacts_that_single_results_call_doubtful(tmp_path):
     assert repeated == said
 
 
-def test_of_a_material_for_each_impact_only_the_shape_is_checked():
+def test_of_many_materials_a_sample_is_checked_and_the_warning_gives_its_size():
     n = 300
-    table, _ = swept(BALL, {"viscosity": np.geomspace(1e2, 1e4, n), "radius": [0.005, 0.01]})
+    axes = {"viscosity": np.geomspace(1e2, 1e4, n), "radius": [0.005, 0.01]}
+    table, said = swept(replace(BALL, velocity=3.0), axes)
     checks = json.loads(table.attrs["validity"])["checks"]
-    assert checks["small_strain"]["value"] is not None
-    assert checks["waves"]["value"] is None
-    few, _ = swept(BALL, {"viscosity": [1e2, 1e4]})
-    assert json.loads(few.attrs["validity"])["checks"]["waves"]["value"] is not None
+    assert checks["small_strain"]["checked"] == 2 * n
+    assert checks["waves"]["checked"] == checks["waves"]["exceeded_in"] == 2 * 16
+    assert said["waves"].endswith("exceeded in 32 of 32 impacts checked, of 600")
+    full, _ = swept(replace(BALL, velocity=3.0), axes, outputs=["radiated_energy_ratio"])
+    assert bool((full.radiated_energy_ratio > RADIATION_LIMIT).all())
+    assert said["small_strain"].endswith("exceeded in 600 of 600 impacts")
+
+
+def test_of_many_builder_arguments_a_sample_is_checked():
+    def build(viscosity):
+        rubber = rs.standard_solid(1e6, 1e7, viscosity, poisson_ratio=0.45, density=1100.0)
+        return replace(BALL, material=rubber, velocity=3.0)
+
+    _, said = swept(build, {"viscosity": np.geomspace(1e2, 1e4, 40)})
+    assert said["small_strain"].endswith("exceeded in 16 of 16 impacts checked, of 40")
 
 
 @pytest.mark.parametrize(

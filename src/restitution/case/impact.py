@@ -15,8 +15,8 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.profile import Parabola
-from restitution.impact.problem import STANDARD_GRAVITY, Impact
-from restitution.impact.window import for_contact
+from restitution.contact.sphere import sphere_mass
+from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity, for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import LENGTH, NUMBER, TIME
@@ -60,11 +60,6 @@ class CounterBodySection(BodySection):
     rigid: Annotated[StrictBool, Field(description="whether it does not deform")] = False
 
 
-def sphere_mass(density: Any, radius: Any) -> Any:
-    """Mass [kg] of a solid sphere of a density [kg/m^3] and a radius [m]."""
-    return density * 4.0 / 3.0 * math.pi * radius**3
-
-
 def reduced(first: Any, second: Any) -> Any:
     """Reduced mass or radius x, 1/x = 1/first + 1/second; the second may be infinite."""
     return 1.0 / (1.0 / np.asarray(first) + 1.0 / np.asarray(second))
@@ -89,7 +84,7 @@ class ImpactSection(Section):
     @property
     def impact_velocity(self) -> float:
         """Velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
-        return self.velocity or math.sqrt(2.0 * self.gravity * (self.drop_height or 0.0))
+        return self.velocity or float(fall_velocity(self.drop_height or 0.0, self.gravity))
 
 
 class BouncesSection(Section):

@@ -16,7 +16,7 @@ from restitution.case.profile import AnyProfile, named_columns, read_columns
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.profile import Profile
-from restitution.impact.window import window_around
+from restitution.impact.problem import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
 from restitution.quantities import FORCE, LENGTH, TIME

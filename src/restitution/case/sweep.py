@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from pydantic import StrictInt, field_validator
 
 from restitution.case.axes import DRAWS, read_axes
-from restitution.case.impact import CaseFile, CounterBodySection, SolverSection, reduced, sphere_mass
+from restitution.case.impact import CaseFile, CounterBodySection, SolverSection, reduced
 from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.contact.sphere import sphere_mass
 from restitution.errors import InputError
+from restitution.impact.problem import fall_velocity
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.axes import Linear
 from restitution.sweeps.fingerprint import describe
@@ -297,7 +299,7 @@ class Derivation:
         gravity = derived.pop("gravity", impact.gravity)
         height = derived.pop("drop_height", impact.drop_height)
         if height is not None and {"drop_height", "gravity"} & columns.keys():
-            derived["velocity"] = np.sqrt(2.0 * gravity * height)
+            derived["velocity"] = fall_velocity(height, gravity)
         if impact.weight and ("mass" in derived or "gravity" in columns):
             derived["external_force"] = derived.get("mass", body.kilograms) * gravity
         if counter is not None:

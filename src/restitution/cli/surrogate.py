@@ -92,7 +92,7 @@ def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
     """Impact of a case; fractional models hold for the contact times of all velocities."""
     if not case.sections.needs_window:
         return case.impact
-    from restitution.impact.window import for_contact
+    from restitution.impact.problem import for_contact
 
     return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))
 

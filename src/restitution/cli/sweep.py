@@ -103,13 +103,13 @@ def plot(
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     check_target("--out", target, PICTURES)
     with user_input():
-        from restitution.sweeps.doubts import messages
+        from restitution.doubts import messages
         from restitution.sweeps.store import open_sweep
 
         dataset = open_sweep(result)
         chosen = dict(_slice(dataset, text) for text in at or ())
         _draw(dataset, target, output or [], x=x, y=y, at=chosen)
-        for message in messages(dataset).values():
+        for message in messages(dataset.attrs).values():
             warn(message)
 
 

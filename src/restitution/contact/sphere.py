@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,12 @@ from numpy.typing import ArrayLike
 from restitution.checks import Numeric
 from restitution.contact.profile import Array, Profile, as_array
 from restitution.quantities import INPUTS
+
+
+def sphere_mass(density: Any, radius: Any) -> Any:
+    """Mass m = (4/3) pi rho R^3 [kg] of a solid sphere of density rho [kg/m^3] and radius R [m]."""
+    # A product has the same bits for numbers and arrays; a power has not.
+    return 4.0 / 3.0 * math.pi * density * radius * radius * radius
 
 
 @dataclass(frozen=True, eq=False)

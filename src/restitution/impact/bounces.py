@@ -1,4 +1,4 @@
-"""A body that falls, and bounces until it comes to rest."""
+"""Bounces of a falling body until it comes to rest."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import nonnegative, positive
-from restitution.impact.collision import Body, collision
-from restitution.impact.problem import STANDARD_GRAVITY, Impact
-from restitution.impact.result import dataset
+from restitution.checks import nonnegative, positive, single, whole
+from restitution.errors import InputError, InputTypeError
+from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
+from restitution.impact.result import ImpactResult, dataset
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, LENGTH, NUMBER, OUTPUTS, TIME, Quantity
-from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
+from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# What may be left of a long creep when the body comes back before a warning is due.
+# Share of an imprint that may be left at the next touch without a warning.
 _UNRECOVERED = 0.01
 
 
@@ -42,7 +42,7 @@ class Ending(StrEnum):
 
     @property
     def message(self) -> str:
-        """What that means."""
+        """The reason in words."""
         return _MEANING[self]
 
 
@@ -51,17 +51,18 @@ _MEANING = {
     Ending.SUNK: "the material is a liquid and the body sinks in",
     Ending.BELOW_SURFACE: "the body does not rise above the undeformed surface",
     Ending.LOW: "the next rise would be lower than min_height",
-    Ending.MAX_BOUNCES: "as many bounces as were asked for; the body would bounce on",
+    Ending.MAX_BOUNCES: "max_bounces is reached; the body would bounce on",
 }
 
+_OUTPUTS = ("restitution_coefficient", "rebound_velocity", "contact_time", "residual_indentation_depth")
 _COLUMNS = {
-    "touch_time": Quantity("touch_time", TIME, "time of touch since release", "$t$"),
-    "velocity": INPUTS["velocity"],
-    "restitution_coefficient": OUTPUTS["restitution_coefficient"],
-    "rebound_velocity": OUTPUTS["rebound_velocity"],
-    "contact_time": OUTPUTS["contact_time"],
-    "residual_indentation_depth": OUTPUTS["residual_indentation_depth"],
-    "height": Quantity("height", LENGTH, "height reached after the bounce", "$h$"),
+    one.name: one
+    for one in (
+        Quantity("touch_time", TIME, "time of touch since release", "$t$"),
+        INPUTS["velocity"],
+        *(OUTPUTS[name] for name in _OUTPUTS),
+        Quantity("height", LENGTH, "height reached after the bounce", "$h$"),
+    )
 }
 _NUMBER = Quantity("bounce", NUMBER, "bounce")
 
@@ -77,30 +78,30 @@ class Bounces:
     velocity : array
         Impact velocity v0 [m/s].
     restitution_coefficient : array
-        e [-]; 0 for a bounce from which the body does not come back.
+        e [-]; 0 where the body stays.
     rebound_velocity : array
         e v0 [m/s].
     contact_time : array
         Contact time [s]; infinite where the body stays.
     residual_indentation_depth : array
-        Depth [m] at separation; of a body that stays, the depth at which its weight rests, infinite in a liquid.
+        Depth [m] at separation; of a body that stays, the static depth under its weight, infinite in a liquid.
     height : array
-        Greatest height [m] of the lowest point over the undeformed surface after the bounce; 0 where the body
-        stays, negative where it does not come out of its imprint.
+        Greatest height [m] of the lowest point over the undeformed surface after the bounce; 0 where the body stays,
+        negative where it does not leave its imprint.
     drop_height : float
         Height [m] of the release.
     gravity : float
         Acceleration of free fall [m/s2].
     ended : Ending
-        "captured": the weight holds the body. "sunk": the material is a liquid and swallows it. "below
-        surface": it does not rise above the undeformed surface. "low": the next height is below the floor.
-        "max bounces": it would bounce on.
+        "captured": the weight holds the body. "sunk": the material is a liquid and the body sinks in. "below
+        surface": the body does not rise above the undeformed surface. "low": the next height is below `min_height`.
+        "max bounces": the body would bounce on.
     impact : Impact
-        The first touch.
+        The first impact.
     validity : Validity
         Report on the assumptions of the theory: the worst of each over all bounces.
     notes : tuple of str
-        Whether the surface has recovered at each touch.
+        Warnings about a surface that has not recovered at a touch.
     """
 
     touch_time: Array
@@ -119,16 +120,16 @@ class Bounces:
 
     @property
     def warnings(self) -> list[str]:
-        """Where the assumptions are doubtful, that the surface has recovered at each touch among them."""
+        """Doubtful assumptions, with numbers, and `notes`."""
         return [*self.validity.warnings, *self.notes]
 
     @property
     def n_bounces(self) -> int:
-        """Number of bounces, the last one included from which the body does not come back."""
+        """Number of touches; the body may stay after the last one."""
         return self.touch_time.size
 
     def to_dataset(self) -> xarray.Dataset:
-        """All numbers over `bounce`, with units."""
+        """Dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
         columns = {name: (getattr(self, name), quantity) for name, quantity in _COLUMNS.items()}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), _NUMBER)}
@@ -137,56 +138,6 @@ class Bounces:
     def plot(self) -> Figure:
         """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""
         return draw("bounces", self)
-
-
-def drop(
-    body: Body, ground: Body, height: Any, *, gravity: Any = STANDARD_GRAVITY, with_weight: bool = True
-) -> Impact:
-    """Impact of a body that falls from rest onto ground that does not move.
-
-    Parameters
-    ----------
-    body : Body
-        What falls, of finite mass m.
-    ground : Body
-        What it falls on, of infinite mass: a wall, or a ball that is held.
-    height : float or array
-        Height h [m] of its lowest point over the undeformed surface, > 0.
-    gravity : float or array
-        Acceleration of free fall g [m/s2], > 0.
-    with_weight : bool
-        Whether the weight m g acts during contact too.
-
-    Returns
-    -------
-    Impact
-        With the velocity sqrt(2 g h).
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range, the body is immovable or the ground is not.
-
-    Notes
-    -----
-    Without resistance of the air.
-
-    Examples
-    --------
-    >>> from restitution.material.classical import standard_solid
-    >>> rubber = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
-    >>> impact = drop(Body(rubber, radius=0.01), Body(None), height=0.5, gravity=9.81)
-    >>> print(round(impact.velocity, 6), round(impact.external_force, 6))
-    3.132092 0.04931
-    """
-    fall = np.asarray(positive("height", height, "m"))
-    acceleration = np.asarray(positive("gravity", gravity, "m/s2"))
-    if isinstance(body, Body) and not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
-        raise ValueError("body: has an infinite mass; a body that falls needs a finite one")
-    if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
-        raise ValueError(f"ground: has a mass of {ground.mass} kg; ground that does not move has an infinite one")
-    impact = collision(body, ground, np.sqrt(2.0 * acceleration * fall))
-    return replace(impact, external_force=impact.mass * acceleration) if with_weight else impact
 
 
 def bounces(
@@ -204,19 +155,18 @@ def bounces(
     Parameters
     ----------
     impact : Impact
-        A single impact of the body on ground that does not move, such as `drop` makes. Its external force is replaced
-        by the weight or by zero.
+        A single impact of the body on ground that does not move, such as that of `drop`. Its external force is
+        replaced by the weight or by zero.
     height : float, optional
-        Height [m] from which it is released, > 0; left out, the one that gives the velocity of `impact`.
+        Height [m] of the release, > 0; by default the height that gives the velocity of `impact`.
     gravity : float
         Acceleration of free fall g [m/s2], > 0.
     with_weight : bool
-        Whether the weight m g acts during contact too.
+        Whether the weight m g also acts during contact.
     max_bounces : int
-        Number of bounces after which to stop, >= 1.
+        Largest number of bounces, >= 1.
     min_height : float, optional
-        Floor [m], >= 0: a body that would rise less high ends the series; a millionth of the first height
-        where left out.
+        Height [m], >= 0, below which a rise ends the series; by default a millionth of the first height.
     rtol : float
         See `solve`.
 
@@ -227,15 +177,15 @@ def bounces(
 
     Raises
     ------
-    ValueError
-        If a number is out of its range, or `impact` is an array of them.
+    InputError
+        If a number is out of range, or `impact` is not a single impact.
     SolverError
         If the solve of a bounce fails.
 
     Notes
     -----
-    Each touch meets a fresh surface: what the last one left has recovered during the flight. The flights are
-    free, from the depth at separation to the undeformed surface, without resistance of the air.
+    The surface is taken to have recovered before each touch. The flights are free, from the depth at separation to the
+    undeformed surface, without air resistance.
 
     Examples
     --------
@@ -247,61 +197,50 @@ def bounces(
     captured 29 [0.3141 0.2002 0.1293]
     """
     if not isinstance(impact, Impact):
-        raise TypeError(f"impact = {impact!r}: must be an Impact")
+        raise InputTypeError("impact", impact, "must be an Impact")
     if impact.shape:
-        raise ValueError(f"impact has shape {impact.shape}: must be a single one")
-    if isinstance(max_bounces, bool) or not hasattr(max_bounces, "__index__"):
-        raise TypeError(f"max_bounces = {max_bounces!r}: must be an integer")
-    if max_bounces < 1:
-        raise ValueError(f"max_bounces = {max_bounces}: must be >= 1")
-    g = _number("gravity", positive("gravity", gravity, "m/s2"))
+        raise InputError("impact", wanted=f"must be a single impact, and has shape {impact.shape}")
+    whole("max_bounces", max_bounces)
+    g = single("gravity", positive("gravity", gravity, "m/s2"), "m/s2")
     if height is None:
         velocity = float(impact.velocity)
         start = velocity**2 / (2.0 * g)
     else:
-        start = _number("height", positive("height", height, "m"))
-        velocity = math.sqrt(2.0 * g * start)
-    floor = 1e-6 * start if min_height is None else _number("min_height", nonnegative("min_height", min_height, "m"))
+        start = single("height", positive("height", height, "m"), "m")
+        velocity = float(fall_velocity(start, g))
+    floor = 1e-6 * start
+    if min_height is not None:
+        floor = single("min_height", nonnegative("min_height", min_height, "m"), "m")
     first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
 
-    rows: list[tuple[float, ...]] = []
+    results: list[ImpactResult] = []
+    touches: list[tuple[float, float]] = []
     flights: list[float] = []
-    reports: list[Numbers] = []
     time = velocity / g
     while True:
         result = solve(replace(first, velocity=velocity), rtol=rtol)
-        columns = {name: getattr(result, name) for name in COLUMNS}
-        reports.append(numbers(impact.contact, **columns, velocity=velocity, mass=impact.mass))
+        results.append(result)
         away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
-        stays = result.status is not Status.SEPARATED
-        rise = 0.0 if stays else away**2 / (2.0 * g) - depth
-        rows.append(
-            (
-                time,
-                velocity,
-                float(result.restitution_coefficient),
-                away,
-                float(result.contact_time),
-                depth,
-                rise,
-            )
-        )
-        ending = _ending(result.status, rise, floor, len(rows) == max_bounces)
+        rise = away**2 / (2.0 * g) - depth if result.status is Status.SEPARATED else 0.0
+        touches.append((time, rise))
+        ending = _ending(result.status, rise, floor, len(results) == max_bounces)
         if ending is not None:
             break
-        velocity = math.sqrt(2.0 * g * rise)
+        velocity = float(fall_velocity(rise, g))
         flights.append((away + velocity) / g)
         time += float(result.contact_time) + flights[-1]
-    notes = tuple(_recovery(impact.reduced_modulus, min(flights, default=math.inf)))
-    worst = report(together(reports))
+    columns = {name: np.array([getattr(one, name) for one in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)}
+    columns |= dict(zip(("touch_time", "height"), np.array(touches).T, strict=True))
     return Bounces(
-        *np.array(rows).T,
+        **{name: columns[name] for name in _COLUMNS},
         drop_height=start,
         gravity=g,
         ended=ending,
         impact=first,
-        validity=worst,
-        notes=notes,
+        validity=validity(
+            impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, mass=impact.mass
+        ),
+        notes=tuple(_recovery(impact.reduced_modulus, min(flights, default=math.inf))),
     )
 
 
@@ -322,19 +261,12 @@ def _recovery(series: PronySeries, flight: float) -> list[str]:
     if math.isinf(flight) or series.is_elastic:
         return []
     if series.is_liquid:
-        return ["recovery: the surface of a liquid keeps an imprint, but each bounce is taken to meet a fresh one"]
+        return ["recovery: the surface of a liquid keeps an imprint, but each touch is taken to be on a fresh surface"]
     _, _, compliances, times = series.retardation
     left = float(compliances @ np.exp(-flight / times)) * series.equilibrium_modulus
     if left <= _UNRECOVERED:
         return []
     return [
-        f"recovery: the shortest flight lasts {flight / times.max():.2g} of the longest retardation time, "
-        f"and up to {100 * left:.2g} % of an imprint is left at the next touch, which is taken to meet a "
-        "fresh surface"
+        f"recovery: the shortest flight lasts {flight / times.max():.2g} of the longest retardation time, and up to "
+        f"{100 * left:.2g} % of an imprint is left at the next touch, which is taken to be on a fresh surface"
     ]
-
-
-def _number(name: str, value: Any) -> float:
-    if np.ndim(value):
-        raise ValueError(f"{name} has shape {np.shape(value)}: must be a single number")
-    return float(value)

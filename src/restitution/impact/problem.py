@@ -1,22 +1,42 @@
-"""The problem: one body hits another, normally and without friction."""
+"""The impact problem, and impacts made from two bodies, from a fall, or for fractional materials."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import Numeric
+from restitution.checks import Numeric, nonnegative, number, positive
 from restitution.contact.contact import Contact
-from restitution.contact.profile import Profile
-from restitution.errors import InputError
+from restitution.contact.profile import Parabola, Profile
+from restitution.contact.sphere import sphere_mass
+from restitution.errors import InputError, InputTypeError
+from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Any contact lasts less than a year and more than a picosecond; only its duration is wanted.
+_WIDE = Window(1e-12, 1e7, 1e-2)
+# The first window comes from a solution to one per cent; a second one has always been enough.
+_ROUNDS = 5
+# A process faster than this share of a contact acts as a spring or a dashpot in it.
+_SHORTEST = 1e-6
+# A window is good for contacts as short as this share of the contact that it was made for.
+_MARGIN = 1e-2
+
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
+
+
+def fall_velocity(height: Any, gravity: Any) -> Any:
+    """Velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
+    return np.sqrt(2.0 * gravity * height)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +123,252 @@ def _profile_shape(profile: Profile) -> tuple[int, ...]:
     if exponent is None or coefficient is None:
         return ()
     return np.broadcast_shapes(np.shape(exponent), np.shape(coefficient))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Body of a collision: a ball, or a wall.
+
+    Parameters
+    ----------
+    material : Material or None
+        Material of the body; None if it is rigid.
+    radius : float or array
+        Radius R [m] of the surface at the point of contact, > 0; infinite (the default) for a wall or a half-space.
+    mass : float or array, optional
+        Mass [kg], > 0, may be infinite. The default is the mass of a solid sphere of the density of the material, and
+        infinite for a wall.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, the mass of a ball is neither given nor known, or the material is of another type.
+
+    Notes
+    -----
+    Each body counts as a half-space: valid where the contact is small compared with it.
+
+    Examples
+    --------
+    >>> ball = Body(Material(1e6, 1e9, density=1200.0), radius=0.01)
+    >>> round(ball.mass, 9)
+    0.005026548
+    """
+
+    material: Material | None
+    radius: Numeric = math.inf
+    mass: Numeric | None = None
+
+    def __post_init__(self) -> None:
+        if self.material is not None and not isinstance(self.material, Material):
+            raise InputTypeError("material", self.material, "must be a Material, or None for a rigid body")
+        radius = _positive_or_infinite("radius", self.radius, "m")
+        object.__setattr__(self, "radius", radius)
+        mass = self.mass
+        if mass is None and not np.all(np.isfinite(radius)):
+            if np.ndim(radius):
+                raise InputError("mass", wanted="must be given where some of the bodies are walls")
+            mass = math.inf
+        elif mass is None:
+            if self.material is None or self.material.density is None:
+                raise InputError("mass", wanted="must be given for a ball whose material has no density")
+            mass = sphere_mass(self.material.density, radius)
+        object.__setattr__(self, "mass", _positive_or_infinite("mass", mass, "kg"))
+
+
+def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:
+    """Central impact of two bodies.
+
+    Parameters
+    ----------
+    body_1, body_2 : Body
+        Two balls, or a ball and a wall, in any order.
+    velocity : float or array
+        Relative velocity [m/s], > 0.
+    external_force : float or array
+        Constant force [N] that presses the bodies together during contact, >= 0. On a wall that cannot move it is the
+        weight of the ball; for two bodies in free fall it is zero.
+
+    Returns
+    -------
+    Impact
+        With the radius 1/R = 1/R1 + 1/R2, the mass 1/m = 1/m1 + 1/m2, and both materials, whose compliances add.
+
+    Raises
+    ------
+    InputError
+        If both bodies are rigid, flat, or immovable, or a body is of another type.
+
+    Notes
+    -----
+    Exact for the parabolic gap between two spheres (Hertz 1882), and by the correspondence principle for any two
+    materials (Lee and Radok 1960). All velocities are relative, and the depth is the approach of the centres.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
+    >>> ball, wall = rs.Body(rubber, radius=0.01), rs.Body(None)
+    >>> print(round(rs.solve(rs.collision(ball, wall, velocity=1.0)).restitution_coefficient, 6))
+    0.333914
+    """
+    for name, body in (("body_1", body_1), ("body_2", body_2)):
+        if not isinstance(body, Body):
+            raise InputTypeError(name, body, "must be a Body")
+    radius = _reduced("radius", "m", "both bodies are flat, but one must be curved", body_1.radius, body_2.radius)
+    mass = _reduced("mass", "kg", "both bodies are immovable", body_1.mass, body_2.mass)
+    materials = [body.material for body in (body_1, body_2) if body.material is not None]
+    if not materials:
+        raise InputError("material", wanted="both bodies are rigid, but one must deform")
+    counter = materials[1] if len(materials) > 1 else None
+    return Impact(
+        materials[0], Parabola(radius), mass, velocity, counter_material=counter, external_force=external_force
+    )
+
+
+def _reduced(name: str, unit: str, problem: str, first: Any, second: Any) -> Any:
+    """Return x of 1/x = 1/first + 1/second; either may be infinite."""
+    total = 1.0 / np.asarray(first) + 1.0 / np.asarray(second)
+    if not np.all(total > 0.0):
+        raise InputError(name, math.inf, problem, unit)
+    combined = 1.0 / total
+    return combined if combined.ndim else float(combined)
+
+
+def _positive_or_infinite(name: str, value: Any, unit: str) -> Numeric:
+    """Return a float or array; refuse all that is not above zero."""
+    numbers = number(name, value, unit)
+    positive(name, np.where(np.isposinf(numbers), 1.0, numbers), unit)
+    numbers.setflags(write=False)
+    return numbers if numbers.ndim else float(numbers)
+
+
+def drop(
+    body: Body, ground: Body, height: Any, *, gravity: Any = STANDARD_GRAVITY, with_weight: bool = True
+) -> Impact:
+    """Impact of a body that falls from rest onto ground that does not move, without air resistance.
+
+    Parameters
+    ----------
+    body : Body
+        The falling body, of finite mass m.
+    ground : Body
+        The ground, of infinite mass: a wall, or a ball that is held.
+    height : float or array
+        Height h [m] of the lowest point of the body over the undeformed surface, > 0.
+    gravity : float or array
+        Acceleration of free fall g [m/s2], > 0.
+    with_weight : bool
+        Whether the weight m g also acts during contact.
+
+    Returns
+    -------
+    Impact
+        With the velocity sqrt(2 g h).
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, the body is immovable or the ground is not.
+
+    Examples
+    --------
+    >>> from restitution.material.classical import standard_solid
+    >>> rubber = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
+    >>> impact = drop(Body(rubber, radius=0.01), Body(None), height=0.5, gravity=9.81)
+    >>> print(round(impact.velocity, 6), round(impact.external_force, 6))
+    3.132092 0.04931
+    """
+    fall = np.asarray(positive("height", height, "m"))
+    acceleration = np.asarray(positive("gravity", gravity, "m/s2"))
+    if isinstance(body, Body) and not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
+        raise InputError("body.mass", body.mass, "must be finite for a body that falls", "kg")
+    if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
+        raise InputError("ground.mass", ground.mass, "must be infinite for ground that does not move", "kg")
+    impact = collision(body, ground, fall_velocity(fall, acceleration))
+    return replace(impact, external_force=impact.mass * acceleration) if with_weight else impact
+
+
+def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
+    """Window of time of impacts: from a millionth of the contact time [s] to twice that time, or to the longest.
+
+    Examples
+    --------
+    >>> window_around([1e-3, 5e-3])
+    Window(low=1e-09, high=0.01, rtol=0.0)
+    """
+    times = np.atleast_1d(np.asarray(contact_time, dtype=np.float64))
+    finite = times[np.isfinite(times)]
+    if not finite.size:
+        # A body that never leaves has no contact time.
+        return _WIDE._replace(rtol=0.0)
+    high = 2.0 * float(finite.max()) if finite.size == times.size else _WIDE.high
+    return Window(_SHORTEST * float(finite.min()), max(high, longest))
+
+
+def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> Impact:
+    """Impact whose fractional materials hold over its own contact.
+
+    Parameters
+    ----------
+    build : callable
+        Takes a window of time and returns the impact, single or an array, of materials that hold within the window,
+        `FractionalMaterial.within(window)`.
+    longest : float
+        A time [s] that the window must also contain, such as the time between two bounces.
+
+    Returns
+    -------
+    Impact
+        Its materials have the `window`, and the number of terms and the error in their `assumptions`.
+
+    Raises
+    ------
+    InputTypeError
+        If `build` does not return an impact.
+
+    Notes
+    -----
+    A first solution, with materials accurate to one per cent at all times, gives the contact time. The window then
+    reaches from a millionth of this time to twice this time; faster and slower processes are kept by their moments.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> gel = rs.FractionalMaterial(rs.springpot(1e4, 0.2), bulk=2e9)
+    >>> impact = rs.for_contact(
+    ...     lambda window: rs.Impact(gel.within(window), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    ... )
+    >>> result = rs.solve(impact)
+    >>> low, high = result.impact.material.window
+    >>> print(low < 1e-5 * result.contact_time, high > result.contact_time)
+    True True
+    >>> print(result.impact.material.assumptions)
+    34 Prony terms stand for the fractional model, relative error ...e-07
+    """
+    longest = float(nonnegative("longest", longest, "s"))
+    touches = _contact_times(_built(build, _WIDE))
+    impact: Impact | None = None
+    for _ in range(_ROUNDS):
+        window = window_around(touches, longest)
+        impact = _built(build, window)
+        touches = _contact_times(impact)
+        wanted = window_around(touches)
+        if window.low <= wanted.low / _MARGIN and window.high >= 0.5 * wanted.high:
+            break
+    assert impact is not None
+    return impact
+
+
+def _built(build: Callable[[Window], Impact], window: Window) -> Impact:
+    impact: Any = build(window)
+    if not isinstance(impact, Impact):
+        raise InputTypeError("build", impact, "must return an Impact")
+    return impact
+
+
+def _contact_times(impact: Impact) -> NDArray[np.float64]:
+    # The solver takes 0.3 s to import.
+    from restitution.impact.batch import Batch
+
+    return Batch.from_impact(impact).solve(1e-6)["contact_time"]

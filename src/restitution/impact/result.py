@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
 from restitution.checks import Numeric
+from restitution.doubts import Tally
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, shaped, solve_columns
-from restitution.impact.sampling import Sampled
-from restitution.impact.solution import Solution
+from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
 from restitution.quantities import BODY, BUDGET, HISTORY, OUTPUTS, Quantity, derived
-from restitution.validity import COLUMNS, Numbers, Validity, numbers, report, together
+from restitution.validity import COLUMNS, Validity, numbers, report
 
 if TYPE_CHECKING:
     import xarray
@@ -153,14 +153,15 @@ class ImpactResult:
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        impacts = self.impact if isinstance(self.impact, list) else [self.impact]
-        found: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS} | {"body_size": body_size}
-        parts: list[Numbers] = []
-        for n, one in enumerate(impacts):
-            own = {k: np.asarray(v)[n] if np.ndim(v) else v for k, v in found.items()}
-            columns = own if isinstance(self.impact, list) else found
-            parts.append(numbers(one.contact, **columns, velocity=one.velocity, mass=one.mass))
-        return report(together(parts))
+        found = {name: getattr(self, name) for name in COLUMNS}
+        found |= {"velocity": self.velocity, "mass": self._column("mass"), "body_size": body_size}
+        contact = [one.contact for one in self.impact] if isinstance(self.impact, list) else self.impact.contact
+        compared = numbers(contact, **found)
+        if not np.shape(self.status):
+            return report(compared)
+        tally = Tally()
+        tally.add(compared)
+        return tally.report()
 
     @property
     def warnings(self) -> list[str]:

@@ -304,6 +304,34 @@ class Solution:
         return evaluate(units.table, s * units.length**0.5)[0] / units.radius
 
 
+class Sampled(NamedTuple):
+    """The motion that was sampled, and the energies.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        The samples.
+    dissipated, stored : float
+        Energies at the end [J]; NaN where the method does not compute them.
+    """
+
+    trajectory: Trajectory
+    dissipated: float = math.nan
+    stored: float = math.nan
+
+    def at(self, times: ArrayLike | None) -> Trajectory:
+        """Samples as they are, or joined by straight lines at the given times [s]."""
+        if times is None:
+            return self.trajectory
+        knots = self.trajectory.time
+        t = within_contact(times, float(knots[-1]))
+        columns: dict[str, Any] = {
+            name: None if values is None else np.interp(t, knots, values)
+            for name, values in self.trajectory._asdict().items()
+        }
+        return Trajectory(**columns)
+
+
 def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:
     """Unit of the scaled pressure [Pa]."""
     return mass * velocity / (units.time * 2.0 * math.pi * units.radius**2)

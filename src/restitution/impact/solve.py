@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal
@@ -12,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import one_of, positive, whole, within
+from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, shaped, solve_columns
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
-from restitution.impact.sampling import Sampled, by_elements, by_reference
-from restitution.impact.solution import Solution
+from restitution.impact.solution import Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status
 from restitution.material.viscoelastic import reduced_standard_solid
 from restitution.quantities import OUTPUTS, STATUS
@@ -202,7 +201,7 @@ def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: 
         raise InputTypeError("progress", progress, "must be callable with (impacts done, all impacts)")
 
 
-def _judge(statuses: Array, errors: Errors) -> None:
+def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
     """Raise or warn where solves failed."""
     failed = np.flatnonzero(~(statuses < Status.TOO_MANY_STEPS))
     if failed.size == 0:
@@ -213,9 +212,7 @@ def _judge(statuses: Array, errors: Errors) -> None:
         raise SolverError(first, where)
     kinds, counts = np.unique(statuses[failed].astype(int), return_counts=True)
     listed = ", ".join(f"{count} {Status(kind).name}" for kind, count in zip(kinds, counts, strict=True))
-    warnings.warn(
-        f"{failed.size} of {statuses.size} impacts failed and are NaN: {listed}", RuntimeWarning, stacklevel=3
-    )
+    warn({"failed": f"{failed.size} of {statuses.size} impacts failed and are NaN: {listed}"}, stacklevel)
 
 
 def _solve_exact(
@@ -236,9 +233,12 @@ def _solve_exact(
             raise InputError("profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper")
         if progress is not None:
             progress(1, 1)
-    _judge(columns["status"], errors or ("warn" if shape else "raise"))
+    _judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
     columns = {name: one for name, one in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
-    return _result(impact, "exact", rtol, columns, solution, shape)
+    result = _result(impact, "exact", rtol, columns, solution, shape)
+    if shape:
+        warn({check.kind: check.message for check in result.validity if check.exceeded}, stacklevel=3)
+    return result
 
 
 def _result(
@@ -266,9 +266,9 @@ def _solve_by_sampling(
         wanted = f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
         raise InputError("method", method, wanted)
     if method == "elements":
-        found, notes = by_elements(impact, n_elements, time_step), ()
+        found, notes = _by_elements(impact, n_elements, time_step), ()
     else:
-        found = by_reference(impact, rtol)
+        found = _by_reference(impact, rtol)
         notes = ("energy: this method computes neither the dissipated nor the stored energy (NaN)",)
     given = 0.5 * float(impact.mass) * float(impact.velocity) ** 2
     given += float(impact.external_force) * np.nan_to_num(found[0]["residual_indentation_depth"], posinf=0.0)
@@ -280,3 +280,48 @@ def _solve_by_sampling(
             f"accuracy: e = {found[0]['restitution_coefficient']:.6g} gains energy; take {finer}",
         )
     return _result(impact, method, rtol if method == "reference" else None, *found, notes=notes)
+
+
+def _by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> tuple[dict[str, Any], Sampled]:
+    """Solve one impact by the paper's elements and explicit Euler; return outputs by name and the samples."""
+    from restitution.impact.elements import solve_elements
+
+    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
+    fields, trajectory = _in_si(solution, (1.0, 1.0, 1.0, 1.0, 1.0))
+    return fields, Sampled(trajectory, float(solution.dissipated), float(solution.stored))
+
+
+def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]:
+    """Solve one impact by the reduced equations through SciPy; return outputs by name and the samples."""
+    from restitution.impact.reference import solve_reference
+
+    row = Batch.from_impact(impact).scaled().row(0)
+    profile = impact.profile
+
+    def radius(s: Any) -> Any:
+        return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
+
+    solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
+    velocity = float(impact.velocity)
+    force = float(impact.mass) * velocity / row.time
+    fields, trajectory = _in_si(solution, (row.time, row.length, velocity, force, row.radius))
+    return fields, Sampled(trajectory)
+
+
+def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tuple[dict[str, Any], Trajectory]:
+    """Outputs and motion, given in units of time, length, velocity, force and contact radius."""
+    time, length, velocity, force, radius = units
+    trajectory = Trajectory(
+        solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
+        solution.force * force, solution.contact_radius * radius,
+    )  # fmt: skip
+    fields: dict[str, Any] = {
+        "restitution_coefficient": solution.restitution_coefficient,
+        "contact_time": solution.contact_time * time,
+        "max_indentation_depth": solution.max_indentation_depth * length,
+        "max_force": solution.max_force * force,
+        "max_contact_radius": solution.max_contact_radius * radius,
+        "residual_indentation_depth": solution.residual_indentation_depth * length,
+        "status": int(solution.status),
+    }
+    return fields, trajectory

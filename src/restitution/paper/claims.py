@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.impact.collision import Body, collision
+from restitution.impact.problem import Body, collision
 from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 from restitution.material.viscoelastic import reduced_modulus

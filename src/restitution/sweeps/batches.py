@@ -13,7 +13,6 @@ from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
 from restitution.quantities import BODY
-from restitution.sweeps.doubts import without_material
 from restitution.sweeps.materials import Bodies, Columns, changed_impact, combinations, material_rows
 from restitution.sweeps.varied import Prepared, Template, profile_names
 from restitution.validity import Numbers, numbers, of_standard_solid
@@ -84,8 +83,8 @@ class Assembly:
 
     def validity(
         self, columns: Columns, n: int, found: Columns, tick: Tick, most: int | None = None
-    ) -> Iterator[tuple[Places, Numbers]]:
-        """Yield the numbers of the validity report, with the places of the impacts.
+    ) -> Iterator[tuple[Places, Numbers, bool]]:
+        """Yield the numbers of the validity report, with the places of the impacts, and whether the material is theirs.
 
         Parameters
         ----------
@@ -98,17 +97,15 @@ class Assembly:
         tick : callable
             Called now and then with 0; ends the work by raising.
         most : int, optional
-            With more combinations of materials or builder arguments, numbers that depend on the material are NaN, or
-            nothing is yielded.
+            Of more combinations of builder arguments or shapes, an even sample of this many is yielded. Of more
+            materials, an even sample comes with its own materials and all other impacts with another one.
         """
         if self._template.dimensionless:
             known = ~np.isnan(found["contact_time"])
-            yield np.flatnonzero(known), of_standard_solid(columns["poisson_ratio"][known], columns["p2"][known])
+            yield np.flatnonzero(known), of_standard_solid(columns["poisson_ratio"][known], columns["p2"][known]), True
             return
         groups = list(combinations({name: columns[name] for name in self._built}, n))
-        if most is not None and len(groups) > most:
-            return
-        for places, values in groups:
+        for places, values in _sample(groups, most):
             try:
                 prepared = self._prepare(values)
                 own = {name: column[places] for name, column in columns.items() if name not in self._built}
@@ -119,7 +116,7 @@ class Assembly:
                 there = places[inner]
                 outputs = {name: column[there] for name, column in found.items()}
                 report = numbers(impact.contact, **outputs, velocity=impact.velocity, mass=impact.mass)
-                yield there, report if is_own else without_material(report)
+                yield there, report, is_own
 
     def _prepare(self, values: dict[str, Any]) -> Prepared:
         # Objects come from lists that live as long as the sweep: their identity is theirs alone.
@@ -133,6 +130,13 @@ class Assembly:
         return known
 
 
+def _sample(groups: list[Any], most: int | None) -> list[Any]:
+    """Return at most so many groups, spread evenly over all."""
+    if most is None or len(groups) <= most:
+        return groups
+    return [groups[n] for n in np.linspace(0.0, len(groups) - 1.0, most).astype(int)]
+
+
 def _impacts(
     prepared: Prepared, columns: Columns, n: int, tick: Tick, most: int | None
 ) -> Iterator[tuple[Places, Impact, bool]]:
@@ -140,13 +144,14 @@ def _impacts(
     impact, names = prepared.impact, profile_names(prepared.impact)
     columns = _without_p3(impact, columns, names)
     arrays = {*BODY, *(names if impact.profile.path_exponent is not None else ())}
-    groups = list(combinations({k: v for k, v in columns.items() if k not in arrays}, n))
-    is_own = most is None or len(groups) <= most
-    if not is_own:
-        groups = list(combinations({k: v for k, v in columns.items() if k in names and k not in arrays}, n))
-        if most is not None and len(groups) > most:
-            return
-    for places, values in groups:
+    materials = list(combinations({k: v for k, v in columns.items() if k not in arrays}, n))
+    sample = _sample(materials, most)
+    groups = [(places, values, True) for places, values in sample]
+    if len(sample) < len(materials):
+        rest = np.setdiff1d(np.arange(n), np.concatenate([places for places, _ in sample]))
+        shapes = combinations({k: v[rest] for k, v in columns.items() if k in names and k not in arrays}, rest.size)
+        groups += [(rest[places], values, False) for places, values in _sample(list(shapes), most)]
+    for places, values, is_own in groups:
         tick(0)
         own = {name: column[places] for name, column in columns.items() if name in arrays} | {
             name: value for name, value in values.items() if name in names

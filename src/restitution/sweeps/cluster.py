@@ -13,7 +13,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from restitution.sweeps.doubts import Tally
+from restitution.doubts import Tally
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan
 

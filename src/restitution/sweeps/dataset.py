@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.doubts import Tally
 from restitution.impact.status import Status
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, input_attributes
 from restitution.sweeps.axes import Axis, Listed
-from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.plan import Plan
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.doubts import Tally
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.quantities import STATUS, VALIDITY, needs, needs_quadrature
 from restitution.sweeps.batches import Assembly
-from restitution.sweeps.doubts import Tally
 from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.varied import Template
@@ -26,7 +26,7 @@ Tick = Callable[[int], None]
 
 # Points that are made and solved at a time: memory stays small however large the chunk.
 _BLOCK = 4096
-# Each material takes a report of its own: with more of them in a block, only assumptions on the shape are checked.
+# Each material takes a report of its own: of more of them in a block, only a sample is checked.
 _MOST_MATERIALS = 16
 
 
@@ -151,11 +151,11 @@ class Plan:
                 counted += places.size
             if wanted or tally is not None:
                 most = None if wanted else _MOST_MATERIALS
-                for places, numbers in self.assembly.validity(columns, n, found, tick, most):
+                for places, numbers, is_own in self.assembly.validity(columns, n, found, tick, most):
                     for name in wanted:
                         results[name][start + places] = getattr(numbers, name)
                     if tally is not None:
-                        tally.add(numbers)
+                        tally.add(numbers, with_material=is_own)
             # Points that are not admissible are done too.
             tick(n - counted)
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}

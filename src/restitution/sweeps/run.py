@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from restitution.checks import one_of, whole, within
+from restitution.doubts import Tally, messages, warn
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.files import TABLES
 from restitution.impact.problem import Impact
@@ -20,7 +21,6 @@ from restitution.impact.status import Status
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.dataset import Memory
-from restitution.sweeps.doubts import Tally, messages
 from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.materials import HeldElastic
 from restitution.sweeps.plan import Interrupted, Plan
@@ -212,8 +212,7 @@ def run(
             raise OSError(error.errno, f"{error.strerror}; {stored}", str(out)) from error
         _count_failures(keeper, grid.n_points)
         dataset = keeper.dataset() if path is None else store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]
-        for kind, message in messages(dataset).items():
-            warnings.warn(RestitutionWarning(kind, message), stacklevel=3)
+        warn(messages(dataset.attrs), stacklevel=3)
         return dataset
 
 

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore
 
+from restitution.doubts import Tally
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
 from restitution.sweeps.dataset import Field, coordinate_blocks, coordinate_fields, in_words, output_fields
-from restitution.sweeps.doubts import Tally
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan, hash_of
 

@@ -1,22 +1,24 @@
-"""The assumptions of the theory over a sweep: how many impacts exceed each limit, and the worst impact."""
+"""The assumptions of the theory over many impacts: how many exceed each limit, and the worst of them."""
 
 from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution import validity
-from restitution.sweeps.fingerprint import text_of
-from restitution.validity import Numbers
-
-if TYPE_CHECKING:
-    import xarray as xr
+from restitution.errors import RestitutionWarning
+from restitution.validity import Numbers, Validity
 
 Array = NDArray[np.float64]
+
+_OF_MATERIAL = ("waves", "window", "poisson_ratio")
 
 
 def excess(numbers: Numbers) -> dict[str, Array]:
@@ -49,17 +51,28 @@ def without_material(numbers: Numbers) -> Numbers:
 
 
 class Tally:
-    """Counts of the impacts that exceed each limit, and the worst of them; tallies of chunks add up."""
+    """Counts of the impacts that exceed each limit, and the worst of them; tallies of chunks add up.
+
+    Attributes
+    ----------
+    impacts : int
+        Number of impacts.
+    sampled_out : int
+        How many of them were compared without the assumptions on the material.
+    counts : dict of str to int
+        How many exceed each limit, by kind.
+    """
 
     def __init__(self) -> None:
-        self.impacts = 0
+        self.impacts = self.sampled_out = 0
         self.counts: dict[str, int] = {}
         self._worst: dict[str, tuple[float, Numbers]] = {}
 
-    def add(self, numbers: Numbers) -> None:
-        """Count some impacts."""
+    def add(self, numbers: Numbers, *, with_material: bool = True) -> None:
+        """Count some impacts; without their material only the assumptions on the shape."""
         self.impacts += numbers.contact_time.size
-        for kind, values in excess(numbers).items():
+        self.sampled_out += 0 if with_material else numbers.contact_time.size
+        for kind, values in excess(numbers if with_material else without_material(numbers)).items():
             self.counts[kind] = self.counts.get(kind, 0) + int(np.count_nonzero(values > 1.0))
             if not np.isnan(values).all():
                 place = int(np.nanargmax(values))
@@ -68,6 +81,7 @@ class Tally:
     def merge(self, other: Tally) -> None:
         """Count the impacts of another tally too; the order of tallies does not matter."""
         self.impacts += other.impacts
+        self.sampled_out += other.sampled_out
         for kind, count in other.counts.items():
             self.counts[kind] = self.counts.get(kind, 0) + count
         for kind, (value, row) in other._worst.items():
@@ -79,46 +93,66 @@ class Tally:
         if known is None or (value, _sorting(row)) > (known[0], _sorting(known[1])):
             self._worst[kind] = value, row
 
+    def checked(self, kind: str) -> int:
+        """Return how many impacts were compared with a limit."""
+        return self.impacts - (self.sampled_out if kind in _OF_MATERIAL else 0)
+
+    def report(self, n_impacts: int | None = None) -> Validity:
+        """Return the validity report of the worst impacts; messages of exceeded limits have the counts.
+
+        Parameters
+        ----------
+        n_impacts : int, optional
+            Number of all impacts, if not all were counted here.
+        """
+        total = self.impacts if n_impacts is None else n_impacts
+        rows = [row for _, row in self._worst.values()]
+        checks: list[validity.Check] = []
+        for check in validity.report(validity.together(rows)) if rows else ():
+            checked = self.checked(check.kind)
+            sample = f" checked, of {total}" if checked < total else ""
+            message = f"{check.message}; exceeded in {self.counts[check.kind]} of {checked} impacts{sample}"
+            checks.append(replace(check, message=message) if check.exceeded else check)
+        return Validity(tuple(checks))
+
     def to_text(self) -> str:
         """Return the content as JSON, from which `from_text` makes the same tally."""
         worst = {kind: [value, [float(one[0]) for one in row]] for kind, (value, row) in self._worst.items()}
-        return json.dumps([self.impacts, self.counts, worst])
+        return json.dumps([self.impacts, self.sampled_out, self.counts, worst])
 
     @classmethod
     def from_text(cls, text: str) -> Tally:
         """Return the tally of a text."""
         tally = cls()
-        tally.impacts, tally.counts, worst = json.loads(text)
+        # Stores of version 0.1 have no number of sampled impacts.
+        tally.impacts, *sampled, tally.counts, worst = json.loads(text)
+        tally.sampled_out = sum(sampled)
         tally._worst = {
             kind: (value, Numbers(*(np.array([one]) for one in row))) for kind, (value, row) in worst.items()
         }
         return tally
 
     def attributes(self, n_points: int) -> dict[str, str]:
-        """Return the attribute of the result: the validity report of the worst impacts, with counts, as JSON.
-
-        Parameters
-        ----------
-        n_points : int
-            Number of impacts in the sweep.
-        """
-        if not self._worst:
-            return {}
-        worst = validity.report(validity.together(row for _, row in self._worst.values()))
-        some = "" if self.impacts == n_points else " checked"
-        checks = worst.to_dict()
+        """Return the attribute of a dataset of `n_points` impacts: the report with the counts, as JSON."""
+        checks = self.report(n_points).to_dict()
         for kind, check in checks.items():
-            check["exceeded_in"] = self.counts[kind]
-            if check["exceeded"]:
-                check["message"] += f"; exceeded in {self.counts[kind]} of {self.impacts} impacts{some}"
-        return {"validity": text_of({"impacts": self.impacts, "checks": checks})}
+            check |= {"exceeded_in": self.counts[kind], "checked": self.checked(kind)}
+        content = {"impacts": self.impacts, "checks": checks}
+        text = json.dumps(content, ensure_ascii=False, separators=(",", ":"))
+        return {"validity": text} if checks else {}
 
 
 def _sorting(row: Numbers) -> list[float]:
     return [float(np.nan_to_num(one[0])) for one in row]
 
 
-def messages(dataset: xr.Dataset) -> dict[str, str]:
-    """Return a message for each doubtful assumption in the result of a sweep, by kind."""
-    checks = json.loads(dataset.attrs.get("validity", "{}")).get("checks", {})
+def messages(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Return a message for each doubtful assumption from the attributes of a dataset, by kind."""
+    checks = json.loads(attributes.get("validity", "{}")).get("checks", {})
     return {kind: check["message"] for kind, check in checks.items() if check["exceeded"]}
+
+
+def warn(messages: Mapping[str, str], stacklevel: int) -> None:
+    """Warn once for each kind of message."""
+    for kind, message in messages.items():
+        warnings.warn(RestitutionWarning(kind, message), stacklevel=stacklevel + 1)
