@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from restitution.errors import InputError, RestitutionWarning
-from restitution.material.fit import fit_prony
+from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
 from restitution.material.fractional import fractional_zener
-from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.readers import read_material
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from restitution.errors import InputError
-from restitution.material.deck import ViscoelasticDeck
-from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.deck import PronyTerms, ViscoelasticDeck
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.readers import parse, read_material
 from restitution.material.shift import ShiftTable
@@ -291,9 +291,9 @@ def test_deck_without_constants_asks_for_them():
         ("*VISCOELASTIC, TIME=PRONY\n.7,0,1\n.7,0,2\n0,0,3\n", r"x: line 3: .* in shear add up to 1\.4"),
         (
             "*ELASTIC\n-1,.3\n*VISCOELASTIC, TIME=PRONY\n.1,0,1\n",
-            "x: line 2: Young's modulus = -1: must be > 0",
+            r"x: line 2: youngs_modulus = -1: must be finite and > 0",
         ),
-        ("MP,PRXY,1,.6\nTB,PRON,1,1,1\nTBDATA,1,.1,1\n", r"x: line 1: Poisson ratio = 0\.6: must be in \(-1"),
+        ("MP,PRXY,1,.6\nTB,PRON,1,1,1\nTBDATA,1,.1,1\n", r"x: line 1: poisson_ratio = 0\.6: must be in \(-1"),
         (
             "relaxation_time_s,relative_modulus\n1,.5\n2,.9\n3,0\n",
             r"x: line 3: .*_modulus add up to 1\.4: .* 1",

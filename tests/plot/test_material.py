@@ -1,6 +1,6 @@
 import numpy as np
 
-from restitution.material.measurement import DynamicTable, RelaxationTable
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.plot.material import overview, shift_factors

@@ -40,10 +40,9 @@ from restitution.case.section import Section, quoted, refuse
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
-from restitution.material.deck import ViscoelasticDeck
-from restitution.material.fit import PronyFit, fit_prony
+from restitution.material.deck import PronyTerms, ViscoelasticDeck
+from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fit_prony
 from restitution.material.fractional import Window
-from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable

@@ -20,7 +20,7 @@ from pydantic import (
 from restitution.case.quantity import LIST, nonnegative, of, positive
 from restitution.case.section import Section, folder_of, refuse
 from restitution.errors import InputError
-from restitution.material.measurement import PronyTerms
+from restitution.material.deck import PronyTerms
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable

@@ -13,8 +13,8 @@ import numpy as np
 from restitution.cli import tables
 from restitution.cli.exit_codes import BadInput, tell, user_input
 from restitution.errors import InputError
-from restitution.material.deck import ViscoelasticDeck
-from restitution.material.measurement import DynamicTable, PronyTerms, RelaxationTable
+from restitution.material.deck import PronyTerms, ViscoelasticDeck
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.material.viscoelastic import Material

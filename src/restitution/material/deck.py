@@ -1,4 +1,4 @@
-"""Viscoelastic materials in the input decks of ANSYS (TB,PRON) and Abaqus (*VISCOELASTIC, TIME=PRONY)."""
+"""Prony terms of files, and the input decks of ANSYS (TB,PRON) and Abaqus (*VISCOELASTIC, TIME=PRONY)."""
 
 from __future__ import annotations
 
@@ -9,60 +9,132 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from restitution.checks import positive
+from restitution.checks import nonnegative, positive
 from restitution.errors import InputError
 from restitution.material.conversion import Deformation, bulk_factor, tension_factor
-from restitution.material.measurement import PronyTerms, beyond_one, span
+from restitution.material.prony import PronySeries
 from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material
 
-_Terms = PronyTerms | None
+Array = NDArray[np.float64]
+
+# Printed relative moduli add up to one apart from rounding: four decimals, some thirty terms.
+_SUM_TOLERANCE = 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PronyTerms:
+    """Terms of a Prony series, absolute or relative to the instantaneous modulus."""
+
+    relaxation_times: Array  # tau_k [s], shape (n_branch,)
+    moduli: Array  # R_k [Pa], or R_k/R_0 [-] if `relative`, shape (n_branch,)
+    relative: bool  # whether the moduli are shares of the instantaneous modulus
+    deformation: Deformation | None = None  # None where the file does not state it
+    instantaneous_modulus: float | None = None  # R_0 [Pa], None where the file does not state it
+    equilibrium_modulus: float | None = None  # R_inf [Pa], None where the file does not state it
+    source: str = ""  # name of the file
+    notes: tuple[str, ...] = ()  # remarks of the reader: units that were assumed, columns that are not used
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Shortest and longest relaxation time [s], None for a single one."""
+        return _span(self.relaxation_times)
+
+    def series(
+        self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
+    ) -> PronySeries:
+        """Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
+
+        Absolute terms need no end modulus; without one they are those of a liquid. Relative terms are shares of the
+        instantaneous modulus, or of the difference where both end moduli are given. If they add up to one, they are
+        those of a liquid. An end modulus that is missing or contradicts the terms is refused.
+
+        Examples
+        --------
+        >>> terms = PronyTerms(np.array([1.0, 10.0]), np.array([0.5, 0.25]), relative=True)
+        >>> terms.series(instantaneous_modulus=8.0)
+        PronySeries(2.0, [4.0, 2.0], [1.0, 10.0])
+        """
+        high, low = instantaneous_modulus, equilibrium_modulus
+        if high is None and low is None:
+            high, low = self.instantaneous_modulus, self.equilibrium_modulus
+        high = None if high is None else float(positive("instantaneous_modulus", high, "Pa"))
+        low = None if low is None else float(nonnegative("equilibrium_modulus", low, "Pa"))
+        if self.relative:
+            low, moduli = self._from_shares(high, low)
+            return PronySeries(low, moduli, self.relaxation_times)
+        total = float(self.moduli.sum())
+        if high is not None and low is not None and abs(high - low - total) > _SUM_TOLERANCE * high:
+            raise InputError("instantaneous_modulus", high, f"must be {low + total:g} Pa, the sum of all", "Pa")
+        if low is None:
+            low = 0.0 if high is None else high - total
+            if low < -_SUM_TOLERANCE * total:
+                raise InputError("instantaneous_modulus", high, f"must be >= {total:g} Pa, the sum of the terms", "Pa")
+        return PronySeries(max(low, 0.0), self.moduli, self.relaxation_times)
+
+    def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
+        """Equilibrium modulus and branch moduli of relative terms."""
+        total = float(self.moduli.sum())
+        wanted = ""
+        if total > 1.0 + _SUM_TOLERANCE:
+            wanted = "must be at most 1"
+        elif high is not None:
+            if low is None:
+                return high * max(1.0 - total, 0.0), self.moduli * high
+            if low > high:
+                raise InputError("equilibrium_modulus", low, f"must be <= {high:g} Pa, the instantaneous", "Pa")
+            share = 1.0 - low / high
+            if min(abs(total - 1.0), abs(total - share)) <= _SUM_TOLERANCE:
+                return low, self.moduli * ((high - low) / total)
+            wanted = f"must be 1 (shares of the difference) or {share:.6g} (shares of the instantaneous modulus)"
+        elif low is not None:
+            if total < 1.0 - 1e-12:
+                return low, self.moduli * (low / (1.0 - total))
+            wanted = "must be below 1"
+        else:
+            names = "instantaneous_modulus or equilibrium_modulus"
+            raise InputError(names, wanted="one must be given, as the terms are relative")
+        raise InputError("moduli", wanted=f"the relative moduli add up to {total:.6g}: {wanted}")
+
+
+def beyond_one(shares: Array) -> int | None:
+    """Index of the relative modulus with which their sum passes one, None where it does not.
+
+    Examples
+    --------
+    >>> beyond_one(np.array([0.75, 0.5, 0.25]))
+    1
+    """
+    beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
+    return int(beyond[0]) if beyond.size else None
+
+
+def _span(times: Array) -> tuple[float, float] | None:
+    return (float(times.min()), float(times.max())) if times.size > 1 else None
 
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticDeck:
     """Material of a solver deck: Prony terms relative to the instantaneous moduli, and elastic constants.
 
-    Attributes
-    ----------
-    shear, bulk
-        Relative terms; None where the deck has none, which means elastic.
-    youngs_modulus, poisson_ratio
-        E [Pa] and nu [-], None where the deck lacks them. Decks carry no units; SI is assumed.
-    long_term
-        Whether E and nu are those of long times (and not instantaneous).
-    density
-        [kg/m3], None where the deck lacks it.
-    name
-        Name of the material in the deck.
-    source
-        Name of the file.
+    Decks have no units; SI is assumed. What the deck lacks is None; without terms it is elastic.
     """
 
     shear: PronyTerms | None
     bulk: PronyTerms | None
-    youngs_modulus: float | None
-    poisson_ratio: float | None
-    long_term: bool
-    density: float | None
-    name: str | None
-    source: str = ""
+    youngs_modulus: float | None  # E [Pa]
+    poisson_ratio: float | None  # nu [-]
+    long_term: bool  # whether E and nu are those of long times (and not instantaneous)
+    density: float | None  # [kg/m3]
+    name: str | None  # name of the material in the deck
+    source: str = ""  # name of the file
 
     def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
-        r"""Material in shear and bulk, with the elastic constants of the deck unless given here.
+        r"""Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
 
-        Parameters
-        ----------
-        youngs_modulus
-            E > 0 [Pa].
-        poisson_ratio
-            nu in (-1, 0.5].
-
-        Raises
-        ------
-        InputError
-            If an elastic constant is missing, or long-time constants are given and the terms add up to one.
+        A missing constant is refused, and so are constants of long times where the terms add up to one.
 
         Examples
         --------
@@ -78,20 +150,15 @@ class ViscoelasticDeck:
         shear = float(positive("youngs_modulus", modulus, "Pa")) / tension_factor(ratio)
         bulk = shear * bulk_factor(ratio)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
+        times = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
         return Material(
             shear if self.shear is None else self.shear.series(**{key: shear}),
             bulk if self.bulk is None or math.isinf(bulk) else self.bulk.series(**{key: bulk}),
             density=self.density,
             name=self.name,
             source=self.source or None,
-            window=self.window,
+            window=_span(np.unique(np.concatenate(times))) if times else None,
         )
-
-    @property
-    def window(self) -> tuple[float, float] | None:
-        """Shortest and longest relaxation time [s] of all terms, None for fewer than two."""
-        parts = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
-        return span(np.unique(np.concatenate(parts))) if parts else None
 
 
 class _Entry(NamedTuple):
@@ -101,12 +168,9 @@ class _Entry(NamedTuple):
     line: int
 
 
-class _Elastic(NamedTuple):
-    """Elastic constants with their lines."""
-
-    youngs_modulus: _Entry | None = None
-    poisson_ratio: _Entry | None = None
-    density: _Entry | None = None
+_Constants = dict[str, _Entry]
+_PROPERTIES = {"EX": "youngs_modulus", "PRXY": "poisson_ratio", "NUXY": "poisson_ratio", "DENS": "density"}
+_KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
 
 
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
@@ -115,21 +179,21 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
     MP,EX, MP,PRXY (or NUXY) and MP,DENS are read too; ANSYS means instantaneous constants. The deck must have one
     temperature; `name` chooses one of several materials by its number. Errors name the line.
     """
-    tables: dict[tuple[str, str], tuple[_Entry, dict[int, _Entry]]] = {}
-    constants: dict[tuple[str, str], _Entry] = {}
-    active: tuple[str, str] | None = None
+    tables: dict[tuple[str, Deformation], tuple[_Entry, dict[int, _Entry]]] = {}
+    constants: dict[str, _Constants] = {}
+    active: tuple[str, Deformation] | None = None
     for line in split_lines(text):
         cells = [cell.strip() for cell in line.text.split("!")[0].split(",")]
         command, cells = cells[0].upper(), [*cells[1:], *[""] * 6]
         if command == "TB":
             active = None
             if cells[0].upper().startswith("PRON"):
-                kind = cells[4].upper()[:4] or "SHEA"
-                if kind not in ("SHEA", "BULK"):
+                kind = _KINDS.get(cells[4].upper()[:4])
+                if kind is None:
                     raise FileError(source, line.number, f"TB,PRON for {cells[4]!r}: must be SHEAR or BULK")
                 active = cells[1] or "1", kind
                 if active in tables:
-                    raise FileError(source, line.number, f"second TB,PRON table for {kind}: must be one")
+                    raise FileError(source, line.number, f"second TB,PRON table in {kind}: must be one")
                 if cells[2] and _number(source, line, cells[2]) != 1:
                     raise FileError(source, line.number, f"{cells[2]} temperatures: must be 1")
                 count = _number(source, line, cells[3]) if cells[3] else 0
@@ -139,24 +203,33 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
             for i, cell in enumerate(cells[1:]):
                 if cell:
                     tables[active][1][first + i] = _Entry(_number(source, line, cell), line.number)
-        elif command == "MP" and cells[0].upper() in ("EX", "PRXY", "NUXY", "DENS"):
-            key = cells[1] or "1", cells[0].upper().replace("NUXY", "PRXY")
-            constants[key] = _Entry(_number(source, line, cells[2]), line.number)
+        elif command == "MP" and cells[0].upper() in _PROPERTIES:
+            entry = _Entry(_number(source, line, cells[2]), line.number)
+            constants.setdefault(cells[1] or "1", {})[_PROPERTIES[cells[0].upper()]] = entry
     chosen = _chosen(source, [material for material, _ in tables], name)
-    own = {kind: table for (material, kind), table in tables.items() if material == chosen}
-    terms = {kind: _ansys_terms(source, kind, *table) for kind, table in own.items()}
-    elastic = _Elastic(*(constants.get((chosen, key)) for key in ("EX", "PRXY", "DENS")))
-    return _deck(source, chosen, terms.get("SHEA"), terms.get("BULK"), elastic, long_term=False)
+    own = {
+        kind: _ansys_terms(source, kind, *table) for (material, kind), table in tables.items() if material == chosen
+    }
+    return _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
 
 
-def _ansys_terms(source: str, kind: str, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
+def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
     wanted = 2 * (int(count.value) or len(data) // 2)
     if len(data) != wanted or max(data) > wanted:
         last = max((entry.line for entry in data.values()), default=count.line)
         should = f"must be {wanted}, for {wanted // 2} terms (line {count.line})"
         raise FileError(source, last, f"{len(data)} constants in TBDATA: {should}")
     entries = [data[i] for i in range(1, wanted + 1)]
-    return _terms(source, "shear" if kind == "SHEA" else "bulk", entries[0::2], entries[1::2])
+    return _terms(source, kind, entries[0::2], entries[1::2])
+
+
+class _Block(NamedTuple):
+    """Keyword of an Abaqus deck, its options, its line, and the lines of data below."""
+
+    keyword: str
+    options: dict[str, str]
+    line: int
+    data: list[Line]
 
 
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
@@ -176,59 +249,28 @@ def read_abaqus(source: str, text: str, name: str | None = None) -> Viscoelastic
         materials[current].append(block)
     named = [key for key in materials if key]
     chosen = _chosen(source, named, name) if named or name is not None else ""
-    elastic, long_term = _Elastic(), True
-    shear = bulk = None
+    constants: _Constants = {}
+    terms: dict[str, PronyTerms] = {}
+    long_term = True
     for keyword, options, line, data in materials[chosen]:
-        if keyword == "*ELASTIC":
-            long_term = not options.get("MODULI", "").upper().startswith("INST")
-            row = _abaqus_row(source, data, line, 2)
-            elastic = elastic._replace(youngs_modulus=row[0], poisson_ratio=row[1])
-        elif keyword == "*DENSITY":
-            elastic = elastic._replace(density=_abaqus_row(source, data, line, 1)[0])
+        if keyword in ("*ELASTIC", "*DENSITY"):
+            if len(data) != 1:
+                raise FileError(source, line, f"{len(data)} lines of data: must be 1, for one temperature")
+            names = ("youngs_modulus", "poisson_ratio") if keyword == "*ELASTIC" else ("density",)
+            constants |= zip(names, _row(source, data[0], len(names)), strict=True)
+            if keyword == "*ELASTIC":
+                long_term = not options.get("MODULI", "").upper().startswith("INST")
         elif keyword == "*VISCOELASTIC":
             if options.get("TIME", "").upper() != "PRONY":
                 raise FileError(source, line, "*VISCOELASTIC: must have TIME=PRONY")
             if not data:
                 raise FileError(source, line, "*VISCOELASTIC is followed by no terms")
             g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
-            shear = _terms(source, "shear", g, tau) if any(entry.value for entry in g) else None
-            bulk = _terms(source, "bulk", k, tau) if any(entry.value for entry in k) else None
-    return _deck(source, chosen or None, shear, bulk, elastic, long_term=long_term)
-
-
-def _chosen(source: str, names: list[str], name: str | None) -> str:
-    """Name of the only material, or of the chosen one."""
-    known = list(dict.fromkeys(names))
-    if name is None and len(known) == 1:
-        return known[0]
-    found = [one for one in known if name is not None and one.upper() == name.strip().upper()]
-    if not found:
-        what = f"has {len(known)} materials" if name is None else f"has no material {name!r}"
-        advice = f"choose one by its name, {' or '.join(known)}" if known else "its material has no name"
-        raise FileError(source, 0, f"{what}: {advice}")
-    return found[0]
-
-
-def _deck(
-    source: str, name: str | None, shear: _Terms, bulk: _Terms, elastic: _Elastic, *, long_term: bool
-) -> ViscoelasticDeck:
-    modulus, ratio, density = elastic
-    for label, entry in (("Young's modulus", modulus), ("density", density)):
-        if entry is not None and entry.value <= 0:
-            raise FileError(source, entry.line, f"{label} = {entry.value:g}: must be > 0")
-    if ratio is not None and not -1.0 < ratio.value <= 0.5:
-        raise FileError(source, ratio.line, f"Poisson ratio = {ratio.value:g}: must be in (-1, 0.5]")
-    numbers = [None if entry is None else entry.value for entry in elastic]
-    return ViscoelasticDeck(shear, bulk, numbers[0], numbers[1], long_term, numbers[2], name, source)
-
-
-class _Block(NamedTuple):
-    """Keyword of an Abaqus deck, its options, its line, and the lines of data below."""
-
-    keyword: str
-    options: dict[str, str]
-    line: int
-    data: list[Line]
+            both: dict[Deformation, tuple[_Entry, ...]] = {"shear": g, "bulk": k}
+            terms = {
+                x: _terms(source, x, moduli, tau) for x, moduli in both.items() if any(one.value for one in moduli)
+            }
+    return _deck(source, chosen or None, terms, constants, long_term=long_term)
 
 
 def _abaqus_blocks(source: str, text: str) -> list[_Block]:
@@ -252,12 +294,6 @@ def _abaqus_blocks(source: str, text: str) -> list[_Block]:
     return blocks
 
 
-def _abaqus_row(source: str, data: list[Line], line: int, count: int) -> list[_Entry]:
-    if len(data) != 1:
-        raise FileError(source, line, f"{len(data)} lines of data: must be 1, for one temperature")
-    return _row(source, data[0], count)
-
-
 def _row(source: str, line: Line, count: int) -> list[_Entry]:
     cells = [cell.strip() for cell in line.text.rstrip(",").split(",")]
     if len(cells) < count:
@@ -276,11 +312,23 @@ def _number(source: str, line: Line, cell: str) -> float:
     return value
 
 
+def _chosen(source: str, names: list[str], name: str | None) -> str:
+    """Name of the only material, or of the chosen one."""
+    known = list(dict.fromkeys(names))
+    if name is None and len(known) == 1:
+        return known[0]
+    found = [one for one in known if name is not None and one.upper() == name.strip().upper()]
+    if not found:
+        what = f"has {len(known)} materials" if name is None else f"has no material {name!r}"
+        advice = f"choose one by its name, {' or '.join(known)}" if known else "its material has no name"
+        raise FileError(source, 0, f"{what}: {advice}")
+    return found[0]
+
+
 def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequence[_Entry]) -> PronyTerms:
     for modulus, time in zip(moduli, times, strict=True):
         if modulus.value < 0:
-            message = f"relative modulus in {kind} = {modulus.value:g}: must be >= 0"
-            raise FileError(source, modulus.line, message)
+            raise FileError(source, modulus.line, f"relative modulus in {kind} = {modulus.value:g}: must be >= 0")
         if time.value <= 0:
             raise FileError(source, time.line, f"relaxation time in {kind} = {time.value:g}: must be > 0")
     shares = np.array([entry.value for entry in moduli])
@@ -288,3 +336,16 @@ def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequ
         message = f"relative moduli in {kind} add up to {shares.sum():.6g}: must be at most 1"
         raise FileError(source, moduli[beyond].line, message)
     return PronyTerms(np.array([entry.value for entry in times]), shares, True, kind, source=source)
+
+
+def _deck(
+    source: str, name: str | None, terms: dict[str, PronyTerms], constants: _Constants, *, long_term: bool
+) -> ViscoelasticDeck:
+    for key, (value, line) in constants.items():
+        try:
+            _ = tension_factor(value) if key == "poisson_ratio" else positive(key, value)
+        except InputError as error:
+            raise FileError(source, line, str(error)) from None
+    numbers = {key: entry.value for key, entry in constants.items()}
+    modulus, ratio, density = map(numbers.get, ("youngs_modulus", "poisson_ratio", "density"))
+    return ViscoelasticDeck(terms.get("shear"), terms.get("bulk"), modulus, ratio, long_term, density, name, source)

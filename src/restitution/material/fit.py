@@ -1,4 +1,4 @@
-"""Prony series fitted to measured relaxation or dynamic moduli."""
+"""Measured relaxation and dynamic moduli, and the Prony series fitted to them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
-from restitution.material.measurement import DynamicTable, RelaxationTable
 from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
@@ -35,27 +34,36 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
+class RelaxationTable:
+    """Relaxation modulus measured over time."""
+
+    time: Array  # [s], strictly ascending, shape (n,)
+    modulus: Array  # [Pa], positive, shape (n,)
+    deformation: Deformation | None = None  # None where the file does not state it
+    source: str = ""  # name of the file
+    notes: tuple[str, ...] = ()  # remarks of the reader: units that were assumed, columns that are not used
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicTable:
+    """Storage and loss modulus measured over frequency (DMA)."""
+
+    angular_frequency: Array  # [rad/s], strictly ascending, shape (n,)
+    storage_modulus: Array  # [Pa], positive, shape (n,)
+    loss_modulus: Array  # [Pa], non-negative, shape (n,)
+    deformation: Deformation | None = None  # this and the rest as in `RelaxationTable`
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class PronyFit:
-    """Prony series fitted to data, and how well it does.
+    """Prony series fitted to data, and how well it does."""
 
-    Attributes
-    ----------
-    series
-        The series, in the data's own deformation.
-    misfit
-        Root mean square of the relative residuals [-].
-    window
-        Shortest and longest time [s] that the data cover; 1/omega for dynamic data.
-    residuals
-        (fit - data)/data, of dynamic data complex and relative to the magnitude, shape (n,).
-    data
-        The data.
-    """
-
-    series: PronySeries
-    misfit: float
-    window: tuple[float, float]
-    residuals: NDArray[Any]
+    series: PronySeries  # in the deformation of the data
+    misfit: float  # root mean square of the relative residuals [-]
+    window: tuple[float, float]  # shortest and longest time [s] that the data cover; 1/omega for dynamic data
+    residuals: NDArray[Any]  # (fit - data)/|data| [-], complex for dynamic data, shape (n,)
     data: RelaxationTable | DynamicTable
 
     @property
@@ -72,7 +80,7 @@ class PronyFit:
         density: float | None = None,
         name: str | None = None,
     ) -> Material:
-        """Return the material of the fit, with the window of the data.
+        """Material of the fit, with the window of the data.
 
         Parameters
         ----------
@@ -81,11 +89,9 @@ class PronyFit:
         poisson_ratio : float
             Poisson ratio nu [-] that is constant over time, so that the bulk relaxes like the shear.
         deformation : str
-            "tension" or "shear"; needed where the data do not say it.
-        density : float
-            Mass density [kg/m3].
-        name : str
-            Name of the material.
+            "tension" or "shear"; needed where the data do not state it.
+        density, name
+            Mass density [kg/m3] and name of the material.
 
         Raises
         ------
@@ -116,7 +122,7 @@ class PronyFit:
         )
 
     def plot(self) -> Figure:
-        """Return a figure of the moduli over time and over frequency with the data."""
+        """Figure of the moduli over time and over frequency with the data."""
         return draw("material", {self.data.deformation or "fit": self.series}, self.window, self.data)
 
 
@@ -181,74 +187,68 @@ def fit_prony(
     if not isinstance(data, RelaxationTable | DynamicTable):
         raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
     allowed = float(positive("misfit", misfit))
-    problem = _Problem.of(data, liquid, float(positive("loss_weight", loss_weight)))
-    weight = float(nonnegative("smoothing", smoothing))
-    low, high = problem.window
-    grids = [_grid(low / _BEYOND, high * _BEYOND, density) for density in _DENSITIES]
-    solutions: dict[int, Array] = {len(grids) - 1: problem.solve(grids[-1], weight)}
-    allowed = max(allowed * problem.loss_share, _SLACK * problem.misfit(grids[-1], solutions[len(grids) - 1]))
-    chosen = len(grids) - 1
-    for i in range(len(grids) - 1):
-        moduli = problem.solve(grids[i], weight)
-        if problem.misfit(grids[i], moduli) <= allowed:
-            chosen, solutions[i] = i, moduli
+    weights = float(positive("loss_weight", loss_weight)), float(nonnegative("smoothing", smoothing))
+    problem = _Problem(data, liquid, *weights)
+    *coarser, times = map(problem.grid, _DENSITIES)
+    moduli = problem.solve(times)
+    allowed = max(allowed * problem.loss_share, _SLACK * problem.misfit(times, moduli))
+    for grid in coarser:
+        solution = problem.solve(grid)
+        if problem.misfit(grid, solution) <= allowed:
+            times, moduli = grid, solution
             break
-    times, moduli = problem.reduced(grids[chosen], solutions[chosen], allowed, weight)
+    times, moduli = problem.reduced(times, moduli, allowed)
     series = PronySeries(float(moduli[0]), moduli[1:], times)
-    residuals = problem.residuals(times, moduli)
-    fit = PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data)
-    for line in _doubts(fit):
-        warnings.warn(RestitutionWarning("fit", f"{data.source or 'data'}: {line}"), stacklevel=2)
-    return fit
+    found = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
+    for doubtful, line in (
+        (not found.n_terms, "no relaxation is seen in the data; the fit is a constant"),
+        (found.misfit > _POOR, f"the relative misfit of the fit is {found.misfit:.3g}, above {_POOR:g}"),
+    ):
+        if doubtful:
+            warnings.warn(RestitutionWarning("fit", f"{data.source or 'data'}: {line}"), stacklevel=2)
+    return found
 
 
-def _doubts(fit: PronyFit) -> list[str]:
-    lines: list[str] = []
-    if not fit.n_terms:
-        lines.append("no relaxation is seen in the data; the fit is a constant")
-    if fit.misfit > _POOR:
-        lines.append(f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}")
-    return lines
-
-
-def _grid(low: float, high: float, density: float) -> Array:
-    return np.geomspace(low, high, max(math.ceil(density * math.log10(high / low)), 1) + 1)
-
-
-@dataclass(frozen=True, eq=False)
 class _Problem:
     """Linear problem whose unknowns are the equilibrium modulus and the moduli at given times."""
 
-    points: Array
-    values: NDArray[Any]
-    dynamic: bool
-    liquid: bool
-    loss_weight: float
-    window: tuple[float, float]
-
-    @classmethod
-    def of(cls, data: RelaxationTable | DynamicTable, liquid: bool, loss_weight: float) -> _Problem:
-        dynamic = isinstance(data, DynamicTable)
-        points = data.angular_frequency if dynamic else data.time
-        values = data.storage_modulus + 1j * data.loss_modulus if dynamic else data.modulus
-        inside = points[points > 0]
-        what, unit = ("frequencies", "rad/s") if dynamic else ("times", "s")
-        if points.size < 4 or inside[-1] < inside[0] * math.sqrt(10.0):
+    def __init__(
+        self, data: RelaxationTable | DynamicTable, liquid: bool, loss_weight: float, smoothing: float
+    ) -> None:
+        self.dynamic, self.liquid = isinstance(data, DynamicTable), liquid
+        self.loss_weight, self.smoothing = loss_weight, smoothing
+        values: NDArray[Any]
+        if isinstance(data, DynamicTable):
+            what, unit = "frequencies", "rad/s"
+            self.points, values = data.angular_frequency, data.storage_modulus + 1j * data.loss_modulus
+        else:
+            what, unit = "times", "s"
+            self.points, values = data.time, data.modulus
+        self.size = np.abs(values)
+        self.target = values / self.size
+        inside = self.points > 0
+        points = self.points[inside]
+        if self.points.size < 4 or points[-1] < points[0] * math.sqrt(10.0):
             wanted = f"must be at least 4 {what} over half a decade or more"
-            raise InputError(what, points.size, wanted, where=data.source)
-        if inside[0] < 1.0 / EXTREME or inside[-1] > EXTREME:
+            raise InputError(what, self.points.size, wanted, where=data.source)
+        low, high = float(points[0]), float(points[-1])
+        if low < 1.0 / EXTREME or high > EXTREME:
             wanted = f"must be in [{1.0 / EXTREME:g}, {EXTREME:g}] {unit}"
-            raise InputError(what, float(inside[0 if inside[-1] <= EXTREME else -1]), wanted, unit, where=data.source)
-        ends = float(inside[0]), float(inside[-1])
-        window = (1.0 / ends[1], 1.0 / ends[0]) if dynamic else ends
-        return cls(points, values, dynamic, liquid, loss_weight, window)
+            raise InputError(what, low if high <= EXTREME else high, wanted, unit, where=data.source)
+        self.window = (1.0 / high, 1.0 / low) if self.dynamic else (low, high)
+        # Magnitude of the modulus over the logarithm of time.
+        logs, size = np.log(points), self.size[inside]
+        self.level = (-logs[::-1], size[::-1]) if self.dynamic else (logs, size)
 
     @property
     def loss_share(self) -> float:
         """Ten times the loss tangent of dynamic data where that is below one: a small loss must be fitted too."""
-        if not self.dynamic:
-            return 1.0
-        return min(10.0 * float(np.median(np.imag(self.values) / np.abs(self.values))), 1.0)
+        return min(10.0 * float(np.median(np.imag(self.target))), 1.0) if self.dynamic else 1.0
+
+    def grid(self, density: float) -> Array:
+        """Relaxation times, so many a decade."""
+        low, high = self.window[0] / _BEYOND, self.window[1] * _BEYOND
+        return np.geomspace(low, high, max(math.ceil(density * math.log10(high / low)), 1) + 1)
 
     def columns(self, times: Array) -> NDArray[Any]:
         """Relative share of a unit equilibrium modulus and of unit branches, shape (n, 1 + n_branch)."""
@@ -258,22 +258,22 @@ class _Problem:
         else:
             branches = np.exp(-self.points[:, None] / times)
         constant = np.full((self.points.size, 1), 0.0 if self.liquid else 1.0)
-        return np.hstack((constant, branches)) / np.abs(self.values)[:, None]
+        return np.hstack((constant, branches)) / self.size[:, None]
 
-    def solve(self, times: Array, smoothing: float) -> Array:
+    def solve(self, times: Array) -> Array:
         """Non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
         from scipy.optimize import nnls
 
         matrix: Any = self.columns(times)
-        target: Any = self.values / np.abs(self.values)
+        target: Any = self.target
         if self.dynamic:
             matrix = np.vstack((matrix.real, self.loss_weight * matrix.imag))
             target = np.concatenate((target.real, self.loss_weight * target.imag))
-        if smoothing > 0 and times.size > 1:
+        if self.smoothing > 0 and times.size > 1:
             logs = np.log(times)
             spectrum = np.diag(1.0 / np.gradient(logs))
-            jumps = (spectrum[1:] - spectrum[:-1]) / np.interp(logs, *self._level())[1:, None]
-            jumps *= smoothing * math.sqrt(target.size / times.size)
+            jumps = (spectrum[1:] - spectrum[:-1]) / np.interp(logs, *self.level)[1:, None]
+            jumps *= self.smoothing * math.sqrt(target.size / times.size)
             matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, 1)), jumps))))
             target = np.concatenate((target, np.zeros(times.size - 1)))
         scale = np.sqrt((matrix**2).sum(axis=0))
@@ -281,21 +281,15 @@ class _Problem:
         solution, _ = nnls(matrix / scale, target, maxiter=100 * scale.size)
         return solution / scale
 
-    def _level(self) -> tuple[Array, Array]:
-        """Magnitude of the modulus over the logarithm of time."""
-        inside = self.points > 0
-        logs, size = np.log(self.points[inside]), np.abs(self.values[inside])
-        return (-logs[::-1], size[::-1]) if self.dynamic else (logs, size)
-
     def residuals(self, times: Array, moduli: Array) -> NDArray[Any]:
         """Relative residuals."""
-        return self.columns(times) @ moduli - self.values / np.abs(self.values)
+        return self.columns(times) @ moduli - self.target
 
     def misfit(self, times: Array, moduli: Array) -> float:
         """Root mean square of the relative residuals."""
         return float(np.sqrt(np.mean(np.abs(self.residuals(times, moduli)) ** 2)))
 
-    def reduced(self, times: Array, moduli: Array, allowed: float, smoothing: float) -> tuple[Array, Array]:
+    def reduced(self, times: Array, moduli: Array, allowed: float) -> tuple[Array, Array]:
         """Times and moduli with as few terms as the misfit allows."""
         keep = moduli[1:] > 0
         times, moduli = times[keep], np.concatenate((moduli[:1], moduli[1:][keep]))
@@ -303,13 +297,13 @@ class _Problem:
             # The term with the smallest influence anywhere is tried first.
             influence = np.abs(self.columns(times)[:, 1:] * moduli[1:]).max(axis=0)
             fewer = np.delete(times, int(np.argmin(influence)))
-            solution = self.solve(fewer, smoothing)
+            solution = self.solve(fewer)
             if self.misfit(fewer, solution) > allowed:
                 break
             keep = solution[1:] > 0
             times, moduli = fewer[keep], np.concatenate((solution[:1], solution[1:][keep]))
         none = times[:0]
-        constant = self.solve(none, smoothing)
+        constant = self.solve(none)
         # Two more parameters lower the sum of squares of pure noise by the share 2/n on average. Dynamic data show
         # even a small relaxation in their loss modulus.
         slack = 1.0 if self.dynamic else math.sqrt(1.0 + 20.0 / self.points.size)

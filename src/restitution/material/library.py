@@ -14,7 +14,7 @@ from importlib.resources import files
 from restitution import quantities
 from restitution.material.classical import elastic
 from restitution.material.conversion import shear_from_tension
-from restitution.material.measurement import PronyTerms
+from restitution.material.deck import PronyTerms
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, parse
 from restitution.material.shift import WLF, ShiftTable

@@ -10,15 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.errors import InputTypeError
+from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import Deformation
-from restitution.material.deck import ViscoelasticDeck, read_abaqus, read_ansys
-from restitution.material.measurement import (
-    DynamicTable,
-    PronyTerms,
-    RelaxationTable,
-    beyond_one,
-)
+from restitution.material.deck import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.sheet import PLAIN_UNITS, FileError, Sheet, read_sheet, read_text, unit
 from restitution.material.shift import ShiftTable
 
@@ -88,20 +83,15 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
     if re.search(r"^[ \t]*\*[ \t]*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
         return read_abaqus(source, text, name)
     if name is not None:
-        message = f"has no material {name!r}: is no deck of a solver, whose materials have names"
-        raise FileError(source, 0, message)
+        raise FileError(source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names")
     table = _read_table(source, text)
     for kind in (_dynamic, _prony_terms, _relaxation, _shift_table):
         found = kind(table)
         if found is not None:
             return found
-    names = ", ".join(filter(None, table.sheet.labels))
-    raise FileError(
-        source,
-        table.sheet.header_line,
-        f"columns {names[:200]}: must be time and relaxation modulus; frequency, storage and loss modulus; "
-        "relaxation time and modulus; or temperature and shift factor",
-    )
+    message = f"columns {', '.join(filter(None, table.sheet.labels))[:200]}: must be time and relaxation modulus; "
+    message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
+    raise FileError(source, table.sheet.header_line, message)
 
 
 class Role(NamedTuple):
@@ -171,11 +161,11 @@ class Table(NamedTuple):
     roles: list[Role | None]
 
     def first(self, *roles: Role) -> Role | None:
-        """Return the first of several roles that has a column."""
+        """First of several roles that has a column."""
         return next((role for role in roles if role in self.roles), None)
 
     def column(self, role: Role) -> Column:
-        """Return the column of a role, refusing two of them."""
+        """Column of a role; two of them are refused."""
         if self.roles.count(role) > 1:
             raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
         index = self.roles.index(role)
@@ -201,21 +191,21 @@ class Table(NamedTuple):
         return Column(role, label, deformation, values, note)
 
     def notes(self, *used: Column) -> tuple[str, ...]:
-        """Return the remarks on columns: units that were assumed, and columns that are not used."""
+        """Remarks on columns: units that were assumed, and columns that are not used."""
         labels = {column.label for column in used}
         left = [label for label in self.sheet.labels if label and label not in labels]
         unused = (f"columns not used: {', '.join(left)}",) if left else ()
         return (*(column.note for column in used if column.note), *unused)
 
     def deformation(self, *columns: Column) -> Deformation | None:
-        """Return the deformation that the columns state, refusing two different ones."""
+        """Deformation that the columns state; two different ones are refused."""
         kinds: set[Deformation] = {column.deformation for column in columns if column.deformation is not None}
         if len(kinds) > 1:
             raise self.error("one modulus is in tension, the other in shear: must be of one kind")
         return kinds.pop() if kinds else None
 
     def order(self, column: Column) -> slice:
-        """Return the order in which a column ascends; the file may list it in descending order."""
+        """Order in which a column ascends; the file may list it in descending order."""
         steps = np.diff(column.values)
         if steps.size and (steps < 0).all():
             return slice(None, None, -1)
@@ -228,7 +218,7 @@ class Table(NamedTuple):
         return slice(None)
 
     def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
-        """Return the error for a line of the file, or for a row of the table."""
+        """Error for a line of the file, or for a row of the table."""
         return FileError(self.sheet.source, line if row is None else self.sheet.lines[row], message)
 
 
@@ -331,7 +321,7 @@ def _prony_terms(table: Table) -> PronyTerms | None:
     if ends:
         try:
             found.series()
-        except ValueError as error:
+        except InputError as error:
             raise table.error(str(error), place) from None
     return found
 
@@ -347,5 +337,5 @@ def _shift_table(table: Table) -> ShiftTable | None:
         kelvin, logs = kelvin[::-1], logs[::-1]
     try:
         return ShiftTable(kelvin, logs, notes=table.notes(temperature, shift))
-    except ValueError as error:
+    except InputError as error:
         raise table.error(str(error), row=0) from None

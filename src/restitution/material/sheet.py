@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.checks import unit_registry
 from restitution.errors import ABSENT, InputError
 
-_Split = Callable[[str], tuple[str, str | None]]
+_Test = Callable[[str], bool]
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
@@ -28,14 +28,14 @@ class FileError(InputError):
 
     def __init__(self, source: str, line: int, message: str) -> None:
         super().__init__("", ABSENT, f"line {line}: {message}" if line else message, where=source)
-        self.source, self.line, self.message = source, line, message
+        self._given = source, line, message
 
     def within(self, section: str = "", *, where: str = "") -> InputError:
         """Return the same error for the field that names the file."""
         return InputError(section, ABSENT, self.wanted, where=where or self.where)
 
     def __reduce__(self) -> tuple[type[FileError], tuple[str, int, str]]:
-        return FileError, (self.source, self.line, self.message)
+        return FileError, self._given
 
 
 class Line(NamedTuple):
@@ -58,17 +58,18 @@ class Sheet(NamedTuple):
     comments: list[Line]  # lines that begin with #, without it
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Return the numbers of a column, or refuse the cell that is none."""
+        """Numbers of a column; a cell that is none is refused."""
         cells = self.cells[column]
         try:
             return np.array(list(map(float, cells)))
         except ValueError:
             row = next(i for i, cell in enumerate(cells) if not _is_number(cell))
-            raise FileError(self.source, self.lines[row], f"{_short(cells[row])}: must be a number") from None
+            shown = cells[row] if len(cells[row]) <= 40 else f"{cells[row][:39]}…"
+            raise FileError(self.source, self.lines[row], f"{shown!r}: must be a number") from None
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 or Latin-1, or raise `FileError`."""
+    """Text of a file in UTF-8, UTF-16 or Latin-1."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -77,10 +78,10 @@ def read_text(path: Path) -> str:
         raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
     if content.startswith(_ARCHIVES):
         raise FileError(str(path), 0, "cannot be read: is a workbook; save its sheet as CSV")
-    encoding = next((name for mark, name in _MARKS.items() if content.startswith(mark)), None)
-    if encoding is None and content[:1] != b"\0" and content[1::2].count(0) > 0.4 * len(content):
+    encoding = next((name for mark, name in _MARKS.items() if content.startswith(mark)), "utf-8")
+    if encoding == "utf-8" and content[:1] != b"\0" and content[1::2].count(0) > 0.4 * len(content):
         encoding = "utf-16-le"
-    for name in (encoding or "utf-8", "cp1252", "latin-1"):
+    for name in (encoding, "cp1252", "latin-1"):
         try:
             text = content.decode(name)
         except UnicodeDecodeError:
@@ -91,38 +92,18 @@ def read_text(path: Path) -> str:
 
 
 def split_lines(text: str) -> list[Line]:
-    """Return the lines that are not blank, with their numbers."""
-    lines = [Line(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
+    """Lines that are not blank, with their numbers."""
+    lines = (Line(i, line.strip()) for i, line in enumerate(text.splitlines(), 1))
     return [line for line in lines if line.text]
 
 
-def read_sheet(
-    source: str,
-    text: str,
-    is_unit: Callable[[str], bool],
-    is_name: Callable[[str], bool] | None = None,
-) -> Sheet:
-    r"""Return the table of named columns in a text.
+def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda name: False) -> Sheet:
+    r"""Table of named columns in a text; `source` is its name in messages.
 
-    The names stand in the first line, or in the first line with two known names, or in the last comment (#) above
-    the numbers. A unit stands behind the name, in brackets or after an underscore, or in a second line of units.
-    Columns are separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas.
-
-    Parameters
-    ----------
-    source
-        Name of the text in messages.
-    text
-        The text.
-    is_unit
-        Whether the text after the last underscore of a name is a unit.
-    is_name
-        Whether a text is the name of a column. Lines above the first line with two names are then skipped.
-
-    Raises
-    ------
-    FileError
-        With the name of the source and the number of the line.
+    The names stand in the first line with two names that `is_name` knows, or else in the first line, or in the last
+    comment (#) above the numbers. A unit stands behind the name, in brackets or after an underscore if `is_unit` knows
+    it, or in a second line of units. Commas, semicolons, tabs or blanks separate the columns; all but commas allow
+    decimal commas. A `FileError` has the number of the malformed line.
 
     Examples
     --------
@@ -132,11 +113,10 @@ def read_sheet(
     """
     lines = split_lines(text)
     comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
-    body = [line for line in lines if not line.text.startswith("#")] if comments else lines
+    body = [line for line in lines if not line.text.startswith("#")]
     if not body:
         raise FileError(source, 0, "holds no numbers" if lines else "is empty")
-    split = _split(is_unit, is_name)
-    start = _header(body, is_name, split)
+    start = _header(body, is_unit, is_name)
     header, separator = body[start], _separator(body[start].text)
     if all(map(_is_number, filter(None, _cells(header.text, separator)))):
         above = [line for line in comments if line.number < header.number]
@@ -145,31 +125,29 @@ def read_sheet(
         header, body = above[-1], body[start:]
     else:
         body = body[start + 1 :]
-    labels, units = map(list, zip(*map(split, _cells(header.text, separator)), strict=True))
-    unit_line = header.number
-    if body and not any(map(_is_number, _cells(body[0].text, separator))):
-        unit_line, below = body[0].number, _cells(body[0].text, separator)
+    names = [_name_and_unit(cell, is_unit, is_name) for cell in _cells(header.text, separator)]
+    labels, units, unit_line = [name for name, _ in names], [unit for _, unit in names], header.number
+    rows = [_cells(line.text, separator) for line in body]
+    if rows and not any(map(_is_number, rows[0])):
+        unit_line, below = body[0].number, rows[0]
         if len(below) != len(labels):
             raise FileError(source, unit_line, f"{len(below)} units for {len(labels)} columns")
-        units, body = [cell.strip("[]() ") or None for cell in below], body[1:]
-    if not body:
+        units, body, rows = [cell.strip("[]() ") or None for cell in below], body[1:], rows[1:]
+    if not rows:
         raise FileError(source, header.number, "is followed by no numbers")
-    rows = [_cells(line.text, separator) for line in body]
-    count = len(labels)
     for line, row in zip(body, rows, strict=True):
-        if len(row) != count:
-            raise FileError(source, line.number, f"{len(row)} values: must be {count}, one for each column")
+        if len(row) != len(labels):
+            raise FileError(source, line.number, f"{len(row)} values: must be {len(labels)}, one for each column")
     columns = list(map(list, zip(*rows, strict=True)))
     return Sheet(source, labels, units, header.number, unit_line, columns, [line.number for line in body], comments)
 
 
-def _header(body: list[Line], is_name: Callable[[str], bool] | None, split: _Split) -> int:
+def _header(body: list[Line], is_unit: _Test, is_name: _Test) -> int:
     """Index of the first line with two known names, else of the first line."""
-    if is_name is not None:
-        for i, line in enumerate(body[:_HEADER_LINES]):
-            cells = _cells(line.text, _separator(line.text))[:100]
-            if sum(is_name(split(cell)[0]) for cell in cells) >= 2:
-                return i
+    for i, line in enumerate(body[:_HEADER_LINES]):
+        cells = _cells(line.text, _separator(line.text))[:100]
+        if sum(is_name(_name_and_unit(cell, is_unit, is_name)[0]) for cell in cells) >= 2:
+            return i
     return 0
 
 
@@ -194,26 +172,17 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _split(is_unit: Callable[[str], bool], is_name: Callable[[str], bool] | None) -> _Split:
-    """Return the function that separates a name from its unit."""
-
-    def split(name: str) -> tuple[str, str | None]:
-        # A name may itself end like a unit, such as E(t), tan(delta) and tan_d.
-        whole = is_name is not None and is_name(name)
-        if name.endswith((")", "]")) and not name.lower().endswith("(t)") and not whole:
-            opening = max(name.rfind("("), name.rfind("["))
-            if opening >= 0:
-                return name[:opening].strip(), name[opening + 1 : -1].strip()
-        stem, _, tail = name.rpartition("_")
-        if stem and tail and not (whole and is_name and not is_name(stem)) and is_unit(tail):
-            return stem, tail
-        return name, None
-
-    return split
-
-
-def _short(cell: str) -> str:
-    return repr(cell if len(cell) <= 40 else f"{cell[:39]}…")
+def _name_and_unit(cell: str, is_unit: _Test, is_name: _Test) -> tuple[str, str | None]:
+    # A name may itself end like a unit, such as E(t), tan(delta) and tan_d.
+    whole = is_name(cell)
+    if cell.endswith((")", "]")) and not cell.lower().endswith("(t)") and not whole:
+        opening = max(cell.rfind("("), cell.rfind("["))
+        if opening >= 0:
+            return cell[:opening].strip(), cell[opening + 1 : -1].strip()
+    stem, _, tail = cell.rpartition("_")
+    if stem and tail and (not whole or is_name(stem)) and is_unit(tail):
+        return stem, tail
+    return cell, None
 
 
 class Unit(NamedTuple):
@@ -228,22 +197,19 @@ class Unit(NamedTuple):
 PLAIN_UNITS = {
     **{name: Unit("time", factor) for name, factor in {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}.items()},
     **{name: Unit("time", factor) for name, factor in {"sec": 1.0, "min": 60.0, "h": 3600.0}.items()},
-    **{name: Unit("modulus", f) for name, f in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}.items()},
-    **{name: Unit("frequency", f) for name, f in {"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}.items()},
+    **{name: Unit("modulus", factor) for name, factor in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}.items()},
+    **{name: Unit("frequency", factor) for name, factor in {"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}.items()},
+    **{name: Unit("temperature", 1.0, 273.15) for name in ("°C", "degC", "C", "ºC")},
+    **{name: Unit("number", factor) for name, factor in {"-": 1.0, "1": 1.0, "": 1.0, "%": 0.01}.items()},
     "rad/s": Unit("angular frequency", 1.0),
     "K": Unit("temperature", 1.0),
-    **{name: Unit("temperature", 1.0, 273.15) for name in ("°C", "degC", "C", "ºC")},
-    "-": Unit("number", 1.0),
-    "1": Unit("number", 1.0),
-    "": Unit("number", 1.0),
-    "%": Unit("number", 0.01),
 }
 _COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23])?){0,2}")
 
 
 @cache
 def unit(text: str) -> Unit | None:
-    """Return the unit of a name, None if it is unknown or has another dimension than the quantities of the tables.
+    """Unit of a name; None if it is unknown or has another dimension than the quantities of the tables.
 
     Examples
     --------

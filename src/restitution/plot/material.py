@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.material.measurement import DynamicTable, RelaxationTable
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.plot.labels import scaled_unit
