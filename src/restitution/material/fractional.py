@@ -16,13 +16,15 @@ from restitution.errors import InputError
 from restitution.material import models
 from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.material.prony import EXTREME, PronySeries, in_range
-from restitution.material.spectrum import discretise, mittag_leffler
 from restitution.material.viscoelastic import Material, time_window
 from restitution.quantities import CONSTANTS
 
 Array = NDArray[np.float64]
-ApproximationRtol = Annotated[float, CONSTANTS["approximation_rtol"]]
 _P = ParamSpec("_P")
+
+# ln(eps) = -37: what is smaller than exp(-37) of the whole is left out.
+_LN_EPS = 37.0
+_TAIL_NODES = 3
 
 
 class Window(NamedTuple):
@@ -34,25 +36,12 @@ class Window(NamedTuple):
 
 
 class PronyApproximation(NamedTuple):
-    """Prony series that approximates another relaxation function within a window of time.
-
-    Attributes
-    ----------
-    series
-        The series.
-    error
-        Largest relative error found of R(t) and of the complex modulus, t and 1/omega in the window.
-    window
-        Shortest and longest time [s].
-    loss_error
-        Largest relative error of the loss modulus. It exceeds `error`, which is relative to the magnitude of the
-        complex modulus, where the loss is small.
-    """
+    """Prony series that approximates another relaxation function within a window of time."""
 
     series: PronySeries
-    error: float
-    window: tuple[float, float]
-    loss_error: float
+    error: float  # largest relative error found of R(t) and of the complex modulus, t and 1/omega in the window
+    window: tuple[float, float]  # shortest and longest time [s]
+    loss_error: float  # largest relative error of the loss modulus, which exceeds `error` where the loss is small
 
 
 @dataclass(frozen=True)
@@ -129,7 +118,7 @@ class FractionalModel:
             with np.errstate(divide="ignore", over="ignore"):
                 power = t**-self.exponent * (self.coefficient / math.gamma(1.0 - self.exponent))
             return (self.equilibrium_modulus + power)[()]
-        branch = mittag_leffler(np.minimum(t, 1e200) / self.relaxation_time, self.exponent)
+        branch = _mittag_leffler(np.minimum(t, 1e200) / self.relaxation_time, self.exponent)
         return (self.equilibrium_modulus + self.series_modulus * branch)[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
@@ -201,19 +190,91 @@ class FractionalModel:
         raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
     def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
-        tau = self.relaxation_time
-        unit = tau if tau > 0 else low
-        modulus = self.series_modulus if tau > 0 else self.coefficient * low**-self.exponent
-        weights, times = discretise(self.exponent, tau > 0, low / unit, high / unit, tolerance, coarseness)
+        """Branches that matter between two times; the step is the safe one of the theory times `coarseness`."""
+        alpha, bounded, tau = self.exponent, self.series_modulus < math.inf, self.relaxation_time
+        unit = tau if bounded else low
+        modulus = self.series_modulus if bounded else self.coefficient * low**-alpha
+        digits = math.log(4.0 / tolerance)
+        # exp(-lambda t) of a slower term is a polynomial in the window; a faster term has decayed before it.
+        first = math.log(tolerance ** (0.5 / _TAIL_NODES) * (unit / high))
+        last = math.log(max(digits, 4.0) * (unit / low))
+        # A bounded spectrum has its peak at u = 0.
+        deepest = (min(first, 0.0) if bounded else first) - _LN_EPS / alpha
+        u, steps = _log_grid(alpha, bounded, coarseness * math.pi**2 / digits, deepest, last + _LN_EPS / (1.0 - alpha))
+        logs = np.log(steps) + _log_spectrum(alpha, bounded, u)
+        slow, fast = u < first, u > last
+        inside = ~(slow | fast)
+        rates, shares = _gauss(np.exp(u[slow] - first), np.exp(logs[slow]))
+        # A fast branch acts through its viscosity, so its weight is multiplied by its time.
+        times, viscosities = _gauss(np.exp(last - u[fast]), np.exp(logs[fast] + last - u[fast]))
+        weights = np.concatenate((viscosities / times, np.exp(logs[inside])[::-1], shares))
+        times = np.concatenate((times * math.exp(-last), np.exp(-u[inside])[::-1], math.exp(-first) / rates))
         return PronySeries(self.equilibrium_modulus, modulus * weights, unit * times).simplified()
 
 
-class ApproximateMaterial(NamedTuple):
-    """Material whose relaxation moduli are Prony series, with the largest of their errors."""
+def _log_spectrum(exponent: float, bounded: bool, log_rates: Array) -> Array:
+    """Logarithm of the spectrum H, with R(t) = int H exp(-lambda t) dln(lambda), at ln(lambda).
 
-    material: Material
-    error: float  # as in `PronyApproximation`
-    loss_error: float
+    With x = lambda^alpha the bounded spectrum, H = sin(pi alpha)/pi x/(1 + 2x cos(pi alpha) + x^2), is that of
+    E_alpha(-t^alpha) (Mainardi, appendix E), and the other, H = sin(pi alpha)/pi x, of t^-alpha/Gamma(1 - alpha).
+    """
+    angle = math.pi * exponent
+    scale = math.log(math.sin(angle) / math.pi)
+    if not bounded:
+        return scale + exponent * log_rates
+    # H is even in ln(lambda): 1/(4 sinh^2 + 4 cos^2), where nothing cancels as alpha nears 1.
+    half = np.abs(0.5 * exponent * log_rates)
+    growth = -np.expm1(-2.0 * half)
+    return scale - 2.0 * half - np.log(growth * growth + 4.0 * math.cos(0.5 * angle) ** 2 * np.exp(-2.0 * half))
+
+
+def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> tuple[Array, Array]:
+    """Nodes u of a trapezoidal rule from u = low to u >= high, and their weights; the error is exp(-pi^2/step).
+
+    H exp(-lambda t) is analytic and bounded for |Im u| < pi/2, save for the poles of the bounded H at
+    u = +-i pi (1 - alpha)/alpha = +-i delta. If these are nearer, the rule is in the variable w = u + asinh(u/delta),
+    which moves them away from the real axis and costs a few terms close to u = 0.
+    """
+    delta = math.pi * (1.0 - exponent) / exponent
+    moved = bounded and delta < 0.5 * math.pi
+    start, end = (u + math.asinh(u / delta) if moved else u for u in (low, high))
+    w = start + step * np.arange(max(math.ceil((end - start) / step), 0) + 1)
+    if not moved:
+        return w, np.full(w.size, step)
+    size = np.abs(w)
+    u = np.maximum(size - np.arcsinh(size / delta), 0.0)
+    for _ in range(60):
+        # Concave, so Newton's steps approach from below.
+        change = (size - u - np.arcsinh(u / delta)) / (1.0 + 1.0 / np.hypot(u, delta))
+        u = u + change
+        if np.all(np.abs(change) <= 1e-14 * size):
+            break
+    return np.copysign(u, w), step / (1.0 + 1.0 / np.hypot(u, delta))
+
+
+def _mittag_leffler(time: Array, exponent: float) -> Array:
+    """Mittag-Leffler function E_alpha(-t^alpha) at t >= 0, by the trapezoidal rule over its spectrum, to 1e-12."""
+    result, reach = np.ones_like(time), _LN_EPS / exponent
+    for index, t in np.ndenumerate(time):
+        if t > 0:
+            late = math.log(t)
+            top = min(reach, math.log(45.0) - late)
+            u, steps = _log_grid(exponent, True, math.pi**2 / _LN_EPS, min(-reach - max(late, 0.0), top), top)
+            result[index] = steps @ np.exp(_log_spectrum(exponent, True, u) - np.exp(np.minimum(u + late, 7.0)))
+    return result
+
+
+def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:
+    """Gauss rule of a discrete positive measure: its nodes and weights (Golub, Welsch, Math. Comp. 23 (1969) 221)."""
+    keep = weights > weights.max() * 1e-300
+    points, weights = points[keep], weights[keep]
+    count = min(_TAIL_NODES, points.size)
+    powers = np.vander(points, count + 1, increasing=True)
+    triangle = np.linalg.qr(np.sqrt(weights / weights.sum())[:, None] * powers, mode="r")
+    # Multiplication by the point, in the basis of the orthogonal polynomials.
+    jacobi = np.linalg.solve(triangle[:count, :count].T, triangle[:count, 1:].T)
+    nodes, vectors = np.linalg.eigh(jacobi)
+    return nodes, weights.sum() * vectors[0] ** 2
 
 
 @dataclass(frozen=True)
@@ -226,10 +287,8 @@ class FractionalMaterial:
         Model in shear.
     bulk
         Model in bulk, or a series, or a number [Pa]; `math.inf` for incompressible.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    density, name
+        Mass density [kg/m3] and name of the material.
     rtol
         Relative error of its Prony series, in [1e-10, 0.1].
 
@@ -252,15 +311,15 @@ class FractionalMaterial:
     rtol: float = 1e-6
 
     def within(self, window: Window | tuple[float, float]) -> Material:
-        """Material that holds within a window of time [s], and says so in its `assumptions`."""
+        """Material that holds within a window of time [s]; its `assumptions` contain the error."""
         low, high, rtol = Window(*window)
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
         terms = material.shear.n_branches
         assumptions = f"{terms} Prony terms stand for the fractional model, relative error {error:.1e}"
         return replace(material, assumptions=assumptions, derivation="fractional")
 
-    def approximation(self, window: tuple[float, float], rtol: float | None = None) -> ApproximateMaterial:
-        """Material of Prony series, of prescribed and verified relative error within a window of time [s].
+    def approximation(self, window: tuple[float, float], rtol: float | None = None) -> tuple[Material, float, float]:
+        """Material of Prony series, with the two errors of a `PronyApproximation` within a window of time [s].
 
         E* inherits the error: it is homogeneous of degree one in G and K, and grows with both.
         """
@@ -268,22 +327,21 @@ class FractionalMaterial:
         shear = self.shear.prony(window, rtol)
         bulk, error, loss_error = self.bulk, shear.error, shear.loss_error
         if isinstance(bulk, FractionalModel):
-            approximation = bulk.prony(window, rtol)
-            bulk, error = approximation.series, max(error, approximation.error)
-            loss_error = max(loss_error, approximation.loss_error)
+            bulk, bulk_error, _, bulk_loss_error = bulk.prony(window, rtol)
+            error, loss_error = max(error, bulk_error), max(loss_error, bulk_loss_error)
         material = Material(shear.series, bulk, density=self.density, name=self.name, window=shear.window)
-        return ApproximateMaterial(material, error, loss_error)
+        return material, error, loss_error
 
 
 def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, FractionalModel]:
     """Register a function for the relaxation in shear as a material model with an elastic bulk."""
-    shear = models.checked(function)
+    shear, one_of = models.checked(function), (models.ONE_BULK,)
 
     def build(
         *,
         poisson_ratio: models.PoissonRatio | None = None,
         bulk_modulus: models.BulkModulus | None = None,
-        approximation_rtol: ApproximationRtol = 1e-6,
+        approximation_rtol: Annotated[float, CONSTANTS["approximation_rtol"]] = 1e-6,
         density: models.Density | None = None,
         name: str | None = None,
         **constants: Any,
@@ -294,13 +352,9 @@ def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, F
         assert bulk_modulus is not None
         return FractionalMaterial(model, bulk_modulus, density, name, approximation_rtol)
 
-    common = models.constants_of(build)
-    del common["density"]
-    constants = models.constants_of(function) | common
-    complete = models.checked(build, (models.ONE_BULK,))
-    models.register(
-        models.MaterialModel(function.__name__, complete, constants, (models.ONE_BULK,), needs_window=True)
-    )
+    constants = models.constants_of(function) | models.constants_of(build)
+    build.__name__ = function.__name__
+    models.register(models.checked(build, one_of), constants, one_of, needs_window=True)
     return shear
 
 

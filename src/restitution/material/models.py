@@ -64,7 +64,7 @@ _MODELS: dict[str, MaterialModel] = {}
 
 
 def material_models() -> dict[str, MaterialModel]:
-    """Return all registered models by name.
+    """All registered models by name.
 
     Examples
     --------
@@ -77,9 +77,16 @@ def material_models() -> dict[str, MaterialModel]:
     return dict(sorted(_MODELS.items(), key=lambda item: item[1].needs_window))
 
 
-def register(model: MaterialModel) -> None:
-    """Add a model to the registry."""
-    _MODELS[model.name] = model
+def register(
+    build: Callable[..., Any],
+    constants: dict[str, Constant],
+    one_of: tuple[tuple[str, ...], ...],
+    *,
+    needs_window: bool = False,
+) -> None:
+    """Add a model under the name of its function."""
+    own = {name: constant for name, constant in constants.items() if name not in _SHARED}
+    _MODELS[build.__name__] = MaterialModel(build.__name__, build, own, one_of, needs_window)
 
 
 def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
@@ -90,16 +97,15 @@ def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Cal
     """
 
     def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
-        checked_function = checked(function, one_of)
-        constants = {name: one for name, one in constants_of(function).items() if name not in _SHARED}
-        register(MaterialModel(function.__name__, checked_function, constants, one_of))
-        return checked_function
+        build = checked(function, one_of)
+        register(build, constants_of(function), one_of)
+        return build
 
     return decorate
 
 
 def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
-    """Return the parameters of a function that are annotated with a quantity."""
+    """Parameters of a function that are annotated with a quantity."""
     hints = get_type_hints(function, include_extras=True)
     found: dict[str, Constant] = {}
     for name, parameter in inspect.signature(function).parameters.items():
@@ -112,7 +118,7 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
 
 
 def checked(function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = ()) -> Callable[_P, _T]:
-    """Return a function that converts its arguments to SI and checks their ranges before the call."""
+    """Function that converts its arguments to SI and checks their ranges before the call."""
     signature, constants = inspect.signature(function), constants_of(function)
 
     @wraps(function)
@@ -121,17 +127,13 @@ def checked(function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = ()) 
         given = bound.arguments
         for name, constant in constants.items():
             if given.get(name) is not None or (constant.required and name in given):
-                given[name] = _checked(constant, given[name])
+                number = constant.quantity.check(given[name], name)
+                given[name] = number if constant.is_list else checks.single(name, number, constant.quantity.unit)
         for group in one_of:
             exactly_one(**{name: given.get(name) for name in group})
         return function(*bound.args, **bound.kwargs)
 
     return call
-
-
-def _checked(constant: Constant, value: Any) -> Any:
-    number = constant.quantity.check(value, constant.name)
-    return number if constant.is_list else checks.single(constant.name, number, constant.quantity.unit)
 
 
 def exactly_one(**values: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -36,7 +37,7 @@ class Shift(Protocol):
 
 
 @dataclass(frozen=True)
-class _Law:
+class _Law(ABC):
     """Formula for the shift factor, with a reference temperature and a range of temperatures."""
 
     reference_temperature: float
@@ -60,13 +61,13 @@ class _Law:
         return 10.0 ** self._decades(number)
 
     @property
+    @abstractmethod
     def _ends(self) -> tuple[float, float]:
         """Temperatures where a_T is as large and as small as numbers allow."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _decades(self, temperature: float) -> float:
         """Logarithm log10 a_T."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -206,18 +207,13 @@ class ShiftTable:
         kelvin = np.atleast_1d(positive("temperatures", temperatures, "K"))
         logs = np.atleast_1d(within("log10_factors", log10_factors, -_DECADES, _DECADES))
         if kelvin.ndim != 1 or kelvin.shape != logs.shape or kelvin.size < 2:
-            shapes = f"shapes {kelvin.shape} and {logs.shape}"
-            wanted = "must be one-dimensional, of equal length, at least 2"
-            raise InputError("temperatures, log10_factors", shapes, wanted)
-        for name, values, falls in (("temperatures", kelvin, False), ("log10_factors", logs, True)):
-            good = (np.diff(values) < 0) if falls else (np.diff(values) > 0)
-            if not good.all():
-                row = int(np.argmin(good)) + 1
-                wanted = f"must be strictly {'descending' if falls else 'ascending'}"
-                raise InputError(name, float(values[row]), wanted, "" if falls else "K", index=(row,))
+            names, shapes = "temperatures, log10_factors", f"shapes {kelvin.shape} and {logs.shape}"
+            raise InputError(names, shapes, "must be one-dimensional, of equal length, at least 2")
+        _ascending("temperatures", kelvin, 1.0, "must be strictly ascending", "K")
+        _ascending("log10_factors", logs, -1.0, "must be strictly descending")
         if logs[0] < 0 or logs[-1] > 0:
-            wanted = "must pass through 0, at the reference"
-            raise InputError("log10_factors", f"{logs[0]:g} to {logs[-1]:g}", wanted)
+            ends = f"{logs[0]:g} to {logs[-1]:g}"
+            raise InputError("log10_factors", ends, "must pass through 0, at the reference")
         self.__dict__.update(temperatures=kelvin, log10_factors=logs, notes=notes)
 
     @property
@@ -240,6 +236,13 @@ class ShiftTable:
 
     def __hash__(self) -> int:
         return hash(self._key())
+
+
+def _ascending(name: str, values: Array, sign: float, wanted: str, unit: str = "") -> None:
+    good = sign * np.diff(values) > 0
+    if not good.all():
+        row = int(np.argmin(good)) + 1
+        raise InputError(name, float(values[row]), wanted, unit, index=(row,))
 
 
 def _within(temperature: float, low: float, high: float, what: str) -> None:
