@@ -66,6 +66,8 @@ KINK_EFFECT, KINK_TAIL = 1.0, 4.0
 _MOST_MISSED = 6
 # Longest element over the length at which a body that brakes as at its start would turn.
 _PAST_TURNING = 1.35
+# Net force over the constant force below which a body hangs in balance, and below which it creeps.
+_BALANCED, _CREEPING = 1e-7, 1e-4
 # Longest element, over the last one, whose first guess continues that one's polynomial: beyond, it diverges.
 _FARTHEST = 2.5
 
@@ -352,17 +354,19 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         element += 1
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
-        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns.
-        rest = 1e-7 * problem.external_force
-        creeps = (
-            abs(table[F_, 0] - problem.external_force) < rest and abs(table[F_, S] - problem.external_force) < rest
-        )
+        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns. An
+        # oscillation that looks balanced over a hundredth of the depth has more kinetic energy than the force has given it.
+        external_force = problem.external_force
+        unbalanced = max(abs(table[F_, 0] - external_force), abs(table[F_, S] - external_force))
+        balanced = unbalanced < _BALANCED * external_force
+        creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > 0.01 * table[S_, S]
+        creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
         # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
         least = 0.02 * accept
         fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least
         slow = table[V_, S] < 1e-14 or (fades and 2.0 * table[V_, S] < least)
-        stops = problem.equilibrium == 0.0 and (creeps or slow)
-        if stops or (creeps and table[V_, S] < 1e-6):
+        stops = problem.equilibrium == 0.0 and (balanced or creeps or slow)
+        if stops or creeps or (balanced and table[V_, S] < 1e-6):
             for n in range(rows):
                 work.turning[n] = table[n, S]
             work.counts[N_APPROACH] = element - 1

@@ -182,7 +182,7 @@ def solve_block(
                 e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], 1e-3)
                 enlarged = (1.0 + 2.0 * external_forces[n] * outcome[MAX_DEPTH]) / (e * e)
                 if enlarged > 2.0:
-                    finer, sharper = max(tolerance / enlarged, 1e-14), max(accept / enlarged, 2e-14)
+                    finer, sharper = max(finer / enlarged, 1e-14), max(accept / enlarged, 2e-14)
                     trial = 0
                     continue
             if status < TOO_MANY_STEPS or status == TOO_DEEP:

@@ -239,10 +239,12 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         attempts += 1
         if element >= work.rebound.shape[0] - 1 or attempts > 4 * work.rebound.shape[0]:
             return TOO_MANY_STEPS
+        # Under a constant force the edge of contact may turn outwards again: psi vanishes, dt/dlambda diverges as the
+        # inverse root of the distance to that place. Rounding would stop the elements in front of it.
+        paused = element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m
+        if problem.external_force > 0.0 and paused and h < 1e-9 * sigma_m:
+            return CAPTURED
         if not h > 1e-15 * sigma_m:
-            # Under a constant force the edge of contact may turn back outwards: psi vanishes, dt/dlambda diverges.
-            if problem.external_force > 0.0 and element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m:
-                return CAPTURED
             return STEP_TOO_SMALL
         left = sigma_m - position
         # Elements end where the approach passed a kink.
