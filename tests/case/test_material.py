@@ -174,11 +174,11 @@ def test_a_fractional_model_is_good_in_the_window_of_its_contact() -> None:
     assert re.fullmatch(r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note)
     # A window much wider at both ends changes nothing.
     model = springpot(1e4, 0.4)
-    wide = FractionalMaterial(type(model)(1e6, 1e4, 0.4), math.inf).approximation(
+    wide, *_ = FractionalMaterial(type(model)(1e6, 1e4, 0.4), math.inf).approximation(
         (1e-9 * duration, 1e3 * duration), 1e-8
     )
     impact = result.impact
-    known = solve(Impact(material=wide.material, profile=impact.profile, mass=impact.mass, velocity=impact.velocity))
+    known = solve(Impact(material=wide, profile=impact.profile, mass=impact.mass, velocity=impact.velocity))
     assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-7)
 
 

@@ -149,7 +149,6 @@ class Column(NamedTuple):
 
     role: Role
     label: str  # its name in the file
-    deformation: Deformation | None  # None where the name does not state it
     values: Array
     note: str  # the unit that was assumed; empty where the file gives one
 
@@ -160,12 +159,12 @@ class Table(NamedTuple):
     sheet: Sheet
     roles: list[Role | None]
 
-    def first(self, *roles: Role) -> Role | None:
-        """First of several roles that has a column."""
-        return next((role for role in roles if role in self.roles), None)
+    def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
+        """Column of the first known role of each choice; empty if a choice has none."""
+        found = [next((role for role in choice if role in self.roles), None) for choice in choices]
+        return [] if None in found else [self._column(role) for role in found if role is not None]
 
-    def column(self, role: Role) -> Column:
-        """Column of a role; two of them are refused."""
+    def _column(self, role: Role) -> Column:
         if self.roles.count(role) > 1:
             raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
         index = self.roles.index(role)
@@ -185,24 +184,21 @@ class Table(NamedTuple):
             row = int(np.argmin(good))
             bound = "" if role.least is None else f" and {'>' if role.open_bound else '>='} {role.least:g}"
             raise self.error(f"{label} = {self.sheet.cells[index][row]}: must be finite{bound}", row=row)
-        plain = _plain(label).lower()
-        deformation = "tension" if _TENSION.match(plain) else "shear" if _SHEAR.match(plain) else None
         note = f"unit of {label} not given: {role.assumed} assumed" if given is None and role.assumed else ""
-        return Column(role, label, deformation, values, note)
+        return Column(role, label, values, note)
 
-    def notes(self, *used: Column) -> tuple[str, ...]:
-        """Remarks on columns: units that were assumed, and columns that are not used."""
-        labels = {column.label for column in used}
-        left = [label for label in self.sheet.labels if label and label not in labels]
-        unused = (f"columns not used: {', '.join(left)}",) if left else ()
-        return (*(column.note for column in used if column.note), *unused)
-
-    def deformation(self, *columns: Column) -> Deformation | None:
-        """Deformation that the columns state; two different ones are refused."""
-        kinds: set[Deformation] = {column.deformation for column in columns if column.deformation is not None}
-        if len(kinds) > 1:
+    def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:
+        """Deformation that the columns state, source, and remarks: assumed units, columns that are not used."""
+        labels = [column.label for column in used]
+        plain = [_plain(label).lower() for label in labels]
+        tension, shear = (any(map(pattern.match, plain)) for pattern in (_TENSION, _SHEAR))
+        if tension and shear:
             raise self.error("one modulus is in tension, the other in shear: must be of one kind")
-        return kinds.pop() if kinds else None
+        notes = [column.note for column in used if column.note]
+        left = [label for label in self.sheet.labels if label and label not in labels]
+        if left:
+            notes.append(f"columns not used: {', '.join(left)}")
+        return "tension" if tension else "shear" if shear else None, self.sheet.source, tuple(notes)
 
     def order(self, column: Column) -> slice:
         """Order in which a column ascends; the file may list it in descending order."""
@@ -212,10 +208,19 @@ class Table(NamedTuple):
         if not (steps > 0).all():
             row = int(np.argmin(steps > 0)) + 1
             what = "repeats" if steps[row - 1] == 0 else "is less than"
-            before = self.sheet.lines[row - 1]
             wanted = "must be strictly ascending or descending"
-            raise self.error(f"{column.label} {what} that of line {before}: {wanted}", row=row)
+            raise self.error(f"{column.label} {what} that of line {self.sheet.lines[row - 1]}: {wanted}", row=row)
         return slice(None)
+
+    def refuse_growth(self, column: Column, values: Array, order: slice, wanted: str) -> None:
+        """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
+        values, moduli, lines = values[order], column.values[order], self.sheet.lines[order]
+        beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
+        if beyond.size:
+            last = int(beyond[0])
+            first = int(np.argmin(values[:last]))
+            message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
+            raise self.error(f"{message}: must {wanted}, apart from noise", lines[last])
 
     def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
         """Error for a line of the file, or for a row of the table."""
@@ -245,61 +250,50 @@ def _role(label: str) -> Role | None:
 
 
 def _dynamic(table: Table) -> DynamicTable | None:
-    frequency = table.first(ANGULAR_FREQUENCY, FREQUENCY)
-    modulus = table.first(STORAGE, COMPLEX)
-    other = table.first(TANGENT, LOSS) if modulus is COMPLEX else table.first(LOSS, TANGENT)
-    if frequency is None or modulus is None or other is None:
+    complex_first = STORAGE not in table.roles
+    columns = table.columns(
+        (ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (TANGENT, LOSS) if complex_first else (LOSS, TANGENT)
+    )
+    if not columns:
         return None
-    omega, first, second = map(table.column, (frequency, modulus, other))
+    omega, first, second = columns
     order = table.order(omega)
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
-        if modulus is COMPLEX:
+        if first.role is COMPLEX:
             # |E*| with the loss modulus or the loss tangent.
-            share = loss / np.hypot(1.0, loss) if other is TANGENT else np.minimum(loss / storage, 1.0)
+            share = loss / np.hypot(1.0, loss) if second.role is TANGENT else np.minimum(loss / storage, 1.0)
             loss = storage * share
             storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
-        elif other is TANGENT:
+        elif second.role is TANGENT:
             loss = storage * loss
     good = np.isfinite(loss) & (storage > 0.0)
     if not good.all():
         wanted = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
         raise table.error(wanted, row=int(np.argmin(good)))
-    _refuse_growth(table, first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
-    kind, notes = table.deformation(first, second), table.notes(omega, first, second)
-    source = table.sheet.source
-    return DynamicTable(omega.values[order], storage[order], loss[order], kind, source, notes)
+    table.refuse_growth(first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
+    return DynamicTable(omega.values[order], storage[order], loss[order], *table.about(omega, first, second))
 
 
 def _relaxation(table: Table) -> RelaxationTable | None:
-    if TIME not in table.roles or MODULUS not in table.roles:
+    columns = table.columns((TIME,), (MODULUS,))
+    if not columns:
         return None
-    time, modulus = table.column(TIME), table.column(MODULUS)
+    time, modulus = columns
     order = table.order(time)
-    _refuse_growth(table, modulus, modulus.values, order, "fall over time")
-    kind, notes = table.deformation(modulus), table.notes(time, modulus)
-    return RelaxationTable(time.values[order], modulus.values[order], kind, table.sheet.source, notes)
-
-
-def _refuse_growth(table: Table, column: Column, values: Array, order: slice, wanted: str) -> None:
-    """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
-    values, moduli, lines = values[order], column.values[order], table.sheet.lines[order]
-    beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
-    if beyond.size:
-        last = int(beyond[0])
-        first = int(np.argmin(values[:last]))
-        message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
-        raise table.error(f"{message}: must {wanted}, apart from noise", lines[last])
+    table.refuse_growth(modulus, modulus.values, order, "fall over time")
+    return RelaxationTable(time.values[order], modulus.values[order], *table.about(time, modulus))
 
 
 def _prony_terms(table: Table) -> PronyTerms | None:
-    role = table.first(BRANCH, SHARE)
-    if role is None or RELAXATION_TIME not in table.roles:
+    columns = table.columns((RELAXATION_TIME,), (BRANCH, SHARE))
+    if not columns:
         return None
-    times, terms = table.column(RELAXATION_TIME), table.column(role)
+    times, terms = columns
+    deformation, source, notes = table.about(times, terms)
     ends: dict[str, float] = {}
-    deformation, place = table.deformation(terms), 0
+    place = 0
     for line in table.sheet.comments:
         if not (match := _END_MODULUS.search(line.text[:_LONGEST_COMMENT])):
             continue
@@ -311,13 +305,11 @@ def _prony_terms(table: Table) -> PronyTerms | None:
         except ValueError:
             raise table.error(f"{match[0]!r}: must hold a number", place) from None
         deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
-    relative, moduli = role is SHARE, terms.values
+    relative, moduli = terms.role is SHARE, terms.values
     if relative and (beyond := beyond_one(moduli)) is not None:
         wanted = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
         raise table.error(wanted, row=beyond)
-    high, low, source = ends.get("high"), ends.get("low"), table.sheet.source
-    notes = table.notes(times, terms)
-    found = PronyTerms(times.values, moduli, relative, deformation, high, low, source, notes)
+    found = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source, notes)
     if ends:
         try:
             found.series()
@@ -327,15 +319,15 @@ def _prony_terms(table: Table) -> PronyTerms | None:
 
 
 def _shift_table(table: Table) -> ShiftTable | None:
-    role = table.first(LOG_SHIFT, SHIFT)
-    if role is None or TEMPERATURE not in table.roles:
+    columns = table.columns((TEMPERATURE,), (LOG_SHIFT, SHIFT))
+    if not columns:
         return None
-    temperature, shift = table.column(TEMPERATURE), table.column(role)
+    temperature, shift = columns
     kelvin = temperature.values
-    logs = shift.values if role is LOG_SHIFT else np.log10(shift.values)
-    if kelvin.size > 1 and kelvin[0] > kelvin[-1]:
+    logs = shift.values if shift.role is LOG_SHIFT else np.log10(shift.values)
+    if kelvin[0] > kelvin[-1]:
         kelvin, logs = kelvin[::-1], logs[::-1]
     try:
-        return ShiftTable(kelvin, logs, notes=table.notes(temperature, shift))
+        return ShiftTable(kelvin, logs, notes=table.about(temperature, shift)[2])
     except InputError as error:
         raise table.error(str(error), row=0) from None

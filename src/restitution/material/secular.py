@@ -43,34 +43,24 @@ def log_ratios(upper: Array, lower: Array) -> Array:
 def secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots:
     """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0.
 
+    There is one root below the first pole if a > 0, one between each two neighbours, and one above the last pole if
+    b > 0 or a + sum E_k < 0. Weights that differ by so much that numbers overflow are refused.
+
     The unknown is the offset u = ln(lambda/lambda_o) from the nearest pole lambda_o, as in LAPACK's dlaed4 but in log
-    time. A root that float64 cannot tell from its pole still has an offset of full relative accuracy. In the variable
+    time. A root that rounds to its pole still has an offset of full relative accuracy. In the variable
     y = 1/expm1(|u|) the term of that pole is linear, every other one is a hyperbola, and the sum is concave. So each
     evaluation yields two bounds: Newton's step from below, and from above the step of a model that keeps the weight of
     the nearest pole and bends all others into one at the far end of the interval.
 
     Parameters
     ----------
-    constant
-        a, value at s = 0. May be negative (for S less a constant).
-    viscosity
-        b >= 0.
+    constant, viscosity
+        a, the value at s = 0, which may be negative (for S less a constant), and b >= 0.
     weights
         E_k > 0, shape (n_pole,).
     times
-        Reciprocals tau_k > 0 of the poles lambda_k, strictly descending, shape (n_pole,). Times, not rates,
-        as two neighbouring floats may have the same reciprocal.
-
-    Returns
-    -------
-    SecularRoots
-        In ascending order of lambda: one root below the first pole if a > 0, one between each two neighbours, one
-        above the last pole if b > 0 or a + sum E_k < 0.
-
-    Raises
-    ------
-    InputError
-        If the weights differ by so much that numbers overflow.
+        Reciprocals tau_k > 0 of the poles lambda_k, strictly descending, shape (n_pole,). They are times, as two
+        neighbouring floats may have the same reciprocal.
 
     Examples
     --------
@@ -92,44 +82,34 @@ def _secular_roots(constant: float, viscosity: float, weights: Array, times: Arr
         return SecularRoots(np.empty(0), np.empty(0), np.empty((0, 0)))
 
     logs = log_ratios(times[:, None], times[None, :]) if n_pole > 1 else np.zeros((1, 1))
-    rates = 1.0 / times
-    total = float(weights.sum())
-    parts: list[_Brackets] = []
-    if constant > 0:
-        parts.append(_bracket_below(constant, viscosity, total, float(weights[0]), float(rates[0])))
-    if n_pole > 1:
-        parts.append(_brackets_between(constant, viscosity, weights, rates, logs))
-    if viscosity > 0 or constant + total < 0:
-        parts.append(_bracket_above(constant, viscosity, total, float(weights[-1]), float(rates[-1]), n_pole))
-    if not parts:
+    brackets = _brackets(constant, viscosity, weights, 1.0 / times, logs)
+    if not brackets.size:
         return SecularRoots(np.empty(0), np.empty(0), np.empty((0, n_pole)))
-    brackets = parts[0] if len(parts) == 1 else _Brackets(*map(np.concatenate, zip(*parts, strict=True)))
     return _solve(constant, viscosity, weights, times, logs, brackets)
 
 
-class _Brackets(NamedTuple):
-    """Nearest pole of each root, the side of it where lambda lies, bounds of y, y at the far end."""
-
-    origin: NDArray[np.intp]
-    side: Array
-    lowest: Array
-    highest: Array
-    far: Array
-
-
-def _bracket_below(constant: float, viscosity: float, total: float, own: float, rate: float) -> _Brackets:
-    # Past the far end u = -inf (y = 0) every hyperbola bends at y <= -1.
-    lowest = constant / (total + viscosity * rate)
-    highest = constant / own
-    return _Brackets(np.array([0]), np.array([-1.0]), np.array([lowest]), np.array([highest]), np.array([-1.0]))
-
-
-def _bracket_above(constant: float, viscosity: float, total: float, own: float, rate: float, n_pole: int) -> _Brackets:
-    drag = viscosity * rate
-    level = constant + total - drag
-    lowest, highest = (_positive_root(square, level, drag) for square in (total, own))
-    far = 0.0 if viscosity > 0 else -1.0
-    return _Brackets(np.array([n_pole - 1]), np.array([1.0]), np.array([lowest]), np.array([highest]), np.array([far]))
+def _brackets(constant: float, viscosity: float, weights: Array, rates: Array, logs: Array) -> Array:
+    """Index of the nearest pole of each root, the side where the root lies, bounds of y, y at the far end."""
+    total, last = float(weights.sum()), rates.size - 1
+    parts = [np.empty((5, 0))]
+    if constant > 0:
+        # Past the far end u = -inf (y = 0) every hyperbola bends at y <= -1.
+        lowest, highest = constant / (total + viscosity * rates[0]), constant / weights[0]
+        parts.append(np.array([[0.0], [-1.0], [lowest], [highest], [-1.0]]))
+    if last > 0:
+        gap = np.diagonal(logs, 1)
+        middle = 1.0 / np.expm1(0.5 * gap)
+        value = constant - viscosity * rates[:-1] * (1.0 + 1.0 / middle)
+        value -= ((1.0 + middle)[:, None] / (np.expm1(logs[:-1]) * middle[:, None] - 1.0)) @ weights
+        right = value > 0
+        sides, ends = np.where(right, -1.0, 1.0), 1.0 / np.expm1(gap)
+        parts.append(np.array([np.arange(last) + right, sides, middle, np.full(last, np.inf), ends]))
+    if viscosity > 0 or constant + total < 0:
+        drag = viscosity * rates[-1]
+        level = constant + total - drag
+        lowest, highest = (_positive_root(square, level, drag) for square in (total, weights[-1]))
+        parts.append(np.array([[last], [1.0], [lowest], [highest], [0.0 if viscosity > 0 else -1.0]]))
+    return np.hstack(parts)
 
 
 def _positive_root(square: float, linear: float, less: float) -> float:
@@ -138,21 +118,11 @@ def _positive_root(square: float, linear: float, less: float) -> float:
     return 2.0 * less / (linear + root) if linear > 0 else (root - linear) / (2.0 * square)
 
 
-def _brackets_between(constant: float, viscosity: float, weights: Array, rates: Array, logs: Array) -> _Brackets:
-    gap = np.diagonal(logs, 1)
-    middle = 1.0 / np.expm1(0.5 * gap)
-    value = constant - viscosity * rates[:-1] * (1.0 + 1.0 / middle)
-    value -= ((1.0 + middle)[:, None] / (np.expm1(logs[:-1]) * middle[:, None] - 1.0)) @ weights
-    right = value > 0
-    origin = np.arange(gap.size) + right
-    side = np.where(right, -1.0, 1.0)
-    return _Brackets(origin, side, middle, np.full(gap.size, np.inf), 1.0 / np.expm1(gap))
-
-
 def _solve(
-    constant: float, viscosity: float, weights: Array, times: Array, logs: Array, brackets: _Brackets
+    constant: float, viscosity: float, weights: Array, times: Array, logs: Array, brackets: Array
 ) -> SecularRoots | None:
-    origin, side, lowest, highest, far = brackets
+    origin = brackets[0].astype(np.intp)
+    side, lowest, highest, far = brackets[1:]
     upward = side > 0
     theta = side[:, None] * logs[origin]
     decay = np.expm1(theta)
