@@ -1,8 +1,10 @@
-"""The validity report: each assumption, its number from elsewhere, its limit and what the report says."""
+"""The validity report: each assumption with its number from another source, its limit, and every kind of result."""
 
 import json
 import math
 import pickle
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -304,7 +306,7 @@ def test_report_is_plain_data():
     assert pickle.loads(pickle.dumps(found)) == found
     assert list(json.loads(json.dumps(found.to_dict()))) == KINDS
     assert found.to_dict()["small_strain"]["value"] == found["small_strain"].value
-    assert found.warnings == [check.message for check in found if check.exceeded]
+    assert found.warnings == [f"{check.message}. {check.advice}" for check in found if check.exceeded]
     with pytest.raises(KeyError):
         found["adhesion"]
 
@@ -316,7 +318,7 @@ def test_report_as_text_and_as_html():
     assert found["small_strain"].advice in str(found)
     page = found._repr_html_()
     assert page.count("<tr>") == 1 + len(KINDS)
-    assert "&gt; 0.2" in page
+    assert "above the limit 0.2" in page
 
 
 def test_limit_of_radiation_is_compared_with_the_share():
@@ -325,3 +327,64 @@ def test_limit_of_radiation_is_compared_with_the_share():
         check = report(solved(rubber, rs.Parabola(0.01), 0.005, velocity))["waves"]
         assert check.threshold == RADIATION_LIMIT
         assert check.exceeded == exceeded == (check.value > RADIATION_LIMIT)
+
+
+# Stiff, heavy and slow: nothing is doubtful. Each entry changes what one assumption depends on.
+SOUND = rs.Impact(
+    rs.standard_solid(1e9, 1e9, 1e4, poisson_ratio=0.4, density=1e3), rs.Parabola(0.01), mass=0.005, velocity=1e-3
+)
+WINDOWED = replace(SOUND.material, window=(1e-12, 1e-10))
+DOUBTFUL = {
+    "small_strain": replace(SOUND, material=rs.standard_solid(1e2, 1e2, 1e-2, poisson_ratio=0.4), velocity=1.0),
+    "waves": replace(SOUND, material=replace(SOUND.material, density=1e5), velocity=3.0),
+    "window": replace(SOUND, material=WINDOWED),
+    "poisson_ratio": replace(SOUND, material=rs.standard_solid(1e9, 1e11, 1e5, poisson_ratio=0.4)),
+    "density": replace(SOUND, mass=1.0),
+}
+
+
+def of_sweep(impact):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        table = rs.sweep(impact, {"velocity": [0.5 * impact.velocity, impact.velocity]})
+    return json.loads(table.attrs["validity"])["checks"], [str(one.message) for one in caught]
+
+
+def of_indentation(impact):
+    depth = rs.solve(impact).max_indentation_depth
+    history = rs.triangle(depth, depth / impact.velocity)
+    return of_result(rs.indent(impact.material, impact.profile, depth=history))
+
+
+def of_result(result):
+    return result.validity.to_dict(), result.warnings
+
+
+RESULTS = {
+    "impact": lambda impact: of_result(rs.solve(impact)),
+    "array": lambda impact: of_result(rs.solve(replace(impact, velocity=[0.1 * impact.velocity, impact.velocity]))),
+    "list": lambda impact: of_result(rs.solve([SOUND, impact])),
+    "elements": lambda impact: of_result(rs.solve(impact, method="elements", n_elements=50)),
+    "bounces": lambda impact: of_result(rs.bounces(impact, max_bounces=2)),
+    "sweep": of_sweep,
+    "surrogate": lambda impact: of_result(rs.surrogate(impact, (0.5 * impact.velocity, impact.velocity), 1e-3)),
+    "indentation": of_indentation,
+}
+
+
+@pytest.mark.parametrize("kind", [None, *DOUBTFUL])
+@pytest.mark.parametrize("result", RESULTS)
+def test_every_result_warns_of_every_assumption(result, kind):
+    checks, words = RESULTS[result](DOUBTFUL[kind] if kind else SOUND)
+    assert list(checks) == KINDS
+    exceeded = [one for one in KINDS if checks[one]["exceeded"]]
+    if (result, kind) == ("indentation", "density"):
+        # A prescribed indentation has no mass.
+        assert checks["density"]["value"] is None
+        return
+    assert exceeded == ([kind] if kind else [])
+    if kind:
+        (message,) = words
+        assert message.startswith(checks[kind]["message"])
+        assert message.endswith(checks[kind]["advice"])
+        assert f"{checks[kind]['value']:.3g}" in message or kind == "window"

@@ -21,24 +21,6 @@ Array = NDArray[np.float64]
 _OF_MATERIAL = ("waves", "window", "poisson_ratio")
 
 
-def excess(numbers: Numbers) -> dict[str, Array]:
-    """Return a number for each assumption and impact: above 1 where it is doubtful, NaN where it is not known."""
-    low, high = validity.DENSITY_LIMITS
-    share = numbers.radiated_energy_ratio / validity.RADIATION_LIMIT
-    speed = numbers.mach_number / validity.SPEED_LIMIT
-    strain = np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number
-    with np.errstate(divide="ignore"):
-        density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
-    return {
-        "small_strain": strain / validity.STRAIN_LIMIT,
-        "half_space": numbers.contact_size_ratio / validity.SIZE_LIMIT,
-        "waves": np.where(np.isnan(share), speed, share),
-        "window": numbers.window_ratio,
-        "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
-        "density": density,
-    }
-
-
 def without_material(numbers: Numbers) -> Numbers:
     """Return the numbers with NaN for those that depend on the material."""
     unknown = np.full(numbers.contact_time.shape, math.nan)
@@ -72,7 +54,7 @@ class Tally:
         """Count some impacts; without their material only the assumptions on the shape."""
         self.impacts += numbers.contact_time.size
         self.sampled_out += 0 if with_material else numbers.contact_time.size
-        for kind, values in excess(numbers if with_material else without_material(numbers)).items():
+        for kind, values in validity.excess(numbers if with_material else without_material(numbers)).items():
             self.counts[kind] = self.counts.get(kind, 0) + int(np.count_nonzero(values > 1.0))
             if not np.isnan(values).all():
                 place = int(np.nanargmax(values))
@@ -149,7 +131,7 @@ def _sorting(row: Numbers) -> list[float]:
 def messages(attributes: Mapping[str, Any]) -> dict[str, str]:
     """Return a message for each doubtful assumption from the attributes of a dataset, by kind."""
     checks = json.loads(attributes.get("validity", "{}")).get("checks", {})
-    return {kind: check["message"] for kind, check in checks.items() if check["exceeded"]}
+    return {kind: f"{check['message']}. {check['advice']}" for kind, check in checks.items() if check["exceeded"]}
 
 
 def warn(messages: Mapping[str, str], stacklevel: int) -> None:

@@ -10,6 +10,7 @@ import math
 from collections import ChainMap
 from collections.abc import Callable, Container, Iterable, Mapping
 from difflib import get_close_matches
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,17 +21,7 @@ from restitution.errors import InputError, InputTypeError
 
 
 class Dimension(NamedTuple):
-    """What a quantity measures.
-
-    Attributes
-    ----------
-    name : str
-        Its name, such as "length".
-    unit : str
-        SI unit; empty for a plain number.
-    example : str
-        How a person writes one.
-    """
+    """What a quantity measures: its name, its SI unit (empty for a plain number), and how a person writes one."""
 
     name: str
     unit: str
@@ -73,13 +64,11 @@ class Quantity(NamedTuple):
     Attributes
     ----------
     name : str
-        Its name in Python, in case files and in results.
+        Name in Python, in case files and in results.
     dimension : Dimension
         What it measures, with the SI unit.
-    words : str
-        What it is, in words.
-    symbol : str
-        Symbol, in the mathematical notation of matplotlib.
+    words, symbol : str
+        Description, and symbol in the mathematical notation of matplotlib.
     low, high : float
         Ends of the admissible range.
     open : bool
@@ -117,19 +106,9 @@ class Quantity(NamedTuple):
         return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
-        """Return values as a float or a read-only array in SI, refusing those outside the range.
+        """Return values as a float or a read-only array in SI; refuse those outside the range or of another dimension.
 
-        Parameters
-        ----------
-        value : float or array_like
-            With or without a unit.
-        field : str
-            Name of the field in messages, where it is not that of the quantity.
-
-        Raises
-        ------
-        InputError
-            If a value is outside the range or has another dimension.
+        The values may carry a unit. Messages call them `field`, if it is given, in place of the name.
         """
         name = field or self.name
         if self.low == 0.0 and self.high == math.inf and not self.infinite:
@@ -141,14 +120,12 @@ class Quantity(NamedTuple):
         return checks.between(name, value, self.low, self.high, self.unit)
 
 
-def _positive(name: str, dimension: Dimension, words: str, symbol: str = "") -> Quantity:
-    return Quantity(name, dimension, words, symbol, 0.0, open=True)
+_positive = partial(Quantity, low=0.0, open=True)
+_nonnegative = partial(Quantity, low=0.0)
 
 
-def _nonnegative(
-    name: str, dimension: Dimension, words: str, symbol: str = "", derive: Callable[..., Any] | None = None
-) -> Quantity:
-    return Quantity(name, dimension, words, symbol, 0.0, derive=derive)
+def _by_name(*quantities: Quantity) -> dict[str, Quantity]:
+    return {one.name: one for one in quantities}
 
 
 def _energy_residual(
@@ -160,99 +137,83 @@ def _energy_residual(
     return (spent - kinetic_energy_in - work) / kinetic_energy_in
 
 
-INPUTS = {
-    one.name: one
-    for one in (
-        _positive("velocity", VELOCITY, "impact velocity", r"$v_0$"),
-        _positive("drop_height", LENGTH, "height of the fall", r"$h$"),
-        _positive("gravity", ACCELERATION, "acceleration of gravity", r"$g$"),
-        _positive("mass", MASS, "mass", r"$m$"),
-        _positive("density", DENSITY, "density", r"$\rho$"),
-        _positive("radius", LENGTH, "radius", r"$R$"),
-        _nonnegative("external_force", FORCE, "constant external force", r"$F_0$"),
-        Quantity("half_angle", ANGLE, "half angle of the cone", r"$\alpha$", 0.0, math.pi / 2, open=True),
-        # T is the contact time, with which a picture may show it.
-        _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),
-        Quantity("poisson_ratio", NUMBER, "static Poisson ratio", r"$\nu$", -1.0, 0.5),
-        Quantity("bulk_modulus", MODULUS, "bulk modulus", r"$K$", 0.0, infinite=True),
-        _nonnegative("equilibrium_modulus", MODULUS, "equilibrium shear modulus", r"$G_\infty$"),
-        _positive("instantaneous_modulus", MODULUS, "instantaneous shear modulus", r"$G_0$"),
-        _positive("branch_modulus", MODULUS, "shear modulus of the branch", r"$G_1$"),
-        _positive("viscosity", VISCOSITY, "shear viscosity of the branch", r"$\eta$"),
-        _positive("relaxation_time", TIME, "relaxation time of the branch", r"$\tau$"),
-        _nonnegative("branch_moduli", MODULUS, "shear modulus of a branch", r"$G_k$"),
-        _positive("relaxation_times", TIME, "relaxation time of a branch", r"$\tau_k$"),
-        _positive("p2", NUMBER, "equilibrium over branch modulus", r"$p_2$"),
-        _positive("p3", NUMBER, "dimensionless viscosity", r"$p_3$"),
-    )
-}
+INPUTS = _by_name(
+    _positive("velocity", VELOCITY, "impact velocity", r"$v_0$"),
+    _positive("drop_height", LENGTH, "height of the fall", r"$h$"),
+    _positive("gravity", ACCELERATION, "acceleration of gravity", r"$g$"),
+    _positive("mass", MASS, "mass", r"$m$"),
+    _positive("density", DENSITY, "density", r"$\rho$"),
+    _positive("radius", LENGTH, "radius", r"$R$"),
+    _nonnegative("external_force", FORCE, "constant external force", r"$F_0$"),
+    Quantity("half_angle", ANGLE, "half angle of the cone", r"$\alpha$", 0.0, math.pi / 2, open=True),
+    # T is the contact time, with which a picture may show it.
+    _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),
+    Quantity("poisson_ratio", NUMBER, "static Poisson ratio", r"$\nu$", -1.0, 0.5),
+    Quantity("bulk_modulus", MODULUS, "bulk modulus", r"$K$", 0.0, infinite=True),
+    _nonnegative("equilibrium_modulus", MODULUS, "equilibrium shear modulus", r"$G_\infty$"),
+    _positive("instantaneous_modulus", MODULUS, "instantaneous shear modulus", r"$G_0$"),
+    _positive("branch_modulus", MODULUS, "shear modulus of the branch", r"$G_1$"),
+    _positive("viscosity", VISCOSITY, "shear viscosity of the branch", r"$\eta$"),
+    _positive("relaxation_time", TIME, "relaxation time of the branch", r"$\tau$"),
+    _nonnegative("branch_moduli", MODULUS, "shear modulus of a branch", r"$G_k$"),
+    _positive("relaxation_times", TIME, "relaxation time of a branch", r"$\tau_k$"),
+    _positive("p2", NUMBER, "equilibrium over branch modulus", r"$p_2$"),
+    _positive("p3", NUMBER, "dimensionless viscosity", r"$p_3$"),
+)
 """What an axis of a sweep may set by name; a builder or a case file may have further quantities."""
 
-CONSTANTS = {
-    one.name: one
-    for one in (
-        _positive("shear_modulus", MODULUS, "shear modulus", r"$G$"),
-        _positive("youngs_modulus", MODULUS, "Young's modulus", r"$E$"),
-        _positive("maxwell_modulus", MODULUS, "shear modulus of the Maxwell part", r"$G_\mathrm{M}$"),
-        _positive("maxwell_viscosity", VISCOSITY, "viscosity of the Maxwell part", r"$\eta_\mathrm{M}$"),
-        _positive("kelvin_modulus", MODULUS, "shear modulus of the Kelvin-Voigt part", r"$G_\mathrm{K}$"),
-        _positive("kelvin_viscosity", VISCOSITY, "viscosity of the Kelvin-Voigt part", r"$\eta_\mathrm{K}$"),
-        _nonnegative("bulk_viscosity", VISCOSITY, "viscosity in bulk", r"$\zeta$"),
-        _nonnegative("parallel_viscosity", VISCOSITY, "viscosity of a parallel dashpot", r"$\eta$"),
-        _positive("coefficient", NUMBER, "coefficient of the springpot in Pa s^exponent", r"$V$"),
-        Quantity("exponent", NUMBER, "exponent of the springpot", r"$\alpha$", 0.01, 0.99),
-        Quantity("approximation_rtol", NUMBER, "relative error of the Prony series", "", 1e-10, 0.1),
-    )
-}
+CONSTANTS = _by_name(
+    _positive("shear_modulus", MODULUS, "shear modulus", r"$G$"),
+    _positive("youngs_modulus", MODULUS, "Young's modulus", r"$E$"),
+    _positive("maxwell_modulus", MODULUS, "shear modulus of the Maxwell part", r"$G_\mathrm{M}$"),
+    _positive("maxwell_viscosity", VISCOSITY, "viscosity of the Maxwell part", r"$\eta_\mathrm{M}$"),
+    _positive("kelvin_modulus", MODULUS, "shear modulus of the Kelvin-Voigt part", r"$G_\mathrm{K}$"),
+    _positive("kelvin_viscosity", VISCOSITY, "viscosity of the Kelvin-Voigt part", r"$\eta_\mathrm{K}$"),
+    _nonnegative("bulk_viscosity", VISCOSITY, "viscosity in bulk", r"$\zeta$"),
+    _nonnegative("parallel_viscosity", VISCOSITY, "viscosity of a parallel dashpot", r"$\eta$"),
+    _positive("coefficient", NUMBER, "coefficient of the springpot in Pa s^exponent", r"$V$"),
+    Quantity("exponent", NUMBER, "exponent of the springpot", r"$\alpha$", 0.01, 0.99),
+    Quantity("approximation_rtol", NUMBER, "relative error of the Prony series", "", 1e-10, 0.1),
+)
 """Further constants of material models."""
 
 ALIASES = {"nu": "poisson_ratio", "p1": "poisson_ratio"}
 
-OUTPUTS = {
-    one.name: one
-    for one in (
-        _nonnegative("restitution_coefficient", NUMBER, "restitution coefficient", r"$e$"),
-        _nonnegative("contact_time", TIME, "contact time", r"$T$"),
-        _nonnegative("max_indentation_depth", LENGTH, "largest indentation depth", r"$d_\mathrm{max}$"),
-        _nonnegative("max_force", FORCE, "largest normal force", r"$F_\mathrm{max}$"),
-        _nonnegative("max_contact_radius", LENGTH, "largest contact radius", r"$a_\mathrm{max}$"),
-        Quantity(
-            "max_pressure", PRESSURE, "largest contact pressure", r"$p_\mathrm{max}$", 0.0, infinite=True
-        ),
-        Quantity(
-            "residual_indentation_depth", LENGTH, "indentation depth at separation", r"$d_\mathrm{end}$"
-        ),
-        _nonnegative(
-            "rebound_velocity", VELOCITY, "rebound velocity", r"$v_\mathrm{end}$",
-            lambda restitution_coefficient, velocity: restitution_coefficient * velocity,
-        ),
-        _nonnegative(
-            "kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$",
-            lambda mass, velocity: 0.5 * mass * velocity**2,
-        ),
-        _nonnegative(
-            "kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$",
-            lambda kinetic_energy_in, restitution_coefficient: kinetic_energy_in * restitution_coefficient**2,
-        ),
-        _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
-        _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
-        Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
-    )
-}  # fmt: skip
+OUTPUTS = _by_name(
+    _nonnegative("restitution_coefficient", NUMBER, "restitution coefficient", r"$e$"),
+    _nonnegative("contact_time", TIME, "contact time", r"$T$"),
+    _nonnegative("max_indentation_depth", LENGTH, "largest indentation depth", r"$d_\mathrm{max}$"),
+    _nonnegative("max_force", FORCE, "largest normal force", r"$F_\mathrm{max}$"),
+    _nonnegative("max_contact_radius", LENGTH, "largest contact radius", r"$a_\mathrm{max}$"),
+    Quantity("max_pressure", PRESSURE, "largest contact pressure", r"$p_\mathrm{max}$", 0.0, infinite=True),
+    Quantity("residual_indentation_depth", LENGTH, "indentation depth at separation", r"$d_\mathrm{end}$"),
+    _nonnegative(
+        "rebound_velocity", VELOCITY, "rebound velocity", r"$v_\mathrm{end}$",
+        derive=lambda restitution_coefficient, velocity: restitution_coefficient * velocity,
+    ),
+    _nonnegative(
+        "kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$",
+        derive=lambda mass, velocity: 0.5 * mass * velocity**2,
+    ),
+    _nonnegative(
+        "kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$",
+        derive=lambda kinetic_energy_in, restitution_coefficient: kinetic_energy_in * restitution_coefficient**2,
+    ),
+    _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
+    _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
+    Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
+)  # fmt: skip
 """What an impact gives. An entry with `derive` follows from those before it."""
 
-VALIDITY = {
-    one.name: one
-    for one in (
-        _nonnegative("strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"),
-        _nonnegative("contact_size_ratio", NUMBER, "contact radius over size of the target", r"$a/h$"),
-        _nonnegative("mach_number", NUMBER, "velocity over shear wave speed", r"$v_0/c$"),
-        Quantity("radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0),
-        _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
-        Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
-        _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
-    )
-}
+VALIDITY = _by_name(
+    _nonnegative("strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"),
+    _nonnegative("contact_size_ratio", NUMBER, "contact radius over size of the target", r"$a/h$"),
+    _nonnegative("mach_number", NUMBER, "velocity over shear wave speed", r"$v_0/c$"),
+    Quantity("radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0),
+    _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
+    Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
+    _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
+)
 """What an impact shows of the assumptions of the theory; see `restitution.validity`."""
 
 SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OUTPUTS)
@@ -274,19 +235,16 @@ STATUS = "status"
 NOT_COMPUTED = -1
 """Name of the variable with the status of each impact, and its value where nothing is computed yet."""
 
-HISTORY = {
-    one.name: one
-    for one in (
-        _nonnegative("time", TIME, "time since first touch", r"$t$"),
-        Quantity("indentation_depth", LENGTH, "indentation depth", r"$d$"),
-        Quantity("indentation_velocity", VELOCITY, "indentation velocity", r"$v$"),
-        _nonnegative("force", FORCE, "normal force", r"$F$"),
-        _nonnegative("contact_radius", LENGTH, "contact radius", r"$a$"),
-        _nonnegative("kinetic_energy", ENERGY, "kinetic energy of the body", r"$E_\mathrm{kin}$"),
-        _nonnegative("stored_energy", ENERGY, "energy in the springs of the foundation", r"$E_\mathrm{s}$"),
-        _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
-    )
-}
+HISTORY = _by_name(
+    _nonnegative("time", TIME, "time since first touch", r"$t$"),
+    Quantity("indentation_depth", LENGTH, "indentation depth", r"$d$"),
+    Quantity("indentation_velocity", VELOCITY, "indentation velocity", r"$v$"),
+    _nonnegative("force", FORCE, "normal force", r"$F$"),
+    _nonnegative("contact_radius", LENGTH, "contact radius", r"$a$"),
+    _nonnegative("kinetic_energy", ENERGY, "kinetic energy of the body", r"$E_\mathrm{kin}$"),
+    _nonnegative("stored_energy", ENERGY, "energy in the springs of the foundation", r"$E_\mathrm{s}$"),
+    _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
+)
 """What a history over time holds."""
 
 
@@ -336,11 +294,6 @@ def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
 def needs(outputs: Iterable[str], wanted: Container[str]) -> bool:
     """Whether outputs, or those that they derive from, are among the wanted."""
     return any(name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs)
-
-
-def needs_quadrature(outputs: Iterable[str]) -> bool:
-    """Whether outputs, or those that they derive from, take a quadrature over the whole contact."""
-    return needs(outputs, QUADRATURES)
 
 
 def key_of(name: str) -> str:

@@ -1,14 +1,13 @@
 """The assumptions of the theory, each compared with its limit: the validity report of a result.
 
-A number for each assumption and each impact comes from `numbers`; `report` reads the worst of them, writes one line
-for each and adds what to do. The limits are at the top of this file, with the reasons in `docs/theory/limits.md`.
+`docs/theory/limits.md` gives the reasons for the limits.
 """
 
 from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -56,18 +55,14 @@ class Check:
 
     Attributes
     ----------
-    kind, words : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio` or `density`, and the number that is compared.
-    value : float or None
-        Its worst value; None where it could not be checked.
-    threshold : float or tuple of float
-        Limit; a range for the density.
+    kind : str
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio` or `density`.
+    words, value, threshold : str, float or None, float or tuple of float
+        The number that is compared, its worst value (None where it is not known), and its limit, a range for the density.
     exceeded : bool
         Whether the assumption is doubtful.
-    message : str
-        One line with the numbers.
-    advice : str
-        What to do.
+    message, advice : str
+        One line with the numbers, and what to do.
     """
 
     kind: str
@@ -78,6 +73,11 @@ class Check:
     message: str
     advice: str
 
+    @property
+    def warning(self) -> str:
+        """The message and the advice in one line."""
+        return f"{self.message}. {self.advice}"
+
 
 @dataclass(frozen=True)
 class Validity:
@@ -86,7 +86,7 @@ class Validity:
     Attributes
     ----------
     checks : tuple of Check
-        One for each assumption. Iterating over the report gives them too.
+        One for each assumption; iterating over the report gives them too.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class Validity:
     window                   -             1  not checked
     Poisson ratio          0.5             0  ok
     density                  -    1 to 30000  not checked
-    waves: velocity over shear wave speed is 0.0332 (> 0.01), c = 30.2 m/s
+    waves: velocity over shear wave speed is 0.0332, above the limit 0.01; c = 30.2 m/s
       Expect a lower rebound where the target is deep; take a lower velocity.
     >>> report["waves"].value > report["waves"].threshold
     True
@@ -123,8 +123,8 @@ class Validity:
 
     @property
     def warnings(self) -> list[str]:
-        """Messages of the assumptions that are doubtful."""
-        return [check.message for check in self.checks if check.exceeded]
+        """Messages of the assumptions that are doubtful, each with what to do."""
+        return [check.warning for check in self.checks if check.exceeded]
 
     def to_dict(self) -> dict[str, dict[str, Any]]:
         """Return the report as plain numbers and texts, by kind."""
@@ -132,12 +132,11 @@ class Validity:
 
     @classmethod
     def from_dict(cls, checks: dict[str, dict[str, Any]]) -> Validity:
-        """Return the report of which `to_dict` returned the content."""
-        kinds: list[Any] = [{"kind": kind, **check} for kind, check in checks.items()]
-        for check in kinds:
-            if isinstance(check["threshold"], list):
-                check["threshold"] = tuple(check["threshold"])
-        return cls(tuple(Check(**check) for check in kinds))
+        """Return the report that `to_dict` turned into these numbers and texts, perhaps by way of JSON."""
+        limits = {kind: check["threshold"] for kind, check in checks.items()}
+        # JSON has no tuples.
+        limits |= {kind: tuple(limit) for kind, limit in limits.items() if isinstance(limit, list)}
+        return cls(tuple(Check(**check | {"kind": kind, "threshold": limits[kind]}) for kind, check in checks.items()))
 
     def __str__(self) -> str:
         """Return the report as a table, with advice on what is doubtful."""
@@ -156,9 +155,9 @@ class Validity:
 class Numbers(NamedTuple):
     """What the report compares, one value for each contact, NaN where it is not known.
 
-    The first seven are the quantities `restitution.quantities.VALIDITY`. The others are for the messages: flags as 0 and
-    1, times [s], the static Poisson ratio of the same body, and how much denser than its material a ball of the reduced
-    mass and radius may be.
+    The first seven are the quantities `restitution.quantities.VALIDITY`. The others are for the messages: flags as 0
+    and 1, times [s], the static Poisson ratio of the same body, and how much denser than its material a ball of the
+    reduced mass and radius may be.
     """
 
     strain_number: Array
@@ -181,16 +180,7 @@ class Numbers(NamedTuple):
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
-    """Compare the assumptions of the theory with the worst of one or more contacts.
-
-    Parameters
-    ----------
-    contact : Contact
-        Materials and profile.
-    **columns : float or array
-        As in `numbers`: `max_contact_radius`, `max_indentation_depth`, `velocity`, `contact_time`, and where they are
-        known `mass`, `max_force` and `body_size`.
-    """
+    """Compare the assumptions of the theory with the worst of one or more contacts; arguments as for `numbers`."""
     return report(numbers(contact, **columns))
 
 
@@ -296,120 +286,125 @@ def together(parts: Iterable[Numbers]) -> Numbers:
     return Numbers(*(np.concatenate(one) for one in zip(*parts, strict=True)))
 
 
-def report(numbers: Numbers) -> Validity:
-    """Return the report on the worst of the impacts."""
-    checks = (_small_strain, _half_space, _waves, _window, _poisson_ratio, _density)
-    return Validity(tuple(check(numbers) for check in checks))
-
-
-def _small_strain(numbers: Numbers) -> Check:
-    beyond = numbers.no_such_contact > 0.0
-    worst = _worst(np.where(beyond, 1e30, 1.0) * numbers.strain_number)
-    if worst is None:
-        return _unchecked("small_strain", "strain_number", STRAIN_LIMIT, "no contact radius is known")
-    value, is_round = numbers.strain_number[worst], numbers.round_body[worst] > 0.0
-    text = f"{'max(a/R, d/a)' if is_round else 'd/a'} reaches {value:.3g} ({_sign(value, STRAIN_LIMIT)})"
-    advice = "Take a lower velocity or a larger body, or read the numbers as a trend."
-    if beyond[worst]:
-        text += "; a body of this radius has no such contact"
-        advice = "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
-    elif is_round:
-        text += f", a representative strain of about {20 * value:.2g} %"
-    return _check("small_strain", "strain_number", value, STRAIN_LIMIT, value > STRAIN_LIMIT, text, advice)
-
-
-def _half_space(numbers: Numbers) -> Check:
-    worst = _worst(numbers.contact_size_ratio)
-    if worst is None:
-        reason = "no size of the target is given"
-        return _unchecked("half_space", "contact_size_ratio", SIZE_LIMIT, reason)
-    value = numbers.contact_size_ratio[worst]
-    # Expansion for a parabola on a bonded incompressible layer; the exact factor at 0.5 is 2.156.
-    excess = 112.70 * value + 148.17 * value**2 + 147.0 * value**3 + 100.5 * value**4
-    stiffer = f"{excess:.2g} %" if value <= 0.5 else "more than 100 %"
-    text = f"contact radius over size of the target reaches {value:.3g} ({_sign(value, SIZE_LIMIT)}), "
-    text += f"a bonded incompressible layer would be {stiffer} stiffer"
-    advice = "Take a thicker target, or read the result as that of a thick one."
-    return _check("half_space", "contact_size_ratio", value, SIZE_LIMIT, value > SIZE_LIMIT, text, advice)
-
-
-def _waves(numbers: Numbers) -> Check:
-    name, limit = "radiated_energy_ratio", RADIATION_LIMIT
-    worst = _worst(numbers.radiated_energy_ratio)
-    if worst is None:
-        name, limit, worst = "mach_number", SPEED_LIMIT, _worst(numbers.mach_number)
-    if worst is None:
-        return _unchecked("waves", "radiated_energy_ratio", RADIATION_LIMIT, "no density is given")
-    value, mach, speed = getattr(numbers, name)[worst], numbers.mach_number[worst], numbers.wave_speed[worst]
-    # The other body may have the slower waves.
-    if value <= limit and numbers.density_missing.any():
-        return _unchecked("waves", name, limit, "the density of a material is missing")
-    text = f"{VALIDITY[name].words} is {value:.3g} ({_sign(value, limit)}), "
-    text += f"c = {speed:.3g} m/s" if name == "mach_number" else f"v0/c = {mach:.3g} with c = {speed:.3g} m/s"
-    advice = "Expect a lower rebound where the target is deep; take a lower velocity."
-    return _check("waves", name, value, limit, value > limit, text, advice)
-
-
-def _window(numbers: Numbers) -> Check:
-    worst = _worst(numbers.window_ratio)
-    if worst is None:
-        return _unchecked("window", "window_ratio", 1.0, "no material states its window")
-    value = numbers.window_ratio[worst]
-    columns = (numbers.contact_time, numbers.shortest_time, numbers.window_low, numbers.window_high)
-    time, shortest, low, high = (column[worst] for column in columns)
-    text = f"the contact lasts {time:.3g} s and its beginning {shortest:.3g} s, "
-    text += f"the material is known from {low:.3g} s to {high:.3g} s"
-    advice = "Measure at these times, or shift data of other temperatures; the modulus is extrapolated."
-    return _check("window", "window_ratio", value, 1.0, value > 1.0, text, advice)
-
-
-def _poisson_ratio(numbers: Numbers) -> Check:
-    name = "instantaneous_poisson_ratio"
-    worst = _worst(-numbers.instantaneous_poisson_ratio)
-    if worst is None:
-        return _unchecked("poisson_ratio", name, 0.0, "no contact was solved")
-    value, static = numbers.instantaneous_poisson_ratio[worst], numbers.poisson_ratio[worst]
-    # A negative static one is a choice.
-    exceeded = value < min(static, 0.0)
-    text = f"static {static:.4g}, instantaneous {value:.3g} ({'<' if exceeded else '>='} {min(static, 0.0):.3g}), "
-    text += f"K/G0 = {bulk_factor(value):.3g}"
-    advice = "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
-    return _check("poisson_ratio", name, value, 0.0, exceeded, text, advice)
-
-
-def _density(numbers: Numbers) -> Check:
+def excess(numbers: Numbers) -> dict[str, Array]:
+    """Return a number for each assumption and contact: above 1 where it is doubtful, NaN where it is not known."""
     low, high = DENSITY_LIMITS
-    highest = high * numbers.density_factor
+    share = numbers.radiated_energy_ratio / RADIATION_LIMIT
+    # A contact that no body of this radius has is worse than every other.
+    strain = np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number
     with np.errstate(divide="ignore"):  # a product that underflows is a density of zero
-        worst = _worst(np.maximum(low / numbers.mean_density, numbers.mean_density / highest))
-    if worst is None:
-        return _unchecked("density", "mean_density", DENSITY_LIMITS, "the body is no ball of a known mass")
-    value, limits = numbers.mean_density[worst], (low, float(highest[worst]))
-    exceeded = not low <= value <= limits[1]
-    text = f"a ball of this mass and radius has {value:.3g} kg/m3 "
-    text += f"({'outside' if exceeded else 'within'} {low:g} to {limits[1]:g})"
-    advice = "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
-    return _check("density", "mean_density", value, limits, exceeded, text, advice)
+        density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
+    return {
+        "small_strain": strain / STRAIN_LIMIT,
+        "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
+        "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
+        "window": numbers.window_ratio,
+        # A negative static one is a choice.
+        "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
+        "density": density,
+    }
 
 
-def _check(kind: str, name: str, value: float, threshold: Threshold, exceeded: Any, text: str, advice: str) -> Check:
-    message = f"{_TITLES[kind]}: {text}"
-    return Check(kind, VALIDITY[name].words, float(value), threshold, bool(exceeded), message, advice)
+def report(numbers: Numbers) -> Validity:
+    """Return the report on the worst of the contacts."""
+    checks: list[Check] = []
+    for kind, values in excess(numbers).items():
+        name, limit, reason, describe = _KINDS[kind]
+        known = ~np.isnan(values)
+        if not known.any():
+            checks.append(_unchecked(kind, reason))
+            continue
+        worst = int(np.argmax(np.where(known, values, -np.inf)))
+        one = Numbers(*(float(column[worst]) for column in numbers))  # pyright: ignore[reportArgumentType]
+        if kind == "waves" and math.isnan(one.radiated_energy_ratio):
+            name, limit = "mach_number", SPEED_LIMIT
+        exceeded = bool(values[worst] > 1.0)
+        if kind == "waves" and not exceeded and numbers.density_missing.any():
+            # The other body may have the slower waves.
+            checks.append(_unchecked(kind, "the density of a material is missing"))
+            continue
+        if kind == "density":
+            limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * one.density_factor)
+        text, advice = describe(one, exceeded)
+        words, value = VALIDITY[name].words, getattr(one, name)
+        checks.append(Check(kind, words, value, limit, exceeded, f"{_TITLES[kind]}: {text}", advice))
+    return Validity(tuple(checks))
 
 
-def _unchecked(kind: str, name: str, threshold: Threshold, reason: str) -> Check:
-    message = f"{_TITLES[kind]}: not checked, {reason}"
-    return Check(kind, VALIDITY[name].words, None, threshold, False, message, "")
+def _unchecked(kind: str, reason: str) -> Check:
+    name, limit, *_ = _KINDS[kind]
+    return Check(kind, VALIDITY[name].words, None, limit, False, f"{_TITLES[kind]}: not checked, {reason}", "")
 
 
-def _sign(value: float, limit: float) -> str:
-    return f"{'>' if value > limit else '<='} {limit:g}"
+def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
+    is_round = one.round_body > 0.0
+    text = f"{'max(a/R, d/a)' if is_round else 'd/a'} is {_beside(one.strain_number, STRAIN_LIMIT)}"
+    if one.no_such_contact > 0.0:
+        text += "; a body of this radius has no such contact"
+        return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
+    if is_round:
+        text += f"; the representative strain is about {20 * one.strain_number:.2g} %"
+    return text, "Take a lower velocity or a larger body, or read the numbers as a trend."
 
 
-def _worst(values: Array) -> int | None:
-    """Index of the largest value; None where there is none."""
-    known = ~np.isnan(values)
-    return int(np.argmax(np.where(known, values, -np.inf))) if known.any() else None
+def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
+    x = one.contact_size_ratio
+    # Expansion for a parabola on a bonded incompressible layer; the exact factor at 0.5 is 2.156.
+    stiffer = (
+        f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.2g} %" if x <= 0.5 else "more than 100 %"
+    )
+    text = f"contact radius over size of the target is {_beside(x, SIZE_LIMIT)}; "
+    text += f"a bonded incompressible layer would be {stiffer} stiffer"
+    return text, "Take a thicker target, or read the result as that of a thick one."
+
+
+def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
+    speed, share = f"c = {one.wave_speed:.3g} m/s", one.radiated_energy_ratio
+    if math.isnan(share):
+        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}; {speed}"
+    else:
+        words = VALIDITY["radiated_energy_ratio"].words
+        text = f"{words} is {_beside(share, RADIATION_LIMIT)}; v0/c = {one.mach_number:.3g} with {speed}"
+    return text, "Expect a lower rebound where the target is deep; take a lower velocity."
+
+
+def _window(one: Any, exceeded: bool) -> tuple[str, str]:
+    text = f"the contact lasts {one.contact_time:.3g} s and its beginning {one.shortest_time:.3g} s, "
+    text += f"the material is known from {one.window_low:.3g} s to {one.window_high:.3g} s"
+    if exceeded:
+        text += f", which is short by a factor of {one.window_ratio:.3g}"
+    return text, "Measure at these times, or shift data of other temperatures; the modulus is extrapolated."
+
+
+def _poisson_ratio(one: Any, exceeded: bool) -> tuple[str, str]:
+    value, limit = one.instantaneous_poisson_ratio, min(one.poisson_ratio, 0.0)
+    ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
+    text = f"the instantaneous one is {value:.3g}, {'below' if exceeded else 'not below'} the limit {limit:.3g}; "
+    text += f"the static one is {one.poisson_ratio:.4g}, K/G0 = {ratio:.3g}"
+    return text, "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
+
+
+def _density(one: Any, exceeded: bool) -> tuple[str, str]:
+    low, high = DENSITY_LIMITS
+    text = f"a ball of this mass and radius has {one.mean_density:.3g} kg/m3, "
+    text += f"{'outside' if exceeded else 'within'} {low:g} to {high * one.density_factor:g} kg/m3"
+    return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
+
+
+_Describe = Callable[[Any, bool], tuple[str, str]]
+# The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
+_KINDS: dict[str, tuple[str, Threshold, str, _Describe]] = {
+    "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
+    "half_space": ("contact_size_ratio", SIZE_LIMIT, "no size of the target is given", _half_space),
+    "waves": ("radiated_energy_ratio", RADIATION_LIMIT, "no density is given", _waves),
+    "window": ("window_ratio", 1.0, "no material states its window", _window),
+    "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
+    "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
+}
+
+
+def _beside(value: float, limit: float) -> str:
+    return f"{value:.3g}, {'above' if value > limit else 'not above'} the limit {limit:g}"
 
 
 def _row(check: Check) -> tuple[str, str, str, str]:

@@ -134,7 +134,7 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
     assert content["energy_residual"] == 0.0
     assert content["status"] == "SEPARATED"
     assert content["validity"]["small_strain"]["value"] == pytest.approx(0.5)
-    assert content["warnings"][0] == content["validity"]["small_strain"]["message"]
+    assert content["warnings"][0].startswith(content["validity"]["small_strain"]["message"])
 
 
 def test_json_has_no_infinite_numbers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,7 +157,7 @@ def test_the_table_is_whole_whatever_the_width(folder: Path, monkeypatch: pytest
     assert ["largest", "contact", "pressure", "p_max", "2", "MPa"] in words
     assert ["restitution", "coefficient", "e", "0.5"] in words
     assert ["energy", "still", "stored", "75", "µJ"] in words
-    assert answer.stderr.startswith("warning: small strain: max(a/R, d/a) reaches 0.5 (> 0.2)")
+    assert answer.stderr.startswith("warning: small strain: max(a/R, d/a) is 0.5, above the limit 0.2")
 
 
 def test_the_papers_own_example(folder: Path) -> None:
@@ -502,5 +502,5 @@ def test_the_paper_s_numbers_do_not_say_how_small_the_contact_is() -> None:
     assert answer.exit_code == 0
     assert answer.stderr == ""
     answer = run("standard-solid", "--nu", "0.45", "--p2", "0.01", "--p3", "1")
-    assert answer.stderr.startswith("warning: Poisson ratio: static 0.45, instantaneous -0.665")
+    assert answer.stderr.startswith("warning: Poisson ratio: the instantaneous one is -0.665, below the limit 0;")
     assert answer.stderr.count("\n") == 1

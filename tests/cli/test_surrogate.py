@@ -50,7 +50,7 @@ def test_builds_saves_draws_and_says_how_good_it_is() -> None:
     answer = run("ball.toml", "--velocity", "10mm/s", "1", "--out", "ball.json", "--plot", "ball.png")
     reach = float(rs.solve(BALL).max_contact_radius) / 0.01
     assert answer.exit_code == 0
-    assert answer.stderr.startswith(f"warning: small strain: max(a/R, d/a) reaches {reach:.3g} (> 0.2)")
+    assert answer.stderr.startswith(f"warning: small strain: max(a/R, d/a) is {reach:.3g}, above the limit 0.2")
     assert answer.stderr.count("\n") == 1
     first, second = answer.stdout.splitlines()
     assert first.startswith("ball.json: 0.01 to 1 m/s in ")

@@ -164,7 +164,7 @@ def test_assumptions_stand_beside_their_limits():
     deep = pressed()
     assert deep.validity["small_strain"].exceeded
     assert deep.validity["small_strain"].value == pytest.approx(math.sqrt(1.0 / 2.5), rel=1e-9)
-    assert deep.warnings == [deep.validity["small_strain"].message]
+    assert deep.warnings == [deep.validity["small_strain"].warning]
     shallow = indent(GEL, TIP, depth=triangle(1e-8, 1.0))
     assert shallow.warnings == []
     dense = Material(GEL.shear, math.inf, density=1000.0)

@@ -108,5 +108,5 @@ def test_an_output_that_cannot_be_derived_is_refused(name, derive, field):
 
 
 def test_energies_of_an_output_take_the_quadrature():
-    assert quantities.needs_quadrature(["energy_residual"])
-    assert not quantities.needs_quadrature(["kinetic_energy_out", "mach_number"])
+    assert quantities.needs(["energy_residual"], quantities.QUADRATURES)
+    assert not quantities.needs(["kinetic_energy_out", "mach_number"], quantities.QUADRATURES)

@@ -102,7 +102,7 @@ def show(
         print(bodies)
     # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
     exceeded = [check for check in result.validity if check.exceeded]
-    valid = [one.message for one in exceeded if not dimensionless or one.kind == "poisson_ratio"]
+    valid = [one.warning for one in exceeded if not dimensionless or one.kind == "poisson_ratio"]
     status = cast("Status", result.status)
     ending = [] if status == Status.SEPARATED else [status.message]
     print_remarks([*valid, *result.notes, *ending], notes)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.doubts import Tally
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
-from restitution.quantities import STATUS, VALIDITY, needs, needs_quadrature
+from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
 from restitution.sweeps.batches import Assembly
 from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
@@ -169,7 +169,7 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        energy, pressure = needs_quadrature(self.outputs), needs(self.outputs, {"max_pressure"})
+        energy, pressure = needs(self.outputs, QUADRATURES), needs(self.outputs, {"max_pressure"})
         return batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
 
 
