@@ -1,7 +1,4 @@
-"""The assumptions of the theory, each compared with its limit: the validity report of a result.
-
-`docs/theory/limits.md` gives the reasons for the limits.
-"""
+"""The assumptions of the theory beside their limits, for which `docs/theory/limits.md` gives the reasons."""
 
 from __future__ import annotations
 
@@ -116,10 +113,7 @@ class Validity:
 
     def __getitem__(self, kind: str) -> Check:
         """Return the check of a kind."""
-        for check in self.checks:
-            if check.kind == kind:
-                return check
-        raise KeyError(kind)
+        return {check.kind: check for check in self.checks}[kind]
 
     @property
     def warnings(self) -> list[str]:
@@ -153,7 +147,7 @@ class Validity:
 
 
 class Numbers(NamedTuple):
-    """What the report compares, one value for each contact, NaN where it is not known.
+    """Numbers that the report compares, one for each contact, NaN if it is not known.
 
     The first seven are the quantities `restitution.quantities.VALIDITY`. The others are for the messages: flags as 0
     and 1, times [s], the static Poisson ratio of the same body, and how much denser than its material a ball of the
@@ -180,7 +174,7 @@ class Numbers(NamedTuple):
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
-    """Compare the assumptions of the theory with the worst of one or more contacts; arguments as for `numbers`."""
+    """Compare the assumptions of the theory with the worst of some contacts; arguments as for `numbers`."""
     return report(numbers(contact, **columns))
 
 
@@ -202,15 +196,11 @@ def numbers(
     contact : Contact, or sequence of Contact
         Materials and profile of all contacts, or of each in turn.
     max_contact_radius, max_indentation_depth : float or array
-        Largest contact radius a and depth d [m]; NaN where a contact was not solved.
-    velocity : float or array
-        Impact velocity v0 [m/s]; of an indentation its largest speed.
-    contact_time : float or array
-        Duration T [s] of the contact; infinite where it has no end.
-    mass, max_force : float or array, optional
-        Mass [kg] and largest force F [N], for the energy in waves and the density.
-    body_size : float or array, optional
-        Smallest dimension h [m] of the target, such as the thickness of a layer.
+        Largest contact radius a and depth d [m]; NaN if a contact was not solved.
+    velocity, contact_time : float or array
+        Impact velocity v0 [m/s], or the largest speed of an indentation. Duration T [s]; infinite if it has no end.
+    mass, max_force, body_size : float or array, optional
+        Mass [kg] and largest force F [N]. Smallest dimension h [m] of the target, such as the thickness of a layer.
 
     Notes
     -----
@@ -272,8 +262,8 @@ def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
     unknown = np.full(p2.shape, math.nan)
     bulk = np.vectorize(bulk_factor, otypes=[float])(static_poisson_ratio)
     instantaneous = np.vectorize(poisson_ratio, otypes=[float])(1.0 + 1.0 / p2, bulk)
-    numbers = Numbers(*(unknown for _ in Numbers._fields))
-    return numbers._replace(poisson_ratio=static_poisson_ratio, instantaneous_poisson_ratio=instantaneous)
+    known = {"poisson_ratio": static_poisson_ratio, "instantaneous_poisson_ratio": instantaneous}
+    return Numbers(**dict.fromkeys(Numbers._fields, unknown) | known)
 
 
 def columns(numbers: Numbers) -> dict[str, Array]:
@@ -311,29 +301,23 @@ def report(numbers: Numbers) -> Validity:
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
         known = ~np.isnan(values)
-        if not known.any():
-            checks.append(_unchecked(kind, reason))
-            continue
         worst = int(np.argmax(np.where(known, values, -np.inf)))
         one = Numbers(*(float(column[worst]) for column in numbers))  # pyright: ignore[reportArgumentType]
+        exceeded = bool(values[worst] > 1.0)
+        # A body without a density may have the slower waves.
+        sure = exceeded or kind != "waves" or not numbers.density_missing.any()
+        if not (known.any() and sure):
+            message = f"{_TITLES[kind]}: not checked, {reason}"
+            checks.append(Check(kind, VALIDITY[name].words, None, limit, False, message, ""))
+            continue
         if kind == "waves" and math.isnan(one.radiated_energy_ratio):
             name, limit = "mach_number", SPEED_LIMIT
-        exceeded = bool(values[worst] > 1.0)
-        if kind == "waves" and not exceeded and numbers.density_missing.any():
-            # The other body may have the slower waves.
-            checks.append(_unchecked(kind, "the density of a material is missing"))
-            continue
-        if kind == "density":
+        elif kind == "density":
             limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * one.density_factor)
         text, advice = describe(one, exceeded)
-        words, value = VALIDITY[name].words, getattr(one, name)
-        checks.append(Check(kind, words, value, limit, exceeded, f"{_TITLES[kind]}: {text}", advice))
+        message = f"{_TITLES[kind]}: {text}"
+        checks.append(Check(kind, VALIDITY[name].words, getattr(one, name), limit, exceeded, message, advice))
     return Validity(tuple(checks))
-
-
-def _unchecked(kind: str, reason: str) -> Check:
-    name, limit, *_ = _KINDS[kind]
-    return Check(kind, VALIDITY[name].words, None, limit, False, f"{_TITLES[kind]}: not checked, {reason}", "")
 
 
 def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
@@ -396,7 +380,7 @@ _Describe = Callable[[Any, bool], tuple[str, str]]
 _KINDS: dict[str, tuple[str, Threshold, str, _Describe]] = {
     "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
     "half_space": ("contact_size_ratio", SIZE_LIMIT, "no size of the target is given", _half_space),
-    "waves": ("radiated_energy_ratio", RADIATION_LIMIT, "no density is given", _waves),
+    "waves": ("radiated_energy_ratio", RADIATION_LIMIT, "the density of a material is missing", _waves),
     "window": ("window_ratio", 1.0, "no material states its window", _window),
     "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
     "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),

@@ -102,10 +102,10 @@ def test_of_many_materials_a_sample_is_checked_and_the_warning_gives_its_size():
     checks = json.loads(table.attrs["validity"])["checks"]
     assert checks["small_strain"]["checked"] == 2 * n
     assert checks["waves"]["checked"] == checks["waves"]["exceeded_in"] == 2 * 16
-    assert said["waves"].endswith("exceeded in 32 of 32 impacts checked, of 600")
+    assert "exceeded in 32 of 32 impacts checked, of 600. " in said["waves"]
     full, _ = swept(replace(BALL, velocity=3.0), axes, outputs=["radiated_energy_ratio"])
     assert bool((full.radiated_energy_ratio > RADIATION_LIMIT).all())
-    assert said["small_strain"].endswith("exceeded in 600 of 600 impacts")
+    assert "exceeded in 600 of 600 impacts. " in said["small_strain"]
 
 
 def test_of_many_builder_arguments_a_sample_is_checked():
@@ -114,7 +114,7 @@ def test_of_many_builder_arguments_a_sample_is_checked():
         return replace(BALL, material=rubber, velocity=3.0)
 
     _, said = swept(build, {"viscosity": np.geomspace(1e2, 1e4, 40)})
-    assert said["small_strain"].endswith("exceeded in 16 of 16 impacts checked, of 40")
+    assert "exceeded in 16 of 16 impacts checked, of 40. " in said["small_strain"]
 
 
 @pytest.mark.parametrize(

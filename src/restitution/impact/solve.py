@@ -237,7 +237,7 @@ def _solve_exact(
     columns = {name: one for name, one in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
     result = _result(impact, "exact", rtol, columns, solution, shape)
     if shape:
-        warn({check.kind: check.message for check in result.validity if check.exceeded}, stacklevel=3)
+        warn({check.kind: check.warning for check in result.validity if check.exceeded}, stacklevel=3)
     return result
 
 
