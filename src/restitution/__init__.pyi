@@ -62,8 +62,8 @@ from .plot.sweep import plot_sweep as plot_sweep
 from .surrogates.build import surrogate as surrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate
 from .surrogates.velocity import Surrogate as Surrogate
-from .sweeps.axes import Linear as Linear
-from .sweeps.axes import Logarithmic as Logarithmic
+from .sweeps.grid import Linear as Linear
+from .sweeps.grid import Logarithmic as Logarithmic
 from .sweeps.run import sweep as sweep
 from .sweeps.samples import LogNormal as LogNormal
 from .sweeps.samples import LogUniform as LogUniform

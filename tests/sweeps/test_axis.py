@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from restitution.checks import unit_registry
 from restitution.errors import InputError, InputTypeError
-from restitution.sweeps.axes import Linear, Listed, Logarithmic, read_axis
+from restitution.sweeps.grid import Linear, Logarithmic, read_axis
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
 
 
@@ -112,16 +112,16 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
             lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}),
             "n = 2147483648: must be",
         ),
-        (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass: Uniform\(.*\): must lie in \[0, inf\]"),
+        (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass = Uniform\(.*\): must lie in \[0, inf\]"),
         (
             lambda: Samples(4, {"nu": LogNormal(0.3, 0.1)}),
-            "poisson_ratio: LogNormal.*takes all positive values",
+            "poisson_ratio = LogNormal.*take all positive values",
         ),
         (
             lambda: Samples(4, {"mass": Normal(-1.0, 0.1)}),
-            r"mass: Normal\(.*\): most of it lies outside \[0, inf\]",
+            r"mass = Normal\(.*\): lies mostly outside \[0, inf\]",
         ),
-        (lambda: Uniform(2.0, 1.0), "low = 2, high = 1: must ascend"),
+        (lambda: Uniform(2.0, 1.0), "low = 2: must be < high = 1"),
         (lambda: Normal(1.0, 0.0), "standard_deviation = 0: must be finite and > 0"),
         (lambda: read_axis("mass", []), "mass: must be one-dimensional and hold a value"),
         (lambda: read_axis("mass", [1.0, -1.0]), r"mass\[1\] = -1 kg: must be finite and > 0"),
@@ -153,10 +153,10 @@ def test_a_number_is_asked_for(given: object) -> None:
 def test_values_with_units_are_converted() -> None:
     meters = unit_registry().Quantity
     axis = read_axis("velocity", meters([1.0, 250.0], "cm/s"))
-    assert axis.array.tolist() == pytest.approx([0.01, 2.5])
+    assert axis.items.tolist() == pytest.approx([0.01, 2.5])
     assert read_axis("mass", meters(5.0, "g")) == pytest.approx(0.005)
     labelled = xr.DataArray([1.0, 2.0], dims="x", attrs={"units": "mm"})
-    assert read_axis("radius", labelled).array.tolist() == pytest.approx([1e-3, 2e-3])
+    assert read_axis("radius", labelled).items.tolist() == pytest.approx([1e-3, 2e-3])
     with pytest.raises(InputError):
         read_axis("velocity", meters([1.0], "kg"))
 
@@ -164,7 +164,7 @@ def test_values_with_units_are_converted() -> None:
 def test_an_argument_of_a_function_takes_objects_and_numbers() -> None:
     assert read_axis("shape", "round") == "round"
     assert read_axis("shape", ["round", "flat"]).size == 2
-    assert read_axis("size", np.array([1.0, 2.0])).array.tolist() == [1.0, 2.0]
+    assert read_axis("size", np.array([1.0, 2.0])).items.tolist() == [1.0, 2.0]
     with pytest.raises(InputTypeError):
         read_axis("size", np.ma.array([1.0, 2.0], mask=[False, True]))
 
@@ -174,7 +174,7 @@ def test_words_for_objects_are_all_different() -> None:
         def __init__(self, name: str) -> None:
             self.name = name
 
-    listed = Listed((Named("rubber"), Named("rubber"), {"name": "steel"}, "cone", object(), {"shear": 1.0}))
+    listed = read_axis("item", [Named("rubber"), Named("rubber"), {"name": "steel"}, "cone", object(), {"shear": 1.0}])
     assert listed.labels("counter_material") == [
         "rubber (1)",
         "rubber (2)",
@@ -186,5 +186,5 @@ def test_words_for_objects_are_all_different() -> None:
 
 
 def test_materials_without_a_name_are_called_by_their_source() -> None:
-    listed = Listed(({"library": "epoxy"}, {"library": "epoxy", "name": "resin"}, {"file": "dma.csv"}))
+    listed = read_axis("item", [{"library": "epoxy"}, {"library": "epoxy", "name": "resin"}, {"file": "dma.csv"}])
     assert listed.labels("material") == ["epoxy", "resin", "dma.csv"]

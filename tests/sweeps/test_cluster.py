@@ -67,11 +67,12 @@ def test_what_is_stored_is_not_computed_again(client: Any, tmp_path: Path, monke
     for place in ("3/0", "17/0"):
         (out / "status" / "c" / place).unlink()
     indices: list[Any] = []
-    monkeypatch.setattr(
-        cluster, "run_on_dask", lambda plan, chunks, *rest, run=cluster.run_on_dask: run(
-            plan, (indices.append(index) or index for index in chunks), *rest
-        )
-    )  # fmt: skip
+
+    def watched(plan: Any, chunks: Any, *rest: Any) -> None:
+        indices.extend(chunks := list(chunks))
+        cluster.run_on_dask(plan, chunks, *rest)
+
+    monkeypatch.setattr("restitution.sweeps.run.run_on_dask", watched)
     rs.sweep(BALL, AXES, chunk=1000, out=out, engine="dask", cluster=client)
     assert indices == [(3, 0), (17, 0)]
     assert tree(out) == before
@@ -131,7 +132,7 @@ def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest
 def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", "1s")
     address = "tcp://127.0.0.1:9"
-    with pytest.raises(ValueError, match=rf"^cluster = {address}: no scheduler answers: .* after 1 s$"):
+    with pytest.raises(ValueError, match=rf"^cluster = '{address}': no scheduler answers: .* after 1 s$"):
         rs.sweep(BALL, {"velocity": [1.0]}, out=tmp_path / "r.zarr", engine="dask", cluster=address)
     assert not list(tmp_path.iterdir())
 

@@ -3,8 +3,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.axes import Linear
-from restitution.sweeps.grid import Grid, make_grid
+from restitution.sweeps.grid import Grid, Linear, make_grid
 from restitution.sweeps.samples import Samples, Uniform
 
 

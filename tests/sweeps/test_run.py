@@ -5,6 +5,7 @@ import os
 import re
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ from restitution.material.shift import WLF
 from restitution.quantities import DEFAULT_OUTPUTS, SWEEP_OUTPUTS, VALIDITY
 from restitution.sweeps import dataset
 from restitution.sweeps import plan as plans
+from restitution.sweeps.plan import describe
+from restitution.sweeps.plan import hash_of as hash_of_plan
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, name="rubber")
 EPOXY = rs.Material(
@@ -282,6 +285,26 @@ def test_the_hash_tells_sweeps_apart_and_nothing_else() -> None:
         hash_of(lambda: impact(mass=0.006)),
     ]
     assert len({first, *others}) == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "second"),
+    [
+        ("f = lambda radius: make(radius, mass)", {"mass": 0.005}, {"mass": 0.006}),
+        ("f = lambda radius, mass=given: make(radius, mass)", {"given": 0.005}, {"given": 0.006}),
+        ("f = partial(make, mass=given)", {"given": 0.005}, {"given": 0.006}),
+        ("f = lambda radius: make(radius, VALUE)", {"VALUE": "0.005"}, {"VALUE": "0.006"}),
+    ],
+)  # fmt: skip
+def test_the_hash_of_a_function_has_what_it_uses(text: str, first: dict[str, Any], second: dict[str, Any]) -> None:
+    def hash_of(**values: Any) -> str:
+        names: dict[str, Any] = {"partial": partial, "make": lambda radius, mass: impact(radius=radius, mass=mass)}
+        source = text.replace("VALUE", values.pop("VALUE", ""))
+        exec(source, names | values, made := {})
+        return hash_of_plan(describe(made["f"]))
+
+    assert hash_of(**first) == hash_of(**first)
+    assert hash_of(**first) != hash_of(**second)
 
 
 def test_draws() -> None:

@@ -14,7 +14,7 @@ from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice
-from restitution.sweeps.axes import Linear, Logarithmic
+from restitution.sweeps.grid import Linear, Logarithmic
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
 
 DRAWS = "sample"

@@ -23,10 +23,8 @@ from restitution.contact.sphere import sphere_mass
 from restitution.errors import InputError
 from restitution.impact.problem import fall_velocity
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.axes import Linear
-from restitution.sweeps.fingerprint import describe
-from restitution.sweeps.grid import make_grid
-from restitution.sweeps.plan import Plan
+from restitution.sweeps.grid import Linear, make_grid
+from restitution.sweeps.plan import Plan, describe
 from restitution.sweeps.samples import Samples
 from restitution.sweeps.varied import (
     Prepared,

@@ -214,7 +214,7 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
 
 def _spaced(axis: Any) -> Any:
     """Space an axis by ratios where its ends are far apart."""
-    from restitution.sweeps.axes import Linear, Logarithmic
+    from restitution.sweeps.grid import Linear, Logarithmic
 
     if not isinstance(axis, Linear) or min(axis.low, axis.high) <= 0.0:
         return axis

@@ -130,7 +130,7 @@ def surrogate(
             f"surrogate: {name} at velocity = {np.exp(failure.place):.6g} m/s is off by {failure.error:.2g}, "
             f"rtol = {tolerance:g}",
         ) from None
-    from restitution.sweeps.fingerprint import describe
+    from restitution.sweeps.plan import describe
 
     problem = _plain(describe(replace(impact, velocity=1.0)))
     del problem["velocity"]

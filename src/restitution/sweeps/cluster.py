@@ -14,117 +14,89 @@ from pathlib import Path
 from typing import Any
 
 from restitution.doubts import Tally
+from restitution.errors import InputError
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Plan
 
-Keep = Callable[[Index, dict[str, Any], Tally], None]
-
-# Tasks that the scheduler knows of at a time: enough for it to see that more workers would be of use.
+# Number of tasks that the scheduler has at a time: enough for it to ask for more workers.
 _LEAST_KNOWN = 256
 _KNOWN_PER_CORE = 4
-# Of a task that raises, as for a file system that is away for a moment; that a worker dies does not count.
+# Retries of a task that raised, for example because the file system was briefly unavailable. Lost workers do not count.
 _RETRIES = 2
-# A scheduler that runs answers at once, a busy one within seconds.
+# An idle scheduler answers at once, a busy one within seconds.
 _PATIENCE = "10s"
 
 
 def check_cluster(cluster: Any) -> None:
-    """Refuse what cannot work, before there is a store.
-
-    Raises
-    ------
-    ValueError
-        If the address is none, or Dask is not installed.
-    """
+    """Refuse a text that is no address, and a missing Dask."""
     if isinstance(cluster, str) and cluster != "local" and "://" not in cluster:
-        raise ValueError(f"cluster = {cluster!r}: must be 'local' or an address such as tcp://host:8786")
+        raise InputError("cluster", cluster, "must be 'local' or an address such as tcp://host:8786")
     if importlib.util.find_spec("distributed") is None:
-        raise ValueError("engine = 'dask': is not installed; pip install 'restitution[dask]'")
+        raise InputError("engine", "dask", "is not installed; pip install 'restitution[dask]'")
 
 
 @contextmanager
-def connected(cluster: Any) -> Generator[Any]:
-    """Give a client in place of an address; a cluster or a client as it is.
+def connected(cluster: Any, workers: int | None) -> Generator[Any]:
+    """Yield a client of the cluster: of new processes, of the scheduler at an address, or of what is given."""
+    from distributed import Client, LocalCluster
 
-    Raises
-    ------
-    ValueError
-        If no scheduler answers.
-    """
-    from distributed import Client
-
-    if not isinstance(cluster, str) or cluster == "local":
+    if isinstance(cluster, Client):
         yield cluster
         return
+    if cluster == "local":
+        options: dict[str, Any] = {
+            "n_workers": workers or os.cpu_count() or 1,
+            "threads_per_worker": 1,
+            # Without a host, the scheduler's web server would listen on all interfaces.
+            "dashboard_address": "127.0.0.1:0",
+            # Interrupted workers warn of their tasks; what matters comes through the client, in one line.
+            "silence_logs": logging.CRITICAL,
+        }
+        with LocalCluster(**options) as local, Client(local) as client:
+            client.register_plugin(_left_to_the_client())
+            yield client
+        return
     try:
-        client = Client(cluster, timeout=_PATIENCE)
+        client = Client(cluster, timeout=_PATIENCE) if isinstance(cluster, str) else Client(cluster)
     except (OSError, ValueError) as error:
-        raise ValueError(f"cluster = {cluster}: no scheduler answers: {error}") from None
+        raise InputError("cluster", cluster, f"no scheduler answers: {error}") from None
     with client:
         yield client
 
 
-def run_on_dask(
-    plan: Plan,
-    chunks: Iterable[Index],
-    keep: Keep,
-    path: Path | None,
-    cluster: Any,
-    workers: int | None,
-    report: Callable[[int], None],
-) -> None:
-    """Compute chunks as tasks on a Dask cluster, one chunk a task.
-
-    Parameters
-    ----------
-    plan : Plan
-        The sweep.
-    chunks : iterable of tuple of int
-        Which chunks.
-    keep : callable
-        Takes the index, the results and the tally of a chunk where there is no store.
-    path : Path or None
-        The store, into which the workers write.
-    cluster : str or object
-        "local" for processes on this machine, a cluster or a client.
-    workers : int or None
-        Processes of the local cluster; all cores where None.
-    report : callable
-        Called with the number of points done so far.
-    """
+def run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, report: Callable[[int], None]) -> None:
+    """Compute chunks on a Dask cluster, a chunk a task; workers write into the store themselves."""
     from distributed import as_completed
 
     todo = iter(chunks)
     done = 0
-    with _client(cluster, workers) as client:
-        # As a task, the plan is made again where the worker that had it dies.
-        shared = client.submit(_same, plan, pure=False)
+    # As a task, the plan is made again where the worker that had it dies.
+    shared = client.submit(_same, plan, pure=False)
+    made_by = plan.description["version"]
 
-        made_by = plan.description["version"]
+    def submit(indices: Iterable[Index]) -> list[Any]:
+        return [
+            client.submit(_compute, shared, made_by, index, keeper.path, pure=False, retries=_RETRIES)
+            for index in indices
+        ]
 
-        def submit(indices: Iterable[Index]) -> list[Any]:
-            return [
-                client.submit(_compute, shared, made_by, index, path, pure=False, retries=_RETRIES)
-                for index in indices
-            ]
-
-        known = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
-        running = as_completed(submit(islice(todo, known)))
-        pending: set[Any] = set(running.futures)
-        try:
-            for future in running:
-                index, results, own = future.result()
-                if results is not None:
-                    keep(index, results, own)
-                done += plan.grid.size(index)
-                report(done)
-                pending.discard(future)
-                fresh = submit(islice(todo, 1))
-                pending.update(fresh)
-                running.update(fresh)
-        except BaseException:
-            client.cancel(list(pending), force=True)
-            raise
+    known = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
+    running = as_completed(submit(islice(todo, known)))
+    pending: set[Any] = set(running.futures)
+    try:
+        for future in running:
+            index, results, tally = future.result()
+            if results is not None:
+                keeper.keep(index, results, tally)
+            done += plan.grid.size(index)
+            report(done)
+            pending.discard(future)
+            fresh = submit(islice(todo, 1))
+            pending.update(fresh)
+            running.update(fresh)
+    except BaseException:
+        client.cancel(list(pending), force=True)
+        raise
 
 
 def _same(plan: Plan) -> Plan:
@@ -148,7 +120,7 @@ def _compute(plan: Plan, made_by: str, index: Index, path: Path | None) -> tuple
 
 
 def _left_to_the_client() -> Any:
-    """Plugin of workers that Ctrl-C in the terminal leaves to this process to end."""
+    """Return a plugin with which workers ignore Ctrl-C in the terminal; this process ends them."""
     from distributed import WorkerPlugin
 
     class LeftToTheClient(WorkerPlugin):
@@ -156,28 +128,3 @@ def _left_to_the_client() -> Any:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     return LeftToTheClient()
-
-
-@contextmanager
-def _client(cluster: Any, workers: int | None) -> Generator[Any]:
-    from distributed import Client, LocalCluster
-
-    if isinstance(cluster, Client):
-        yield cluster
-        return
-    if cluster == "local":
-        processes = workers or os.cpu_count() or 1
-        # Workers that an interrupt ends warn of the tasks that they had.
-        options: dict[str, Any] = {
-            "threads_per_worker": 1,
-            # Without a host, the scheduler's web server would listen on all interfaces.
-            "dashboard_address": "127.0.0.1:0",
-            # What matters comes through the client, in one line.
-            "silence_logs": logging.CRITICAL,
-        }
-        with LocalCluster(n_workers=processes, **options) as local, Client(local) as client:
-            client.register_plugin(_left_to_the_client())
-            yield client
-        return
-    with Client(cluster) as client:
-        yield client

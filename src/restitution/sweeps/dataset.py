@@ -1,4 +1,4 @@
-"""The result of a sweep as an xarray.Dataset, and what describes its variables."""
+"""The result of a sweep as an xarray.Dataset: its variables, and results that stay in memory."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.doubts import Tally
+from restitution.errors import InputError
 from restitution.impact.status import Status
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, input_attributes
-from restitution.sweeps.axes import Axis, Listed
-from restitution.sweeps.grid import Grid, Index
+from restitution.sweeps.grid import Grid, Index, Listed
 from restitution.sweeps.plan import Plan
 
 if TYPE_CHECKING:
@@ -25,11 +25,8 @@ Array = NDArray[Any]
 
 # Linux grants more memory than there is, and ends a process that comes to use it.
 _SHARE_OF_MEMORY = 0.5
-
-LABELS = "labels"
-"""Attribute of a coordinate of numbers that stand for words."""
-
-
+# Attribute of a coordinate of numbers that stand for words.
+_LABELS = "labels"
 _STATUS_ATTRIBUTES: dict[str, Any] = {
     "long_name": "how the solve ended",
     "flag_values": [int(status) for status in Status],
@@ -38,19 +35,7 @@ _STATUS_ATTRIBUTES: dict[str, Any] = {
 
 
 class Field(NamedTuple):
-    """A variable of the result.
-
-    Attributes
-    ----------
-    dimensions : tuple of str
-        Its dimensions.
-    dtype : str
-        Its type.
-    fill : float
-        What stands where nothing is computed yet.
-    attributes : dict
-        Unit, words, symbol.
-    """
+    """A variable of the result; `fill` stands where nothing is computed yet."""
 
     dimensions: tuple[str, ...]
     dtype: str
@@ -59,56 +44,46 @@ class Field(NamedTuple):
 
 
 def output_fields(plan: Plan) -> dict[str, Field]:
-    """Describe what a sweep computes, by name."""
+    """Return the computed variables of a sweep by name."""
     dimensions = plan.grid.dimensions
     fields = {name: Field(dimensions, "float64", np.nan, SWEEP_OUTPUTS[name].attributes) for name in plan.outputs}
     return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, _STATUS_ATTRIBUTES)}
 
 
 def coordinate_fields(grid: Grid) -> dict[str, Field]:
-    """Describe the quantities along the axes and those that all points share, by name."""
-    fields: dict[str, Field] = {}
-    for name, value in grid.fixed.items():
-        if isinstance(value, float):
-            fields[name] = Field((), "float64", np.nan, input_attributes(name))
+    """Return the quantities along the axes, and the numbers that all points share, by name."""
+    fields = {
+        name: Field((), "float64", np.nan, input_attributes(name))
+        for name, value in grid.fixed.items()
+        if isinstance(value, float)
+    }
     for dimension, axis in grid.axes.items():
         for name in axis.names(dimension):
             attributes: dict[str, Any] = input_attributes(name) | {"scale": axis.scale}
-            if _is_words(axis):
-                assert isinstance(axis, Listed)
-                fields[name] = Field(
-                    (dimension,), "int32", NOT_COMPUTED, attributes | {LABELS: axis.labels(dimension)}
-                )
+            if isinstance(axis, Listed) and not axis.is_numeric:
+                labels = {_LABELS: axis.labels(dimension)}
+                fields[name] = Field((dimension,), "int32", NOT_COMPUTED, attributes | labels)
             else:
                 fields[name] = Field((dimension,), "float64", np.nan, attributes)
     return fields
 
 
-def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, slice | None, Any]]:
-    """Yield the values of the coordinates in pieces: name, place (None for a single number), values."""
+def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the values of the coordinates in pieces: name, place, values; numbers for words."""
     for name, value in grid.fixed.items():
         if isinstance(value, float):
-            yield name, None, value
+            yield name, ..., value
     for dimension, axis in grid.axes.items():
         for start in range(0, axis.size, size):
             stop = min(start + size, axis.size)
             for name, values in axis.columns(dimension, start, stop).items():
-                numbers = np.arange(start, stop, dtype=np.int32) if _is_words(axis) else values
-                yield name, slice(start, stop), numbers
-
-
-def _is_words(axis: Axis) -> bool:
-    return isinstance(axis, Listed) and not axis.is_numeric
+                yield name, slice(start, stop), np.arange(start, stop) if values.dtype == object else values
 
 
 class Memory:
-    """Results of a sweep that stay in memory.
+    """Results of a sweep that stay in memory, and so have no path."""
 
-    Parameters
-    ----------
-    plan : Plan
-        The sweep.
-    """
+    path = None
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -116,10 +91,8 @@ class Memory:
         self._fields = output_fields(plan)
         n = plan.grid.n_points
         needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
-        refusal = ValueError(
-            f"axes: {n} points take {needed / 1e9:.3g} GB, too much for the memory of this machine; "
-            "give out=, a store, which takes any number"
-        )
+        why = f"{n} points take {needed / 1e9:.3g} GB, too much for the memory of this machine; "
+        refusal = InputError("axes", wanted=f"{why}give out=, a store, which takes any number")
         if needed > _SHARE_OF_MEMORY * _memory():
             raise refusal
         try:
@@ -146,12 +119,12 @@ class Memory:
 
         grid = self._plan.grid
         fields = coordinate_fields(grid)
-        values: dict[str, Any] = {
-            name: np.empty([grid.axes[dim].size for dim in field.dimensions], dtype=field.dtype)
+        values = {
+            name: np.empty([grid.axes[dim].size for dim in field.dimensions], field.dtype)
             for name, field in fields.items()
         }
         for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
-            values[name][... if place is None else place] = part
+            values[name][place] = part
         dataset = xr.Dataset(
             {name: (field.dimensions, self._arrays[name], field.attributes) for name, field in self._fields.items()},
             {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
@@ -161,7 +134,7 @@ class Memory:
 
 
 def _memory() -> float:
-    """Memory of this machine [bytes]; infinite where it is not told, as where systems refuse what they lack."""
+    """Memory of this machine [bytes]; infinite where the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -169,11 +142,10 @@ def _memory() -> float:
 
 
 def in_words(dataset: xr.Dataset) -> xr.Dataset:
-    """Turn coordinates of numbers that stand for words into these."""
-    for name in list(dataset.coords):
-        coordinate = dataset[name]
-        if LABELS in coordinate.attrs:
-            attributes = {key: value for key, value in coordinate.attrs.items() if key != LABELS}
-            words = np.array(coordinate.attrs[LABELS])[coordinate.values]
+    """Replace coordinates of numbers that stand for words by these words."""
+    for name, coordinate in dataset.coords.items():
+        if _LABELS in coordinate.attrs:
+            attributes = dict(coordinate.attrs)
+            words = np.array(attributes.pop(_LABELS))[coordinate.values]
             dataset = dataset.assign_coords({name: (coordinate.dims, words, attributes)})
     return dataset

@@ -1,28 +1,224 @@
-"""The points of a sweep: named axes, their product, and the chunks that it is computed in."""
+"""The points of a sweep: axes, their product, and its chunks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import whole
-from restitution.errors import InputError
-from restitution.quantities import ALIASES, STATUS, SWEEP_OUTPUTS
-from restitution.sweeps.axes import Axis, Linear, Listed, read_axis
-from restitution.sweeps.samples import Samples
+from restitution.checks import finite, positive, single, whole
+from restitution.errors import InputError, InputTypeError
+from restitution.quantities import ALIASES, INPUTS, STATUS, SWEEP_OUTPUTS, key_of
 
 Array = NDArray[Any]
 Index = tuple[int, ...]
 
+# Coordinates must fit in memory; several axes may make more points.
+MOST_POINTS = 10**8
+
 _LARGEST_CHUNK = 65536
 _SMALLEST_CHUNK = 1024
-# So many chunks keep the cores of one machine evenly busy where the sweep is small.
+# Number of chunks that keeps the cores of one machine evenly busy in a small sweep.
 _CHUNKS = 64
+
+
+class Axis(ABC):
+    """One dimension of a sweep, along which one quantity varies, or several together."""
+
+    # Spacing: "linear", "logarithmic", "list" or "samples".
+    scale = "list"
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of points."""
+
+    @abstractmethod
+    def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
+        """Values of its quantities from one point to another, by name."""
+
+    def names(self, dimension: str) -> tuple[str, ...]:
+        """Names of the quantities that it sets, as the axis of that dimension."""
+        return (dimension,)
+
+    def corners(self, dimension: str) -> list[dict[str, Array]]:
+        """Values that show whether the axis is admissible: those of its ends."""
+        return [self.columns(dimension, place, place + 1) for place in sorted({0, self.size - 1})]
+
+
+@dataclass(frozen=True)
+class Linear(Axis):
+    """Axis of n values from low to high at equal distances.
+
+    Parameters
+    ----------
+    low, high : float
+        First and last value, in SI units; low may be the larger one.
+    n : int
+        Number of values, from 1 to 10^8.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or n is not from 1 to 10^8.
+
+    Examples
+    --------
+    >>> Linear(0.0, 1.0, 5).values(0, 5).tolist()
+    [0.0, 0.25, 0.5, 0.75, 1.0]
+    """
+
+    low: float
+    high: float
+    n: int
+    scale = "linear"
+
+    def __post_init__(self) -> None:
+        check = positive if isinstance(self, Logarithmic) else finite
+        for name in ("low", "high"):
+            object.__setattr__(self, name, single(name, check(name, getattr(self, name))))
+        object.__setattr__(self, "n", whole("n", self.n, 1, MOST_POINTS))
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return self.n
+
+    def values(self, start: int, stop: int) -> Array:
+        """Values from one place to another."""
+        share = np.arange(start, stop) / max(self.n - 1, 1)
+        # Both ends to the last bit.
+        return self.low * (1.0 - share) + self.high * share
+
+    def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
+        """Values by name."""
+        return {dimension: self.values(start, stop)}
+
+
+@dataclass(frozen=True)
+class Logarithmic(Linear):
+    """Axis of n values from low to high at equal ratios.
+
+    Parameters
+    ----------
+    low, high : float
+        First and last value, > 0, in SI units; low may be the larger one.
+    n : int
+        Number of values, from 1 to 10^8.
+
+    Raises
+    ------
+    InputError
+        If an end is not finite and > 0, or n is not from 1 to 10^8.
+
+    Examples
+    --------
+    >>> Logarithmic(0.01, 100.0, 3).values(0, 3).tolist()
+    [0.01, 1.0, 100.0]
+    """
+
+    scale = "logarithmic"
+
+    def values(self, start: int, stop: int) -> Array:
+        """Values from one place to another."""
+        place = np.arange(start, stop)
+        values = 10.0 ** Linear(math.log10(self.low), math.log10(self.high), self.n).values(start, stop)
+        values[place == 0] = self.low
+        values[(place == self.n - 1) & (place > 0)] = self.high
+        return values
+
+
+@dataclass(frozen=True, eq=False)
+class Listed(Axis):
+    """Axis of given values: an array of floats in SI units, or of objects such as materials."""
+
+    items: Array
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return self.items.size
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether the values are numbers."""
+        return self.items.dtype != object
+
+    def labels(self, dimension: str) -> list[str]:
+        """Return words for objects, all different."""
+        words = [_text(item) or f"{dimension.replace('_', ' ')} {n}" for n, item in enumerate(self.items, start=1)]
+        return [word if words.count(word) == 1 else f"{word} ({n})" for n, word in enumerate(words, start=1)]
+
+    def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
+        """Values by name."""
+        return {dimension: self.items[start:stop]}
+
+    def corners(self, dimension: str) -> list[dict[str, Array]]:
+        """First and last number; all objects."""
+        if self.is_numeric:
+            return super().corners(dimension)
+        return [self.columns(dimension, place, place + 1) for place in range(self.size)]
+
+
+def read_axis(name: str, given: Any) -> Any:
+    """Return what is given for a quantity as an axis; a single number as a float in SI, a single object as it is.
+
+    Raises
+    ------
+    InputError
+        If a value is outside the range of the quantity, is masked, or has another dimension.
+    """
+    known = INPUTS.get(key_of(name))
+    if isinstance(given, Axis):
+        for column in given.corners(name) if isinstance(given, Linear) else ():
+            value = float(column[name][0])
+            known.check(value, name) if known else finite(name, value)
+        return given
+    values: Any
+    if known is not None:
+        values = known.check(given, name)
+    elif isinstance(given, (str, bytes, Mapping)) or callable(given):
+        return given
+    elif isinstance(given, Sequence) and not all(map(_is_number, given)):
+        values = _objects(given)
+    else:
+        try:
+            values = finite(name, given)
+        except InputTypeError:
+            if isinstance(given, np.ma.MaskedArray):
+                raise
+            if not isinstance(given, np.ndarray):
+                return given
+            values = _objects(given)
+    if not isinstance(values, np.ndarray):
+        return values
+    if values.ndim != 1 or values.size == 0:
+        raise InputError(name, wanted=f"must be one-dimensional and hold a value, but has shape {values.shape}")
+    return Listed(values)
+
+
+def _is_number(item: Any) -> bool:
+    return isinstance(item, (int, float, np.number)) and not isinstance(item, bool)
+
+
+def _objects(given: Sequence[Any] | Array) -> Array:
+    array = np.empty(len(given), dtype=object)
+    array[:] = list(given)
+    return array
+
+
+def _text(item: Any) -> str:
+    """Return the name of an object, or of the table that describes it; nothing where it has none."""
+    if isinstance(item, (str, int, float)):
+        return str(item)
+    if isinstance(item, Mapping):
+        return next((str(item[key]) for key in ("name", "library", "file") if item.get(key)), "")
+    return str(getattr(item, "name", None) or "")
 
 
 @dataclass(frozen=True)
@@ -36,7 +232,7 @@ class Grid:
     fixed : dict of str to object
         Quantities that all points share.
     chunk_shape : tuple of int
-        Points of a chunk along each dimension; those at the ends may be smaller.
+        Points of a chunk along each dimension; chunks at the ends may be smaller.
     """
 
     axes: dict[str, Axis]
@@ -98,7 +294,7 @@ class Grid:
         return Points(tuple(part.stop - part.start for part in region), along, self.fixed)
 
     def corners(self) -> Iterator[dict[str, Array]]:
-        """Points that show what is wrong with an axis: its ends, the others being at their first."""
+        """Points that show whether the axes are admissible: the ends of one, the others being at their first."""
         first = Points((), [], self.fixed).part(0, 1)
         ends = {dim: axis.corners(dim) for dim, axis in self.axes.items()}
         for values in ends.values():
@@ -111,17 +307,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Points:
-    """Points of a chunk; `part` gives the values of all quantities at some of them.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        Points along each dimension.
-    along : list of dict
-        Values of the quantities along each dimension.
-    fixed : dict
-        Quantities that all points share.
-    """
+    """Points of a chunk: its shape, the values along each dimension by name, and the quantities that all share."""
 
     shape: tuple[int, ...]
     along: list[dict[str, Array]]
@@ -136,13 +322,11 @@ class Points:
         """Values of all quantities from one point to another, in the order of the raveled chunk."""
         columns: dict[str, Array] = {}
         for name, value in self.fixed.items():
-            column = np.empty(stop - start, dtype=np.float64 if isinstance(value, float) else object)
-            column.fill(value)
-            columns[name] = column
+            columns[name] = np.empty(stop - start, dtype=np.float64 if isinstance(value, float) else object)
+            columns[name].fill(value)
         places = np.unravel_index(np.arange(start, stop), self.shape) if self.shape else ()
         for quantities, place in zip(self.along, places, strict=True):
-            for name, values in quantities.items():
-                columns[name] = values[place]
+            columns |= {name: values[place] for name, values in quantities.items()}
         return columns
 
 
@@ -156,10 +340,6 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
         dimension: `Samples`.
     chunk : int or dict of str to int, optional
         Points of a chunk, or points along each dimension.
-
-    Returns
-    -------
-    Grid
 
     Raises
     ------
@@ -177,8 +357,8 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     taken: set[str] = {*SWEEP_OUTPUTS, STATUS}
     for given_name, given in axes.items():
         name = ALIASES.get(given_name, given_name)
-        axis: Any = given if isinstance(given, Samples) else read_axis(name, given)
-        is_axis = isinstance(axis, (Samples, Linear, Listed))
+        axis = read_axis(name, given)
+        is_axis = isinstance(axis, Axis)
         for one in {name, *axis.names(name)} if is_axis else {name}:
             if one in taken:
                 why = "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
@@ -193,7 +373,7 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
 
 
 def _indices(counts: tuple[int, ...]) -> Iterator[Index]:
-    # As np.ndindex, which newer versions of NumPy give a list of each dimension.
+    # np.ndindex of newer versions of NumPy holds a list of each dimension.
     if not counts:
         yield ()
         return

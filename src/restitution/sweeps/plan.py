@@ -1,22 +1,30 @@
-"""A sweep before it runs: what is varied over which points, what is wanted, and what tells it from others."""
+"""A sweep before it runs: what varies over which points, the outputs, and a description with a hash."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+import contextlib
+import dataclasses
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
 from functools import cached_property
 from importlib.metadata import version
-from typing import Any
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.doubts import Tally
+from restitution.errors import InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
 from restitution.sweeps.batches import Assembly
-from restitution.sweeps.fingerprint import describe, hash_of, text_of
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.varied import Template
 from restitution.validity import COLUMNS
@@ -28,30 +36,26 @@ Tick = Callable[[int], None]
 _BLOCK = 4096
 # Each material takes a report of its own: of more of them in a block, only a sample is checked.
 _MOST_MATERIALS = 16
+# The hash of a longer array stands for it in a description.
+_LONG = 1000
 
 
 class Interrupted(Exception):
     """Raised by `tick` to end the work on a chunk."""
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Plan:
     """A sweep before it runs.
 
     Attributes
     ----------
-    template : Template
-        What is varied.
-    grid : Grid
-        The points.
-    outputs : tuple of str
-        What is wanted.
+    template, grid, outputs
+        What varies, over which points, and the names of the wanted outputs.
     rtol : float
         Tolerance of e.
-    title : str
-        What it is about.
-    source : str
-        Text that it was read from, or nothing.
+    title, source : str
+        Title of the result, and the text that the sweep was read from; both may be empty.
     """
 
     template: Template
@@ -63,11 +67,11 @@ class Plan:
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """What tells its numbers from those of others."""
+        """Everything that its numbers depend on."""
         return {
-            "base": self.template.describe(),
-            "axes": {name: axis.describe() for name, axis in self.grid.axes.items()},
-            "fixed": {name: describe(value) for name, value in self.grid.fixed.items()},
+            "base": describe(self.template),
+            "axes": describe(self.grid.axes),
+            "fixed": describe(self.grid.fixed),
             "outputs": list(self.outputs),
             "rtol": self.rtol,
             "chunk": list(self.grid.chunk_shape),
@@ -76,7 +80,7 @@ class Plan:
 
     @cached_property
     def attributes(self) -> dict[str, Any]:
-        """Attributes of the result: what it is, and how it was made."""
+        """Attributes of the result."""
         made = version("restitution")
         return {
             **({"title": self.title} if self.title else {}),
@@ -91,46 +95,29 @@ class Plan:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Names of what is computed; the status last."""
+        """Names of the computed variables; the status last."""
         return (*self.outputs, STATUS)
 
     @cached_property
     def assembly(self) -> Assembly:
-        """What makes impacts of values along the axes."""
+        """Maker of impacts from values along the axes."""
         return Assembly(self.template, self.grid.names)
 
     def __getstate__(self) -> dict[str, Any]:
-        # What is derived from these is made anew where the plan arrives.
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        # Derived properties are made again where the plan arrives.
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     def check(self) -> None:
-        """Refuse axes whose ends make no impact.
-
-        Raises
-        ------
-        ValueError
-            In one line.
-        """
+        """Refuse axes whose ends make no impact, with an `InputError`."""
         for point in self.grid.corners():
             for _ in self.assembly.parts(point, 1, _go_on, strict=True):
                 pass
 
     def compute(self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None) -> dict[str, Array]:
-        """Compute a chunk.
+        """Compute a chunk: `variables` in its shape, NaN where there is no result.
 
-        Parameters
-        ----------
-        index : tuple of int
-            Which chunk.
-        tick : callable
-            Called with the number of points done since the last call; ends the work by raising.
-        tally : Tally, optional
-            Counts the impacts that exceed the assumptions of the theory.
-
-        Returns
-        -------
-        dict of str to array
-            `variables` in the shape of the chunk; NaN where there is no result.
+        `tick` is called with the number of points done since the last call, and ends the work by raising. `tally` counts
+        the impacts that exceed the assumptions of the theory.
         """
         points = self.grid.points(index)
         results = {name: np.full(points.size, np.nan) for name in self.outputs}
@@ -175,3 +162,101 @@ class Plan:
 
 def _go_on(_: int) -> None:
     pass
+
+
+@runtime_checkable
+class Described(Protocol):
+    """A dataclass that describes itself, where its fields do not say what it is."""
+
+    def describe(self) -> Any:
+        """Return what distinguishes it from others, in the types of JSON."""
+        ...
+
+
+def describe(value: Any) -> Any:
+    """Return what distinguishes a value from others, in the types of JSON; floats to the last bit.
+
+    Takes numbers, texts, sequences, mappings, arrays, dataclasses such as `Impact`, and functions.
+
+    Raises
+    ------
+    InputTypeError
+        If the value is something else.
+
+    Examples
+    --------
+    >>> from restitution.contact.profile import Parabola
+    >>> describe(Parabola(radius=0.01))
+    {'type': 'Parabola', 'radius': 0.01}
+    """
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, (float, np.number)):
+        return float(value)
+    if isinstance(value, np.ndarray):
+        if value.size > _LONG and value.dtype != object:
+            return {"shape": list(value.shape), "sha256": hashlib.sha256(value.tobytes()).hexdigest()}
+        return describe(value.tolist())
+    if isinstance(value, Path):
+        return str(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        if isinstance(value, Described):
+            return value.describe()
+        fields = {
+            field.name: describe(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+            if field.compare and getattr(value, field.name) is not None
+        }
+        return {"type": type(value).__name__, **fields}
+    if isinstance(value, Mapping):
+        return {str(key): describe(item) for key, item in value.items()}
+    if isinstance(value, (set, frozenset)):
+        return sorted(map(describe, value), key=str)
+    if isinstance(value, Sequence):
+        return [describe(item) for item in value]
+    if isinstance(value, functools.partial):
+        return {"partial": describe(value.func), "arguments": describe([*value.args, value.keywords])}
+    if callable(value):
+        return _describe_function(value)
+    raise InputTypeError("axes", value, "must be a number, a text, a dataclass or a function, or consist of these")
+
+
+def _describe_function(function: Callable[..., Any]) -> Any:
+    """Describe a function by its name, its source, its defaults, and the variables outside it that it uses."""
+    function = inspect.unwrap(function)
+    name = getattr(function, "__qualname__", type(function).__qualname__)
+    code = getattr(function, "__code__", None)
+    text, used = "", dict(getattr(function, "__dict__", {}))
+    try:
+        text = inspect.getsource(function)
+    except (OSError, TypeError):
+        if code is not None:
+            constants = [one for one in code.co_consts if not isinstance(one, CodeType)]
+            text = repr((code.co_code.hex(), code.co_names, constants))
+    with contextlib.suppress(TypeError, ValueError):
+        variables = inspect.getclosurevars(function)
+        used |= {**variables.nonlocals, **variables.globals}
+    for name_of in ("__defaults__", "__kwdefaults__", "__self__"):
+        used[name_of] = getattr(function, name_of, None)
+    held: dict[str, Any] = {}
+    for key, one in used.items():
+        if isinstance(one, (ModuleType, type)):
+            continue
+        try:
+            # Functions that it calls count by their names, for they may call each other.
+            held[key] = one.__qualname__ if inspect.isroutine(one) else describe(one)
+        except (TypeError, ValueError, RecursionError):
+            held[key] = "?"
+    return {"function": name, "text": text, "holds": held}
+
+
+def text_of(description: Any) -> str:
+    """Return a description as JSON, the same for the same description."""
+    return json.dumps(description, ensure_ascii=False, separators=(",", ":"))
+
+
+def hash_of(description: Any) -> str:
+    """Return the SHA-256 of a description."""
+    return hashlib.sha256(text_of(description).encode()).hexdigest()

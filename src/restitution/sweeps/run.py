@@ -20,6 +20,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.cluster import check_cluster, connected, run_on_dask
 from restitution.sweeps.dataset import Memory
 from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.materials import HeldElastic
@@ -53,8 +54,8 @@ def sweep(
     Parameters
     ----------
     base : Impact, callable or None
-        What is varied: an impact, or a function that takes values of axes by name and returns one. None: the
-        paper's problem, of which axes give `nu`, `p2` and `p3`.
+        An impact, or a function that takes values of axes by name and returns one. None: the paper's problem, which
+        takes axes over `nu`, `p2` and `p3`.
     axes : dict
         By name of a quantity: `Linear`, `Logarithmic`, a sequence of numbers or objects, or one value for all
         points. By name of a dimension of your own: `Samples`. Quantities are those of the impact (`velocity`,
@@ -63,43 +64,41 @@ def sweep(
         `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), the materials themselves
         (`material`, `counter_material`), and the arguments of the function.
     outputs : sequence of str
-        What is wanted; see `restitution.quantities.OUTPUTS`.
+        Names of `restitution.quantities.OUTPUTS` or `VALIDITY`.
     out : path-like, optional
-        Folder of a Zarr store that takes the results as they come. The same call resumes what was cut short.
+        Folder of a Zarr store, to which finished chunks are written. The same call resumes an interrupted sweep.
     chunk : int or dict of str to int, optional
-        Points of a chunk, or points along each dimension: what one task computes and an interrupt may lose.
+        Points of a chunk, or points along each dimension. A chunk is one task; an interrupt loses unfinished chunks.
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`.
     held : {"bulk_modulus", "poisson_ratio"}
-        What stays where `equilibrium_modulus` varies.
+        Which of the two stays constant while `equilibrium_modulus` varies.
     engine : {"threads", "dask"}
         Threads of this process, or the processes of a Dask cluster.
     cluster : str or object
         With Dask: "local", the address of a scheduler, a cluster or a client.
     workers : int, optional
-        Threads, or processes of the local cluster; all cores where left out. Results do not depend on it.
+        Threads, or processes of the local cluster; all cores by default. Results do not depend on it.
     progress : callable, optional
         Called with (points done, all points).
     title : str
-        What the sweep is about.
+        Title of the result.
 
     Returns
     -------
     xarray.Dataset
-        The outputs and `status` over the axes, with units; attributes say how it was made. From a store, it
-        is loaded when asked for. Impacts that failed are NaN, the status says why, and a warning counts them. One
-        `RestitutionWarning` for each doubtful assumption of the theory counts the impacts that exceed it; the
+        The outputs and `status` over the axes, with units; the attributes describe the sweep. The result of a store
+        is loaded piece by piece on access. Failed impacts are NaN, their status gives the reason, and a warning counts
+        them. One `RestitutionWarning` for each doubtful assumption of the theory counts the impacts that exceed it; the
         attribute `validity` holds the report as JSON.
 
     Raises
     ------
-    ValueError
-        If an axis or an option is out of range, the results do not fit in memory, or the store holds
-        something else.
-    TypeError
-        If an argument is of another kind.
+    InputError
+        If an axis or an option is out of range or of another type, the results do not fit in memory, or the store
+        holds something else. An end of an axis that makes no admissible impact is refused before the sweep begins.
     OSError
-        If the store cannot be written; what was written stays.
+        If the store cannot be written; finished chunks stay.
 
     Notes
     -----
@@ -123,7 +122,7 @@ def sweep(
         template = BuilderTemplate(base, held)
     else:
         raise InputTypeError("base", base, "must be an Impact, a function that returns one, or None")
-    if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):
         raise InputTypeError("axes", axes, "must be a dict from names to values")
     one_of("held", held, ("bulk_modulus", "poisson_ratio"))
     within("rtol", rtol, 1e-12, 1e-2)
@@ -142,49 +141,32 @@ def run(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Run a sweep that is planned.
-
-    Parameters
-    ----------
-    plan : Plan
-        The sweep.
-    out, engine, cluster, workers, progress
-        See `sweep`.
-
-    Returns
-    -------
-    xarray.Dataset
-    """
+    """Run a planned sweep; see `sweep` for the options."""
     one_of("engine", engine, ("threads", "dask"))
     if workers is not None:
         whole("workers", workers, 1)
-    if out is not None and not isinstance(out, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if out is not None and not isinstance(out, (str, os.PathLike)):
         raise InputTypeError("out", out, "must be a path")
     if out is not None and Path(out).suffix.lower() in TABLES:
         wanted = "must be the folder of a Zarr store; write_table writes the result as a table"
         raise InputError("out", str(out), wanted)
     if engine == "dask":
-        from restitution.sweeps.cluster import check_cluster
-
         check_cluster(cluster)
     plan.check()
     grid = plan.grid
     with ExitStack() as stack:
-        if engine == "dask":
-            from restitution.sweeps.cluster import connected
-
-            # Before there is a store, which would be left behind where no scheduler answers.
-            cluster = stack.enter_context(connected(cluster))
+        # The client comes before the store, which would be left behind if no scheduler answers.
+        client = stack.enter_context(connected(cluster, workers)) if engine == "dask" else None
         if out is None:
             keeper: Any = Memory(plan)
-            path, done = None, set[Any]()
+            done: set[Index] = set()
         else:
             # Zarr takes half a second to import, which a sweep in memory need not wait for.
-            from restitution.sweeps import store
+            from restitution.sweeps.store import opened
 
             try:
-                keeper = stack.enter_context(store.opened(Path(out), plan))
-                path, done = keeper.path, keeper.done()
+                keeper = stack.enter_context(opened(Path(out), plan))
+                done = keeper.done()
             except OSError as error:
                 raise OSError(error.errno, error.strerror, str(out)) from error
         before = sum(grid.size(index) for index in done)
@@ -196,22 +178,19 @@ def run(
 
         report(0)
         try:
-            if len(done) < grid.n_chunks:
-                if engine == "threads":
-                    _run_on_threads(plan, chunks, keeper.keep, workers, report)
-                else:
-                    from restitution.sweeps.cluster import run_on_dask
-
-                    run_on_dask(plan, chunks, keeper.keep, path, cluster, workers, report)
-                if path is not None:
-                    keeper.sweep_up()
+            if len(done) == grid.n_chunks:
+                pass
+            elif client is None:
+                _run_on_threads(plan, chunks, keeper.keep, workers, report)
+            else:
+                run_on_dask(plan, chunks, keeper, client, report)
         except OSError as error:
-            if path is None or error.strerror is None:
+            if out is None or error.strerror is None:
                 raise
             stored = f"{len(keeper.done())} of {grid.n_chunks} chunks are stored, and the same command resumes"
             raise OSError(error.errno, f"{error.strerror}; {stored}", str(out)) from error
         _count_failures(keeper, grid.n_points)
-        dataset = keeper.dataset() if path is None else store.open_sweep(path)  # pyright: ignore[reportPossiblyUnboundVariable]
+        dataset = keeper.dataset()
         warn(messages(dataset.attrs), stacklevel=3)
         return dataset
 
@@ -237,21 +216,7 @@ def _run_on_threads(
     workers: int | None,
     report: Callable[[int], None],
 ) -> None:
-    """Compute chunks on a pool of threads, one chunk a task.
-
-    Parameters
-    ----------
-    plan : Plan
-        The sweep.
-    chunks : iterable of tuple of int
-        Which chunks.
-    keep : callable
-        Takes the index, the results and the tally of a chunk, in any order and on any thread.
-    workers : int or None
-        Threads; all cores where None.
-    report : callable
-        Called on this thread with the number of points done so far.
-    """
+    """Compute chunks on a pool of threads, a chunk a task; `keep` is called in any order and on any thread."""
     lock, stop = Lock(), Event()
     counted = 0
 

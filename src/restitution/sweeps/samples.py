@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from restitution.checks import finite, one_of, positive, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import ALIASES, INPUTS, key_of
-from restitution.sweeps.axes import count
+from restitution.sweeps.grid import MOST_POINTS, Axis
 
 Array = NDArray[Any]
 Method = Literal["sobol", "latin_hypercube"]
 
-# Draws are shares of 2^-30; half of one keeps the ends, where a normal distribution is infinite, away.
+# Draws are multiples of 2^-30. Half of one stays away from 0 and 1, where the quantiles are infinite.
 _HALF_SHARE = 2.0**-31
-
-
 # Refuse a distribution with more than this share outside the admissible range.
 _MOST_OUTSIDE = 0.5
 
@@ -31,24 +29,24 @@ class Distribution(Protocol):
     """Distribution of one quantity."""
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Values below which the shares of the draws lie, shape (n,), all within [low, high].
+        """Return the quantiles of the shares, shape (n,), all within [low, high].
 
         Raises
         ------
-        ValueError
+        InputError
             If the distribution does not fit the range [low, high] of the quantity.
         """
         ...
 
 
-def _inside(what: object, ends: tuple[float, float], low: float, high: float) -> None:
-    if not (low <= ends[0] and ends[1] <= high):
-        raise ValueError(f"{what}: must lie in [{low:g}, {high:g}]")
+def _inside(distribution: Any, low: float, high: float) -> None:
+    if not (low <= distribution.low and distribution.high <= high):
+        raise InputError("", distribution, f"must lie in [{low:g}, {high:g}]")
 
 
-def _ascending(low: float, high: float) -> None:
+def _ascending(low: Any, high: Any) -> None:
     if not low < high:
-        raise ValueError(f"low = {low:g}, high = {high:g}: must ascend")
+        raise InputError("low", low, f"must be < high = {high:g}")
 
 
 @dataclass(frozen=True)
@@ -70,11 +68,11 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        _ascending(float(finite("low", self.low)), float(finite("high", self.high)))
+        _ascending(finite("low", self.low), finite("high", self.high))
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Values below which the shares of the draws lie."""
-        _inside(self, (self.low, self.high), low, high)
+        """Return the quantiles of the shares."""
+        _inside(self, low, high)
         return self.low + shares * (self.high - self.low)
 
 
@@ -97,17 +95,17 @@ class LogUniform:
     high: float
 
     def __post_init__(self) -> None:
-        _ascending(float(positive("low", self.low)), float(positive("high", self.high)))
+        _ascending(positive("low", self.low), positive("high", self.high))
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Values below which the shares of the draws lie."""
-        _inside(self, (self.low, self.high), low, high)
-        return self.low * np.exp(shares * math.log(self.high / self.low))
+        """Return the quantiles of the shares."""
+        _inside(self, low, high)
+        return self.low * np.exp(shares * (math.log(self.high) - math.log(self.low)))
 
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal distribution, cut off where the quantity has no admissible values.
+    """Normal distribution, truncated to the admissible range of the quantity.
 
     Parameters
     ----------
@@ -130,12 +128,12 @@ class Normal:
         positive("standard_deviation", self.standard_deviation)
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Values below which the shares of the draws lie."""
+        """Return the quantiles of the shares."""
         from scipy.special import ndtr, ndtri
 
         below, above = (float(ndtr((end - self.mean) / self.standard_deviation)) for end in (low, high))
         if above - below < 1.0 - _MOST_OUTSIDE:
-            raise ValueError(f"{self}: most of it lies outside [{low:g}, {high:g}]")
+            raise InputError("", self, f"lies mostly outside [{low:g}, {high:g}]")
         values = self.mean + self.standard_deviation * ndtri(below + shares * (above - below))
         # The ends themselves may be excluded, such as a mass of zero.
         return np.clip(values, np.nextafter(low, math.inf), np.nextafter(high, -math.inf))
@@ -166,22 +164,22 @@ class LogNormal:
         positive("sigma", self.sigma)
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Values below which the shares of the draws lie."""
+        """Return the quantiles of the shares."""
         from scipy.special import ndtri
 
         if not (low <= 0.0 and high == math.inf):
-            raise ValueError(f"{self}: must be of a quantity that takes all positive values")
+            raise InputError("", self, "is for quantities that take all positive values")
         return self.median * np.exp(self.sigma * ndtri(shares))
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(Axis):
     """Axis of random draws, along which several quantities vary together, each with its distribution.
 
     Parameters
     ----------
     n : int
-        Number of draws, from 1 to 10^8; of Sobol points a power of two is balanced best.
+        Number of draws, from 1 to 10^8. A power of two balances Sobol points best.
     distributions : dict of str to Distribution
         By name of the quantity: `Uniform`, `LogUniform`, `Normal`, `LogNormal`.
     method : {"sobol", "latin_hypercube"}
@@ -191,13 +189,13 @@ class Samples:
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range, or a distribution does not fit its quantity.
 
     Notes
     -----
-    Both methods spread draws more evenly than chance does: a mean over n draws of a smooth function is wrong
-    by about 1/n rather than 1/sqrt(n). `scipy.stats.qmc` makes the points.
+    Both methods of `scipy.stats.qmc` spread draws more evenly than chance does. The error of a mean over n draws of a
+    smooth function is about 1/n rather than 1/sqrt(n).
 
     Examples
     --------
@@ -215,9 +213,9 @@ class Samples:
     scale = "samples"
 
     def __post_init__(self) -> None:
-        count(self.n)
+        object.__setattr__(self, "n", whole("n", self.n, 1, MOST_POINTS))
         one_of("method", self.method, ("sobol", "latin_hypercube"))
-        whole("seed", self.seed, 0)
+        object.__setattr__(self, "seed", whole("seed", self.seed, 0))
         if not self.distributions:
             raise InputError("distributions", wanted="must name at least one quantity")
         named = {ALIASES.get(name, name): one for name, one in self.distributions.items()}
@@ -225,10 +223,7 @@ class Samples:
         for name, distribution in named.items():
             if not isinstance(distribution, Distribution):
                 raise InputTypeError(name, distribution, "must be a distribution")
-            try:
-                self._drawn(name, np.array([0.5]))
-            except ValueError as error:
-                raise ValueError(f"{name}: {error}") from None
+            self._drawn(name, np.array([0.5]))
 
     @property
     def size(self) -> int:
@@ -245,20 +240,16 @@ class Samples:
         return {name: self._drawn(name, shares[:, place]) for place, name in enumerate(self.distributions)}
 
     def corners(self, dimension: str) -> list[dict[str, Array]]:
-        """All medians; that some draws are out of range is no fault."""
+        """All medians; some draws may be out of range."""
         return [{name: self._drawn(name, np.array([0.5])) for name in self.distributions}]
-
-    def describe(self) -> Any:
-        """Kind, seed and distributions."""
-        from restitution.sweeps.fingerprint import describe
-
-        drawn = {name: describe(distribution) for name, distribution in self.distributions.items()}
-        return {"samples": drawn, "n": self.n, "method": self.method, "seed": self.seed}
 
     def _drawn(self, name: str, shares: Array) -> Array:
         known = INPUTS.get(key_of(name))
         low, high = (known.low, known.high) if known else (-math.inf, math.inf)
-        return self.distributions[name].quantiles(shares, low, high)
+        try:
+            return self.distributions[name].quantiles(shares, low, high)
+        except InputError as error:
+            raise error.within(name) from None
 
     def _shares(self, start: int, stop: int) -> Array:
         from scipy.stats import qmc
@@ -272,13 +263,10 @@ class Samples:
             shares = self._hypercube["shares"][start:stop]
         else:
             points = qmc.Sobol(dimensions, scramble=True, **options)
-            if start:
-                points.fast_forward(start)
-                shares = points.random(stop - start)
-            else:
-                # The first by itself: SciPy warns of first draws whose number is no power of two.
-                first = points.random(1)
-                shares = np.concatenate([first, points.random(stop - 1)]) if stop > 1 else first
+            # SciPy warns of first draws whose number is no power of two.
+            shares = points.fast_forward(start).random(stop - start) if start else points.random(1)
+            if not start and stop > 1:
+                shares = np.concatenate([shares, points.random(stop - 1)])
         return np.clip(shares, _HALF_SHARE, 1.0 - _HALF_SHARE)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The result of a sweep: arrays in memory, or a Zarr store (format 3) whose chunks carry checksums."""
+"""The result of a sweep in a Zarr store (format 3), whose chunks carry checksums."""
 
 from __future__ import annotations
 
@@ -33,10 +33,13 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Of coordinates; chunks of the outputs are those of the sweep.
+# Values of a coordinate in one file; chunks of the outputs are those of the sweep.
 _COORDINATE_CHUNK = 2**20
+# Bytes of a checksum.
 _CHECKSUM = 4
 _TALLIES = "validity"
+# Attribute with the hash of the others.
+_SIGNATURE = "checksum"
 _REPAIR = "the command or call that made the sweep repairs it"
 
 
@@ -72,14 +75,15 @@ class _WholeFiles(LocalStore):
 
 
 class _CheckedFiles(LocalStore):
-    """A folder of which damaged chunks are refused, and absent ones unless they are not computed yet."""
+    """A folder that refuses damaged chunks, and absent chunks unless they are not computed yet."""
 
     async def get(self, key: str, *arguments: Any, **named: Any) -> Any:
         return self._checked(key, await super().get(key, *arguments, **named))
 
     def get_sync(self, key: str, *arguments: Any, **named: Any) -> Any:
         # Newer versions of Zarr call this one.
-        return self._checked(key, super().get_sync(key, *arguments, **named))  # type: ignore[misc]
+        files: Any = super()
+        return self._checked(key, files.get_sync(key, *arguments, **named))
 
     def _checked(self, key: str, value: Any) -> Any:
         name, _, place = key.partition("/")
@@ -97,16 +101,15 @@ class _CheckedFiles(LocalStore):
 class Store:
     """A Zarr store that takes the chunks of one sweep; `opened` makes or checks it.
 
-    The record of what is done is the variable `status`: its chunk is written after those of the other variables.
-
-    Each chunk has a tally of doubtful assumptions beside it, in the folder `validity`.
+    The variable `status` records the finished chunks: its chunk is written after those of the other variables. The
+    folder `validity` has a tally of doubtful assumptions for each chunk.
     """
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self.path = path
         self._plan = plan
         files = _WholeFiles(path)
-        # A chunk of nothing but NaN is written too: an absent one is not done.
+        # A chunk of nothing but NaN is written too, because an absent one is not done.
         with zarr.config.set({"array.write_empty_chunks": True}):
             self._arrays: dict[str, Any] = {
                 name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables
@@ -117,17 +120,15 @@ class Store:
         region = self._plan.grid.region(index)
         content = tally.to_text().encode()
         _write(self._tally(index), content + google_crc32c.value(content).to_bytes(_CHECKSUM, "little"))
-        # The status last: it stands for the others.
         for name in self._plan.variables:
             self._arrays[name][region] = results[name]
 
     def done(self) -> set[Index]:
-        """Return the chunks of which every variable is stored and intact; remove what is left of the others."""
+        """Return the chunks whose variables are all stored and intact; remove the remains of other chunks."""
         done: set[Index] = set()
         for index in self._plan.grid.chunks():
-            chunks = [self.path / _chunk_key(name, index) for name in self._plan.variables]
-            chunks.insert(0, self._tally(index))
-            broken = [chunk for chunk in chunks if not self._holds(chunk)]
+            chunks = [self._tally(index), *(self.path / _chunk_key(name, index) for name in self._plan.variables)]
+            broken = [chunk for chunk in chunks if not _holds_intact(chunk)]
             if not broken and self._arrays[STATUS][self._plan.grid.region(index)].min() > NOT_COMPUTED:
                 done.add(index)
                 continue
@@ -138,25 +139,31 @@ class Store:
     def _tally(self, index: Index) -> Path:
         return self.path / _TALLIES / "-".join(("c", *map(str, index)))
 
-    def _holds(self, chunk: Path) -> bool:
-        try:
-            return _is_intact(chunk.read_bytes())
-        except OSError:
-            return False
-
     def statuses(self) -> Iterator[Array]:
         """Yield the statuses chunk by chunk."""
         for index in self._plan.grid.chunks():
             yield np.asarray(self._arrays[STATUS][self._plan.grid.region(index)])
 
     def sweep_up(self) -> None:
-        """Remove what killed writers left of files that they had not finished."""
+        """Remove unfinished files of killed writers."""
         for left in self.path.rglob(PARTIAL):
             left.unlink(missing_ok=True)
 
+    def dataset(self) -> xr.Dataset:
+        """Return the stored result."""
+        self.sweep_up()
+        return open_sweep(self.path)
+
+
+def _holds_intact(chunk: Path) -> bool:
+    try:
+        return _is_intact(chunk.read_bytes())
+    except OSError:
+        return False
+
 
 def _clear(file: Path, root: Path) -> None:
-    """Remove a file of a store, if it is there; refuse what stands in its way and is none of the store's."""
+    """Remove a file of a store, if it is there; refuse a foreign file or folder in its place."""
     for folder in file.relative_to(root).parents:
         if (root / folder).exists() and not (root / folder).is_dir():
             raise _refusal(root, f"{folder} must be a folder; remove it")
@@ -167,19 +174,7 @@ def _clear(file: Path, root: Path) -> None:
 
 @contextmanager
 def opened(path: Path, plan: Plan) -> Generator[Store]:
-    """Open the store of a sweep for writing: make it where there is none, else check and repair it.
-
-    Parameters
-    ----------
-    path : Path
-        Where.
-    plan : Plan
-        The sweep.
-
-    Yields
-    ------
-    Store
-        No other process of this machine has it open.
+    """Open the store of a sweep for writing, alone on this machine; make, check and repair it first.
 
     Raises
     ------
@@ -203,7 +198,7 @@ def opened(path: Path, plan: Plan) -> Generator[Store]:
                 _refuse_links(path)
             store = _restored(path, plan)
         except BaseException:
-            # What was just made, and only that, is removed again.
+            # Only a folder that is still empty is removed again.
             with contextlib.suppress(OSError):
                 path.rmdir()
             raise
@@ -220,10 +215,10 @@ def _refuse_links(path: Path) -> None:
 
 
 def _restored(path: Path, plan: Plan) -> Store:
-    """Return the store, with metadata and axes as a new one has them."""
+    """Return the store, after its metadata and axes have become those of a new one."""
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder:
         _create(Path(folder), plan)
-        # The first file is that of the store itself: where the work is cut short, it says what this is to be.
+        # The first file is that of the store itself: it identifies a store whose creation was interrupted.
         for made in sorted(Path(folder).rglob("*"), key=lambda made: len(made.parts)):
             there = path / made.relative_to(folder)
             if made.is_dir():
@@ -243,56 +238,52 @@ def _require_same(path: Path, plan: Plan) -> None:
     attributes = attributes_of(path)
     if attributes is None:
         raise _refusal(path, "is there already and holds no sweep; choose another name")
-    theirs = _described(attributes)
-    if theirs is None:
+    theirs = _parsed(attributes["sweep"])
+    if not theirs:
         raise _refusal(path, "holds a sweep whose zarr.json is damaged; choose another name")
     mine = json.loads(plan.attributes["sweep"])
     differing = [name for name in mine if mine[name] != theirs.get(name)]
-    if differing == ["version"]:
-        why = f"of version {theirs.get('version')}, not {mine['version']}"
-    else:
-        why = f"another one in {', '.join(differing)}"
     if differing:
+        why = f"another one in {', '.join(differing)}"
+        if differing == ["version"]:
+            why = f"of version {theirs.get('version')}, not {mine['version']}"
         raise _refusal(path, f"holds a sweep already, {why}; choose another name")
 
 
-def _described(attributes: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the description in the attributes of a store; None if it is damaged."""
+def _parsed(text: Any) -> dict[str, Any]:
+    """Return the object of a JSON text or file; an empty one if it is damaged."""
     try:
-        described = json.loads(attributes["sweep"])
-    except (ValueError, TypeError, RecursionError):
-        return None
-    return described if isinstance(described, dict) else None
+        content = json.loads(text.read_text(encoding="utf-8") if isinstance(text, Path) else text)
+    except (OSError, ValueError, TypeError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def attributes_of(path: Path) -> dict[str, Any] | None:
     """Return the attributes of a sweep's store; None if there is none."""
-    try:
-        content = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
-        attributes = content["attributes"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    attributes = _parsed(path / "zarr.json").get("attributes")
     return attributes if isinstance(attributes, dict) and {"hash", "sweep"} <= attributes.keys() else None
 
 
 def _create(path: Path, plan: Plan) -> None:
     files = _WholeFiles(path)
-    group = zarr.create_group(files, zarr_format=3, attributes=plan.attributes)
+    attributes = plan.attributes | {_SIGNATURE: hash_of(plan.attributes)}
+    group = zarr.create_group(files, zarr_format=3, attributes=attributes)
     grid = plan.grid
     coordinates = coordinate_fields(grid)
     for name, field in coordinates.items():
         shape = tuple(grid.axes[dimension].size for dimension in field.dimensions)
         _create_array(group, name, field, shape, tuple(min(n, _COORDINATE_CHUNK) for n in shape))
-    # Those that are not named as their dimension are found by the attribute alone.
+    # Readers find coordinates with another name than their dimension by this attribute.
     others = " ".join(name for name, field in coordinates.items() if field.dimensions != (name,))
     for name, field in output_fields(plan).items():
         named = field._replace(attributes=field.attributes | ({"coordinates": others} if others else {}))
         _create_array(group, name, named, grid.shape, grid.chunk_shape)
     for name, place, values in coordinate_blocks(grid, _COORDINATE_CHUNK):
         target: Any = group[name]
-        target[... if place is None else place] = values
+        target[place] = values
     with warnings.catch_warnings():
-        # That other readers may not know of it; those open the arrays one by one.
+        # Zarr warns that other readers may ignore these metadata; they open the arrays one by one.
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(files, zarr_format=3)
 
@@ -342,12 +333,12 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Where a sweep is unfinished, the outputs are NaN and the status is -1; a warning counts the chunks.
+        Impacts that are not computed yet have NaN and the status -1; a warning counts their chunks.
 
     Raises
     ------
     InputError
-        If there is no sweep, or it is damaged. A chunk is checked when it is loaded.
+        If there is no sweep, or it is damaged. Each chunk is checked when it is loaded.
     """
     import xarray as xr
 
@@ -368,7 +359,8 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     if missing:
         what = f"{path}: {missing} of {status.nchunks} chunks are not computed yet, and are NaN"
         warnings.warn(RestitutionWarning("unfinished", what), stacklevel=2)
-    # Zarr has its members in the order of the alphabet.
+    del dataset.attrs[_SIGNATURE]
+    # Zarr sorts its members by name.
     outputs = [name for name in (*SWEEP_OUTPUTS, STATUS) if name in dataset]
     tally = Tally()
     for file in sorted((path / _TALLIES).glob("*")):
@@ -380,16 +372,13 @@ def open_sweep(path: str | Path) -> xr.Dataset:
 
 
 def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:
-    """Raise where the record of a store, or one of the two copies of its arrays' metadata, was changed."""
-    described = _described(attributes)
-    if described is None or hash_of(described) != attributes["hash"]:
+    """Raise where the attributes of a store, or one of the two copies of its arrays' metadata, were changed."""
+    if attributes.pop(_SIGNATURE, None) != hash_of(attributes):
         raise _refusal(path, f"zarr.json is damaged; {_REPAIR}")
     try:
-        content = json.loads((path / "zarr.json").read_text(encoding="utf-8"))
-        for name, copy in content["consolidated_metadata"]["metadata"].items():
-            if json.loads((path / name / "zarr.json").read_text(encoding="utf-8")) != copy:
-                raise _refusal(path, f"{name}/zarr.json is damaged; {_REPAIR}")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
+        copies = _parsed(path / "zarr.json")["consolidated_metadata"]["metadata"].items()
+    except (KeyError, TypeError, AttributeError):
         raise _refusal(path, f"the metadata are damaged; {_REPAIR}") from None
+    for name, copy in copies:
+        if not copy or _parsed(path / name / "zarr.json") != copy:
+            raise _refusal(path, f"{name}/zarr.json is damaged; {_REPAIR}")

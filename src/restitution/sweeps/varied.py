@@ -13,7 +13,6 @@ from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.classical import standard_solid
 from restitution.quantities import BODY
-from restitution.sweeps.fingerprint import describe
 from restitution.sweeps.materials import MATERIAL_NAMES, Columns, HeldElastic, check_names
 
 
@@ -64,10 +63,6 @@ class Template(Protocol):
         """
         ...
 
-    def describe(self) -> Any:
-        """What distinguishes it from others, in types that JSON has."""
-        ...
-
 
 @dataclass(frozen=True)
 class ImpactTemplate:
@@ -99,10 +94,6 @@ class ImpactTemplate:
     def prepare(self, values: dict[str, Any]) -> Prepared:
         """Return the impact."""
         return Prepared(self.impact, held=self.held)
-
-    def describe(self) -> Any:
-        """All numbers of the impact."""
-        return {"impact": describe(self.impact), "held": self.held}
 
 
 @dataclass(frozen=True)
@@ -140,10 +131,6 @@ class BuilderTemplate:
         if impact.shape:
             raise TypeError(f"base: returned an impact of shape {impact.shape}; must return a single one")
         return Prepared(impact, held=self.held)
-
-    def describe(self) -> Any:
-        """Name and text of the function."""
-        return {"builder": describe(self.build), "held": self.held}
 
 
 def dimensionless_template() -> ImpactTemplate:
