@@ -260,7 +260,7 @@ def _tip_radius(contact: Contact) -> Numeric:
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
     """Return the numbers of standard solids without dimensions: both Poisson ratios."""
     unknown = np.full(p2.shape, math.nan)
-    bulk = np.vectorize(bulk_factor, otypes=[float])(static_poisson_ratio)
+    bulk = bulk_factor(static_poisson_ratio)
     instantaneous = np.vectorize(poisson_ratio, otypes=[float])(1.0 + 1.0 / p2, bulk)
     known = {"poisson_ratio": static_poisson_ratio, "instantaneous_poisson_ratio": instantaneous}
     return Numbers(**dict.fromkeys(Numbers._fields, unknown) | known)
