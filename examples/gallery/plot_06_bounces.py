@@ -10,7 +10,7 @@ bounces.png``.
 import matplotlib.pyplot as plt
 
 import restitution as rs
-from restitution.plot.bounces import bounce_heights, height_time, restitution_velocity
+from restitution.plot.impact import bounce_heights, height_time, restitution_velocity
 
 rubber = rs.standard_solid(25e6, 25e6, 2.5e3, poisson_ratio=0.48, density=1100.0)
 impact = rs.drop(rs.Body(rubber, radius=0.02), rs.Body(None), height=0.1, gravity=9.81)

@@ -10,14 +10,15 @@ from importlib import import_module
 from typing import Any
 
 
-def draw(kind: str, *arguments: Any, **options: Any) -> Any:
-    """Return the figure that `restitution.plot.KIND.overview` draws.
+def draw(place: str, *arguments: Any, **options: Any) -> Any:
+    """Return the figure of a function of `restitution.plot`, named as "module.function".
 
     Examples
     --------
     >>> import restitution as rs
     >>> rubber = rs.PronySeries(1e6, [2e6], [1.0])
-    >>> len(draw("material", {"shear": rubber}, (0.01, 100.0)).axes)
+    >>> len(draw("material.overview", {"shear": rubber}, (0.01, 100.0)).axes)
     2
     """
-    return import_module(f"restitution.plot.{kind}").overview(*arguments, **options)
+    module, _, function = place.rpartition(".")
+    return getattr(import_module(f"restitution.plot.{module}"), function)(*arguments, **options)

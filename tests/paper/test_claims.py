@@ -1,3 +1,5 @@
+"""The verdicts on the claims, for made-up and for computed numbers."""
+
 import json
 
 import numpy as np
@@ -19,11 +21,9 @@ def comparison(e, e_inc) -> xr.Dataset:
 
 
 def curves(e, e_inc) -> dict[int, xr.Dataset]:
-    rows = np.array([e, e_inc])[:, None, :]
-    coordinates = {"poisson_ratio": [0.45, 0.5], "p2": [0.01], "p3": np.logspace(-2, 2, rows.shape[2])}
-    return {
-        5: xr.Dataset({"restitution_coefficient": (("poisson_ratio", "p2", "p3"), rows)}, coordinates),
-    }
+    rows = np.array([e, e_inc])
+    coordinates = {"poisson_ratio": [0.45, 0.5], "p2": 0.01, "p3": np.logspace(-2, 2, rows.shape[1])}
+    return {5: xr.Dataset({"restitution_coefficient": (("poisson_ratio", "p3"), rows)}, coordinates)}
 
 
 E = np.array([0.05, 0.2, 0.5, 0.8, 0.95])
@@ -59,15 +59,6 @@ def test_errors_that_fall_with_e_bear_the_second_claim_out_and_those_that_grow_d
     almost = claims.matters_where_small(comparison(E, E * (1 - np.array([0.4, 0.5, 0.3, 0.2, 0.1]))))
     assert almost.numbers["rank correlation of e and relative error"] == pytest.approx(-0.9)
     assert not almost.holds
-
-
-def test_rank_correlation_matches_scipy() -> None:
-    from scipy.stats import spearmanr
-
-    e, factor = np.random.default_rng(1).uniform(0.1, 0.9, (2, 200))
-    number = claims.matters_where_small(comparison(e, e * factor)).numbers
-    expected = spearmanr(e, np.abs(factor - 1.0)).statistic
-    assert number["rank correlation of e and relative error"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_share_of_underestimates_decides_the_third_claim() -> None:

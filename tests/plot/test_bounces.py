@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restitution.impact.bounces import Ending
-from restitution.plot import bounces as plots
+from restitution.plot import impact as plots
 from restitution.plot import style
 
 
@@ -49,6 +49,6 @@ def test_axes(found: Any) -> None:
 
 
 def test_overview(found: Any) -> None:
-    figure = plots.overview(found)
+    figure = plots.bounces_overview(found)
     assert [ax.get_title("left") for ax in figure.axes] == ["(a)", "(b)", "(c)"]
     assert figure.get_suptitle() == "3 bounces; captured: the weight holds the body in contact"

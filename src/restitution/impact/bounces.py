@@ -137,7 +137,7 @@ class Bounces:
 
     def plot(self) -> Figure:
         """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""
-        return draw("bounces", self)
+        return draw("impact.bounces_overview", self)
 
 
 def bounces(

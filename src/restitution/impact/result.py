@@ -121,6 +121,12 @@ class ImpactResult:
         return self._derived()["rebound_velocity"]
 
     @property
+    def turning_time(self) -> float:
+        """Time [s] of the largest depth of a single impact; NaN for other methods than "exact"."""
+        solution = self._single("the turning time is")
+        return solution.turning_time if isinstance(solution, Solution) else math.nan
+
+    @property
     def outputs(self) -> dict[str, Numeric]:
         """All outputs of `restitution.quantities.OUTPUTS` by name, SI; some take another solve."""
         energies = {"dissipated_energy": self.energy.dissipated, "stored_energy": self.energy.stored}
@@ -390,7 +396,7 @@ class ImpactResult:
         times : array_like, optional
             Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
         """
-        return draw("impact", self, times)
+        return draw("impact.overview", self, times)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI, with the energy budget."""

@@ -211,7 +211,7 @@ class IndentationResult:
 
     def plot(self) -> Figure:
         """Figure of the indentation: force, depth and contact radius over time, force over depth."""
-        return draw("indentation", self)
+        return draw("history.overview", self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers by name, SI."""

@@ -123,7 +123,7 @@ class PronyFit:
 
     def plot(self) -> Figure:
         """Figure of the moduli over time and over frequency with the data."""
-        return draw("material", {self.data.deformation or "fit": self.series}, self.window, self.data)
+        return draw("material.overview", {self.data.deformation or "fit": self.series}, self.window, self.data)
 
 
 def fit_prony(

@@ -165,7 +165,7 @@ class PronySeries:
         window : tuple of float, optional
             Shortest and longest time [s]; a decade beyond the relaxation times if left out.
         """
-        return draw("material", {"modulus": self}, window)
+        return draw("material.overview", {"modulus": self}, window)
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
         """Relaxation modulus R(t) [Pa] at the times t >= 0 [s], any shape; infinite at t = 0 with a dashpot.

@@ -117,7 +117,7 @@ class Material:
     def plot(self) -> Figure:
         """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
         series = {"shear": self.shear} | ({"bulk": self.bulk} if isinstance(self.bulk, PronySeries) else {})
-        return draw("material", series, self.window)
+        return draw("material.overview", series, self.window)
 
     def at(self, temperature: float) -> Material:
         """Material at another temperature [K]: every time is multiplied by the ratio of the shift factors.

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from restitution.impact.problem import Body, collision
-from restitution.impact.solve import solve
+from restitution.impact.problem import Body, Impact, collision
+from restitution.impact.scaling import viscosity_unit
+from restitution.impact.solve import standard_solid_restitution
 from restitution.material.classical import standard_solid
 from restitution.material.viscoelastic import reduced_modulus
-from restitution.paper.computation import draw_inputs, glassy_poisson_ratio
+from restitution.paper.computation import BODIES, LOG_P2_RANGE, LOG_P3_RANGE, instantaneous_poisson_ratio
 from restitution.paper.figures import POISSON_RATIOS
 from restitution.paper.further import EXAMPLES
+from restitution.sweeps.samples import LogUniform, Samples
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from restitution.paper.computation import Computation
 
-STREAM = 9
-_PAIRS = 64
+PAIRS = 80
+"""Collisions of two spheres that are compared with impacts of one."""
+
 _BINS = (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)
 _NEAR_HALF = (0.45, 0.49, 0.499, 0.4999, 0.49999)
 
@@ -34,7 +36,7 @@ _NEAR_HALF = (0.45, 0.49, 0.499, 0.4999, 0.49999)
 class Claim:
     """One claim of the paper and the verdict of the computation.
 
-    Parameters
+    Attributes
     ----------
     name : str
         A short name.
@@ -67,8 +69,8 @@ def three_groups(collapse: xr.Dataset) -> Claim:
         "The restitution coefficient depends on the inputs through p1 = nu, p2 = Ginf/G1 and "
         "p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) alone (eq. 11).",
         holds,
-        f"At {points} points of the plane, {draws} random draws each of m, R, v0 and Ginf over several "
-        f"decades differ in e by at most {spread:.1e}, {'within' if holds else 'beyond'} the tolerance.",
+        f"At {points} points of the plane, {draws} random sets of m, R, v0 and Ginf over several decades differ in e by "
+        f"at most {spread:.1e}, {'within' if holds else 'beyond'} the tolerance.",
         {
             "points": points,
             "draws at each": draws,
@@ -80,6 +82,8 @@ def three_groups(collapse: xr.Dataset) -> Claim:
 
 def matters_where_small(comparison: xr.Dataset) -> Claim:
     """Judge that compressibility matters most where e is small, by the relative error within bands of e."""
+    from scipy.stats import spearmanr
+
     nu = float(comparison["poisson_ratio"])
     e = comparison["compressible"].values.ravel()
     error = np.abs(comparison["relative_error"].values.ravel())
@@ -90,7 +94,7 @@ def matters_where_small(comparison: xr.Dataset) -> Claim:
         if inside.any():
             medians.append(float(np.median(error[inside])))
             numbers[f"median relative error where {low:g} <= e <= {high:g}"] = medians[-1]
-    rank = _rank_correlation(e, error)
+    rank = float(spearmanr(e, error).statistic)  # pyright: ignore[reportAttributeAccessIssue]
     worst = int(np.argmax(error))
     numbers |= {
         "rank correlation of e and relative error": rank,
@@ -110,12 +114,6 @@ def matters_where_small(comparison: xr.Dataset) -> Claim:
     )
 
 
-def _rank_correlation(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    difference = np.argsort(np.argsort(first)) - np.argsort(np.argsort(second))
-    n = first.size
-    return 1.0 - 6.0 * float(np.sum(difference.astype(np.float64) ** 2)) / (n * (n * n - 1.0))
-
-
 def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Dataset]) -> Claim:
     """Judge that the incompressible value is usually too low, by the share of points where it is."""
     nu = float(comparison["poisson_ratio"])
@@ -126,7 +124,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
     shares: list[float] = []
     worst = 0.0
     for figure, dataset in curves.items():
-        e = dataset["restitution_coefficient"].isel(p2=0).transpose("poisson_ratio", "p3").values
+        e = dataset["restitution_coefficient"].transpose("poisson_ratio", "p3").values
         worst = max(worst, float((e[-1] / e[:-1] - 1.0).max()))
         for ratio, row in zip(dataset["poisson_ratio"].values[:-1], e[:-1], strict=True):
             shares.append(float(np.mean(e[-1] < (1.0 - 2.0 * rtol) * row)))
@@ -154,22 +152,21 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
 def large_near_half(computation: Computation) -> Claim:
     """Judge that errors of 100 % and more occur for nu very close to 0.5: the paper's example, and a plausible glass."""
     (_, p2, p3), (plausible, other_p2, other_p3) = EXAMPLES
-    ratios = np.array([*_NEAR_HALF, 0.5, plausible, 0.5])
-    inputs = draw_inputs(
-        np.where(np.arange(ratios.size) > len(_NEAR_HALF), other_p2, p2),
-        np.where(np.arange(ratios.size) > len(_NEAR_HALF), other_p3, p3),
-        np.random.default_rng([computation.seed, STREAM]),
-    )
-    *values, limit, second, second_limit = computation.solve(ratios, inputs).tolist()
+    n = len(_NEAR_HALF) + 1
+    *values, limit, second, second_limit = standard_solid_restitution(
+        [*_NEAR_HALF, 0.5, plausible, 0.5], [p2] * n + [other_p2] * 2, [p3] * n + [other_p3] * 2,
+        rtol=computation.rtol, errors="raise", workers=computation.workers,
+    ).tolist()  # fmt: skip
+    computation.advance(n + 2)
     numbers: dict[str, float] = {"e, incompressible": limit}
     for nu, e in zip(_NEAR_HALF, values, strict=True):
         numbers[f"e, nu = {nu:g}"] = e
-        numbers[f"nu_0, nu = {nu:g}"] = float(glassy_poisson_ratio(nu, p2))
+        numbers[f"nu_0, nu = {nu:g}"] = float(instantaneous_poisson_ratio(nu, p2))
         numbers[f"(e - e_inc)/e_inc, nu = {nu:g}"] = (e - limit) / limit
         numbers[f"(e_inc - e)/e, nu = {nu:g}"] = (limit - e) / e
     e = values[_NEAR_HALF.index(0.49)]
     excess, other = (e - limit) / limit, (second - second_limit) / second_limit
-    glass, other_glass = (float(glassy_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2)))
+    glass, other_glass = (float(instantaneous_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2)))
     where = f"nu = {plausible:g}, p2 = {other_p2:g}, p3 = {other_p3:g}"
     numbers |= {
         f"e, {where}": second,
@@ -251,45 +248,55 @@ def several_times(terms: xr.Dataset) -> Claim:
 
 def two_spheres(computation: Computation) -> Claim:
     """Judge that two deformable spheres show nothing qualitatively new, by the exact map onto one sphere."""
-    random = np.random.default_rng([computation.seed, STREAM + 1])
-    nu = random.choice([*POISSON_RATIOS, 0.5], _PAIRS)
-    p2, p3 = 10.0 ** random.uniform(-3.0, 1.0, _PAIRS), 10.0 ** random.uniform(-2.0, 2.0, _PAIRS)
-    inputs = draw_inputs(p2, p3, random)
-    impacts: list[Any] = []
-    for ratio, mass, radius, velocity, modulus, branch, viscosity in zip(nu, *inputs, strict=True):
-        ball = Body(
-            standard_solid(modulus, branch, viscosity, poisson_ratio=ratio),
-            radius=float(radius),
-            mass=float(mass),
-        )
-        impacts.append(collision(ball, ball, float(velocity)))
-    pairs = np.asarray(solve(impacts, rtol=computation.rtol, workers=computation.workers).restitution_coefficient)
-    computation.advance(_PAIRS)
+
+    def pair(
+        poisson_ratio: float,
+        p2: float,
+        p3: float,
+        mass: float,
+        radius: float,
+        velocity: float,
+        equilibrium_modulus: float,
+    ) -> Impact:
+        viscosity = p3 * viscosity_unit(equilibrium_modulus, mass, velocity, radius)
+        solid = standard_solid(equilibrium_modulus, equilibrium_modulus / p2, viscosity, poisson_ratio=poisson_ratio)
+        ball = Body(solid, radius=radius, mass=mass)
+        return collision(ball, ball, velocity)
+
+    ratios = [*POISSON_RATIOS, 0.5]
+    groups = {
+        name: LogUniform(*(10.0**end for end in ends)) for name, ends in (("p2", LOG_P2_RANGE), ("p3", LOG_P3_RANGE))
+    }
+    draws = Samples(PAIRS // len(ratios), groups | BODIES, seed=computation.seed)
+    found = computation.sweep("Collisions of two spheres", {"poisson_ratio": ratios, "draw": draws}, pair)
+    pairs = found["restitution_coefficient"].values
     # E*, R and m of the pair are halves, so that p3 is 2^(-1 + 4/5) times that of one sphere.
-    single = computation.solve(nu, draw_inputs(p2, 2.0**-0.2 * p3, random))
+    nu, p2, p3 = np.array(ratios)[:, None], found["p2"].values, 2.0**-0.2 * found["p3"].values
+    single = standard_solid_restitution(nu, p2, p3, rtol=computation.rtol, errors="raise", workers=computation.workers)
+    computation.advance(PAIRS)
     difference = float(np.abs(pairs - single).max())
     return Claim(
         "two spheres",
         "The collision of two deformable spheres shows no qualitatively different features.",
         difference <= 10.0 * computation.rtol,
-        f"Two like spheres rebound as one on a half-space with 2^(-1/5) times its p3: at {_PAIRS} random points of the "
+        f"Two like spheres rebound as one on a half-space with 2^(-1/5) times its p3: at {PAIRS} random points of the "
         f"plane the two differ in e by at most {difference:.1e}. Unlike spheres have the sum of their compliances, "
         "which is again a Prony series.",
-        {"points": _PAIRS, "largest difference of e": difference},
+        {"points": PAIRS, "largest difference of e": difference},
     )
 
 
 def number_of_solves() -> int:
     """Return how many impacts the claims solve beyond those of the figures."""
-    return len(_NEAR_HALF) + 3 + 2 * _PAIRS
+    return len(_NEAR_HALF) + 3 + 2 * PAIRS
 
 
-def as_json(claims: list[Claim], attributes: Mapping[str, Any]) -> str:
+def as_json(claims: Sequence[Claim], attributes: Mapping[str, Any]) -> str:
     """Return the claims as JSON text, numbers in full."""
     return json.dumps({**attributes, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n"
 
 
-def as_markdown(claims: list[Claim], attributes: Mapping[str, Any]) -> str:
+def as_markdown(claims: Sequence[Claim], attributes: Mapping[str, Any]) -> str:
     """Return the claims as a Markdown page, one section and one table each."""
     lines = [
         "# Claims of the paper",

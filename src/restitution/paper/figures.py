@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from restitution.paper.computation import Computation, glassy_poisson_ratio
+from restitution.paper.computation import (
+    LOG_P2_RANGE,
+    LOG_P3_RANGE,
+    Computation,
+    instantaneous_poisson_ratio,
+    p2_axis,
+    p3_axis,
+)
 from restitution.plot import style
 from restitution.plot.lines import contour_map, curve_family
 
@@ -15,14 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LOG_P2_RANGE = (-3.0, 1.0)
-LOG_P3_RANGE = (-2.0, 2.0)
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, *(round(0.1 * i, 1) for i in range(3, 10)), 0.95, 0.98)
 
 PLANES = {3: 0.45, 4: 0.5}
 """Poisson ratios of figures 3 and 4."""
 
-# Near these points the isolines get their labels.
+# The isolines nearest to these points get their labels there.
 _LABELS = {
     0.45: (
         (-2.81, 1.25), (-2.35, 0.9), (-2.3, -0.17), (-2.2, -0.35), (-2.1, -0.52), (-2.0, -0.68), (-1.9, -0.86),
@@ -44,24 +49,23 @@ P3 = r"$p_3 = \eta\,\left[v_0 R\,/\,(m^2 G_\infty^3)\right]^{1/5}$"
 LOG_P3 = r"$\log_{10}\,p_3,\quad p_3 = \eta\,[v_0 R\,/\,(m^2 G_\infty^3)]^{1/5}$"
 RESTITUTION = r"restitution coefficient $e$"
 
-# Files are written at 300 dots an inch: a layout at another resolution would have to be made again.
-DPI = 300.0
+
+def panels(mosaic: str, width: float = style.PAGE_WIDTH, height: float = 3.4) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a panel for each letter, laid out at the 300 dots per inch of its files."""
+    return style.panels(mosaic, width, height, dpi=300.0)
 
 
 def compute_plane(computation: Computation, figure: int, n: int) -> xr.Dataset:
     """Return the restitution coefficient on an n x n grid of the plane, for the Poisson ratio of figure 3 or 4."""
     nu = PLANES[figure]
-    axes = {"p2": np.logspace(*LOG_P2_RANGE, n), "p3": np.logspace(*LOG_P3_RANGE, n)}
     words = "incompressible" if nu == 0.5 else f"nu = {nu:g}"
-    return computation.dataset(f"Figure {figure}: restitution coefficient over p2 and p3, {words}", figure, axes, nu)
+    title = f"Figure {figure}: restitution coefficient over p2 and p3, {words}"
+    return computation.sweep(title, {"poisson_ratio": nu, "p2": p2_axis(n), "p3": p3_axis(n)})
 
 
 def plane_axes(ax: Axes) -> None:
     """Label the axes of a plane of p2 and p3."""
-    ax.set_xlabel(LOG_P2)
-    ax.set_ylabel(LOG_P3)
-    ax.set_xticks(range(-3, 2))
-    ax.set_yticks(range(-2, 3))
+    ax.set(xlabel=LOG_P2, ylabel=LOG_P3, xticks=range(-3, 2), yticks=range(-2, 3))
 
 
 def mark_negative_glass(ax: Axes, nu: float) -> None:
@@ -70,13 +74,13 @@ def mark_negative_glass(ax: Axes, nu: float) -> None:
         return
     edge = min(float(np.log10((1.0 - 2.0 * nu) / (3.0 * nu))), LOG_P2_RANGE[1])
     low, high = LOG_P3_RANGE
-    # Dots, which neither cover the isolines nor look like some.
+    # Dots neither cover the isolines nor look like them.
     dots: Any = {"facecolor": "none", "edgecolor": "#00000028", "hatch": "..", "linewidth": 0, "zorder": 1.5}
     ax.fill_between([LOG_P2_RANGE[0], edge], low, high, **dots)
     ax.axvline(edge, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
-    label = {"fontsize": 8, "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}}
-    ax.text(edge - 0.06, low + 0.07, r"$\nu_0 < 0$", ha="right", va="bottom", **label)  # pyright: ignore[reportArgumentType]
-    ax.text(edge + 0.06, low + 0.07, r"$\nu_0 > 0$", ha="left", va="bottom", **label)  # pyright: ignore[reportArgumentType]
+    box: Any = {"fontsize": 8, "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}}
+    ax.text(edge - 0.06, low + 0.07, r"$\nu_0 < 0$", ha="right", va="bottom", **box)
+    ax.text(edge + 0.06, low + 0.07, r"$\nu_0 > 0$", ha="left", va="bottom", **box)
 
 
 def draw_plane(dataset: xr.Dataset) -> Figure:
@@ -85,8 +89,7 @@ def draw_plane(dataset: xr.Dataset) -> Figure:
 
     nu = float(dataset["poisson_ratio"])
     with style.context():
-        figure = style.new_figure(5.6, 4.6, dpi=DPI)
-        ax = figure.add_subplot()
+        figure, (ax,) = panels("A", 5.6, 4.6)
         plane_axes(ax)
         words = r"incompressible ($\nu = \nu_0 = 0.5$)" if nu == 0.5 else rf"$\nu = {nu:g}$"
         ax.set_title(f"{RESTITUTION}, {words}")
@@ -107,43 +110,33 @@ def draw_plane(dataset: xr.Dataset) -> Figure:
 
 def compute_curves(computation: Computation, figure: int, n: int) -> xr.Dataset:
     """Return the restitution coefficient at n values of p3 per Poisson ratio, the last one incompressible."""
-    axes = {
-        "poisson_ratio": np.array([*POISSON_RATIOS, 0.5]),
-        "p2": np.array([10.0 ** CURVES[figure]]),
-        "p3": np.logspace(*LOG_P3_RANGE, n),
-    }
     title = f"Figure {figure}: restitution coefficient over p3 for several Poisson ratios"
-    return computation.dataset(title, figure, axes)
+    axes = {"poisson_ratio": [*POISSON_RATIOS, 0.5], "p2": 10.0 ** CURVES[figure], "p3": p3_axis(n)}
+    return computation.sweep(title, axes)
 
 
 def curve_axes(ax: Axes) -> None:
     """Scale and label the axes of curves over p3."""
-    ax.set_xscale("log")
-    ax.set_xlim(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1])
-    ax.set_ylim(0.0, 1.0)
-    ax.set_xlabel(P3)
-    ax.set_ylabel(RESTITUTION)
+    ax.set(xscale="log", xlim=[10.0**end for end in LOG_P3_RANGE], ylim=(0.0, 1.0), xlabel=P3, ylabel=RESTITUTION)
     ax.grid(True)
 
 
 def draw_curves(dataset: xr.Dataset) -> Figure:
-    """Return figure 5 or 6 as computed by `compute_curves`; thin lines where the glassy Poisson ratio is negative."""
-    restitution = dataset["restitution_coefficient"].isel(p2=0).transpose("poisson_ratio", "p3")
-    p2 = float(dataset["p2"][0])
-    ratios = dataset["poisson_ratio"].values[:-1]
-    glassy = glassy_poisson_ratio(ratios, p2)
+    """Return figure 5 or 6 as computed by `compute_curves`, with thin lines where nu_0 is negative."""
+    restitution = dataset["restitution_coefficient"].transpose("poisson_ratio", "p3").values
+    p2, ratios = float(dataset["p2"]), dataset["poisson_ratio"].values[:-1]
+    glassy = instantaneous_poisson_ratio(ratios, p2)
     labels = [rf"$\nu = {nu:g}$  ($\nu_0 = {at:.2f}$)" for nu, at in zip(ratios, glassy, strict=True)]
     with style.context():
-        figure = style.new_figure(6.8, 4.2, dpi=DPI)
-        ax = figure.add_subplot()
+        figure, (ax,) = panels("A", 6.8, 4.2)
         curve_axes(ax)
         curve_family(
             ax,
             dataset["p3"].values,
-            restitution.values[:-1],
+            restitution[:-1],
             labels,
             short=[f"{nu:g}".replace("-", "\u2212") for nu in ratios],
-            limit=restitution.values[-1],
+            limit=restitution[-1],
             limit_label=r"incompressible ($\nu_0 = 0.5$)",
         )
         for line, at in zip(ax.lines, [*glassy, 0.5], strict=False):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import operator
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
-from restitution.checks import within
-from restitution.errors import InputError, InputTypeError
+from restitution.checks import whole, within
+from restitution.errors import InputError
 from restitution.files import whole_file, write_netcdf
 from restitution.paper import claims as claims_of
 from restitution.paper import figures, further
@@ -23,23 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEFAULT_SEED = 2024
+_FIGURES = 8
 
 
-@dataclass(frozen=True)
-class Resolution:
-    """How fine the figures are.
-
-    Parameters
-    ----------
-    plane : int
-        Points along each axis of figures 3 and 4.
-    curve : int
-        Points of each curve of figures 5 and 6.
-    collapse : int
-        Points along each axis of the collapse's plane.
-    draws : int
-        Random draws at each of those.
-    """
+class Resolution(NamedTuple):
+    """How fine the figures are: points along each axis of a plane, of a curve and of the collapse, and its draws."""
 
     plane: int
     curve: int
@@ -50,34 +37,18 @@ class Resolution:
     def solves(self) -> int:
         """How many impacts are solved in all."""
         of_paper = len(figures.CURVES) * (len(figures.POISSON_RATIOS) + 1)
-        curves = of_paper + 2 * len(further.EXAMPLES) + 2 * len(further.TERMS)
-        collapse_points = 2 * self.collapse**2 * self.draws
-        return 2 * self.plane**2 + curves * self.curve + collapse_points + claims_of.number_of_solves()
+        examples = (len(further.EXAMPLES) + 1) * len(further.EXAMPLES)
+        curves = of_paper + examples + 2 * len(further.TERMS)
+        collapse = 2 * self.collapse**2 * self.draws
+        return 2 * self.plane**2 + curves * self.curve + collapse + claims_of.number_of_solves()
 
 
 FULL = Resolution(plane=161, curve=241, collapse=33, draws=6)
 QUICK = Resolution(plane=33, curve=61, collapse=11, draws=3)
 
-_FIGURES = 8
 
-
-@dataclass(frozen=True)
-class Reproduction:
-    """Result of a reproduction of the paper.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the files are.
-    files : tuple of pathlib.Path
-        All of them, in the order in which they were written.
-    claims : tuple of Claim
-        The paper's claims as judged.
-    solves : int
-        How many impacts were solved.
-    seconds : float
-        Duration of all [s].
-    """
+class Reproduction(NamedTuple):
+    """Result of a reproduction of the paper: folder, files in the order of writing, claims, number and time of solves."""
 
     folder: Path
     files: tuple[Path, ...]
@@ -108,16 +79,18 @@ class _Output:
             partial.write_text(content, encoding="utf-8")
         self.files.append(path)
 
-    def figure(self, name: str, dataset: xr.Dataset, draw: Callable[[xr.Dataset], Figure]) -> None:
+    def figure(self, name: str, dataset: xr.Dataset, draw: Callable[[xr.Dataset], Figure]) -> xr.Dataset:
+        """Write the data and the picture, and return the data."""
         path = self.folder / f"{name}.nc"
         write_netcdf(dataset, path)
         self.files.append(path)
         picture = draw(dataset)
         self.files.append(save_figure(picture, path.with_suffix(".png")))
-        # The page keeps the layout of the picture; to find it anew takes as long as all other drawing.
+        # The page keeps the layout of the picture; a new layout takes as long as all other drawing.
         picture.set_layout_engine("none")
         self.files.append(save_figure(picture, path.with_suffix(".pdf")))
         self.advance(self.drawing)
+        return dataset
 
 
 def reproduce(
@@ -152,12 +125,12 @@ def reproduce(
     Returns
     -------
     Reproduction
-        Folder, files, claims and time.
+        Folder, files, claims, number of solves and time [s].
 
     Raises
     ------
-    ValueError
-        If `out` is a file, or `seed` or `workers` is out of range.
+    InputError
+        If `out` is a file, or a number is out of range.
     OSError
         If the folder cannot be written to.
     SolverError
@@ -169,29 +142,28 @@ def reproduce(
     >>> from restitution.paper.reproduction import reproduce
     >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +SKIP
     ...     [claim.holds for claim in reproduce(folder, quick=True).claims]
-    [True, True, True, True]
+    [True, True, True, True, True, True, True]
     """
     started = time.perf_counter()
-    computation_seed = _whole_number("seed", seed, 0)
+    seed = whole("seed", seed, 0)
     if workers is not None:
-        workers = _whole_number("workers", workers, 1)
+        workers = whole("workers", workers, 1)
     within("rtol", rtol, 1e-12, 1e-3)
     resolution = QUICK if quick else FULL
-    # One figure takes as long to draw as a fraction of all solves; counted so, the time left comes out right.
+    # A figure takes as long to draw as a twelfth of all solves; counted so, the time left comes out right.
     drawing = resolution.solves // 12
     output = _Output(_folder(out), resolution.solves + _FIGURES * drawing, progress, drawing)
-    computation = Computation(computation_seed, rtol, workers, output.advance)
+    computation = Computation(seed, rtol, workers, output.advance)
 
-    plane: dict[int, Any] = {}
-    for number in figures.PLANES:
-        plane[number] = figures.compute_plane(computation, number, resolution.plane)
-        output.figure(f"figure_{number}", plane[number], figures.draw_plane)
-    family: dict[int, Any] = {}
-    for number in figures.CURVES:
-        family[number] = figures.compute_curves(computation, number, resolution.curve)
-        output.figure(f"figure_{number}", family[number], figures.draw_curves)
-    comparison = further.compare(plane[3], plane[4])
-    output.figure("figure_incompressibility", comparison, further.draw_error)
+    planes = {
+        n: output.figure(f"figure_{n}", figures.compute_plane(computation, n, resolution.plane), figures.draw_plane)
+        for n in figures.PLANES
+    }
+    curves = {
+        n: output.figure(f"figure_{n}", figures.compute_curves(computation, n, resolution.curve), figures.draw_curves)
+        for n in figures.CURVES
+    }
+    comparison = output.figure("figure_incompressibility", further.compare(planes[3], planes[4]), further.draw_error)
     draws = further.compute_collapse(computation, resolution.collapse, resolution.draws)
     output.figure("figure_collapse", draws, further.draw_collapse)
     examples = further.compute_examples(computation, resolution.curve)
@@ -199,29 +171,19 @@ def reproduce(
     terms = further.compute_terms(computation, resolution.curve)
     output.figure("figure_relaxation_times", terms, further.draw_terms)
 
-    claims = [
+    claims = (
         claims_of.three_groups(draws),
         claims_of.matters_where_small(comparison),
-        claims_of.usually_underestimates(comparison, family),
+        claims_of.usually_underestimates(comparison, curves),
         claims_of.large_near_half(computation),
         claims_of.stiffer(),
         claims_of.several_times(terms),
         claims_of.two_spheres(computation),
-    ]
+    )
     output.text("claims.json", claims_of.as_json(claims, computation.attributes()))
     output.text("claims.md", claims_of.as_markdown(claims, computation.attributes()))
     seconds = time.perf_counter() - started
-    return Reproduction(output.folder, tuple(output.files), tuple(claims), resolution.solves, seconds)
-
-
-def _whole_number(name: str, value: Any, low: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise InputTypeError(name, value, f"must be a whole number >= {low}") from None
-    if number < low:
-        raise InputError(name, number, f"must be a whole number >= {low}")
-    return number
+    return Reproduction(output.folder, tuple(output.files), claims, resolution.solves, seconds)
 
 
 def _folder(out: Path | str) -> Path:
@@ -229,7 +191,7 @@ def _folder(out: Path | str) -> Path:
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "must be a folder, and is a file")
     folder.mkdir(parents=True, exist_ok=True)
-    # Found out now, not after the first figure has been computed.
+    # A folder that refuses files is found out now, not after the first figure has been computed.
     with whole_file(folder / "claims.md.probe") as partial:
         partial.touch()
     (folder / "claims.md.probe").unlink()

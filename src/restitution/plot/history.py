@@ -1,21 +1,25 @@
-"""Panels over the history of an impact or an indentation: force, depth, contact radius, loop, energies."""
+"""Panels over the history of an impact or an indentation, and the page of a prescribed indentation."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from restitution.errors import InputError
+from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
-from restitution.plot.labels import quantity_label, scaled_unit
+from restitution.plot.labels import in_words, quantity_label, scaled_unit
 from restitution.quantities import HISTORY
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from restitution.impact.result import EnergyBudget
+    from restitution.indentation.result import IndentationResult
 
 # From the bottom of the stack to its top.
 _PARTS = {
@@ -25,20 +29,21 @@ _PARTS = {
 }
 
 
+def _column(history: xr.Dataset, name: str) -> tuple[Any, str]:
+    """Values of a variable of the history in a suitable unit, and the label of their axis."""
+    if name not in history.variables:
+        raise InputError("history", list(history.data_vars), f"must have the variable {name!r}")
+    column = np.asarray(history[name].values, dtype=np.float64)
+    if column.ndim != 1:
+        raise InputError(f"history.{name}.shape", column.shape, "must be over time alone")
+    factor, unit = scaled_unit(column, HISTORY[name].unit)
+    return column * factor, quantity_label(name, unit)
+
+
 def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Axes:
-    values: list[Any] = []
-    labels: list[str] = []
-    for name in (across, up):
-        if name not in history.variables:
-            raise InputError("history", list(history.data_vars), f"must have the variable {name!r}")
-        column = np.asarray(history[name].values, dtype=np.float64)
-        if column.ndim != 1:
-            raise InputError(f"history.{name}.shape", column.shape, "must be over time alone")
-        scale = scaled_unit(column, HISTORY[name].unit)
-        values.append(column * scale.factor)
-        labels.append(quantity_label(name, scale.unit))
-    ax.plot(values[0], values[1], color=color)
-    return style.labelled(ax, labels[0], labels[1])
+    (x, x_label), (y, y_label) = _column(history, across), _column(history, up)
+    ax.plot(x, y, color=color)
+    return style.labelled(ax, x_label, y_label)
 
 
 def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
@@ -58,20 +63,18 @@ def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axe
     return _draw(ax, history, "time", "force", color)
 
 
-def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
-    """Draw the force F [N] over the indentation depth d [m]: the loop whose area is the energy lost."""
+def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE, area: bool = True) -> Axes:
+    """Draw the force F [N] over the indentation depth d [m]; the area of the loop is the energy lost."""
     _draw(ax, history, "indentation_depth", "force", color)
-    depth = np.asarray(history["indentation_depth"].values)
-    force = np.asarray(history["force"].values)
-    scale = scaled_unit(depth, "m").factor, scaled_unit(force, "N").factor
-    ax.fill(depth * scale[0], force * scale[1], color=color, alpha=0.12, linewidth=0)
+    if area:
+        ax.fill(*ax.lines[-1].get_data(), color=color, alpha=0.12, linewidth=0)
     return ax
 
 
 def contact_radius_time(ax: Axes, history: xr.Dataset, *, color: str = style.GREEN) -> Axes:
     """Draw the contact radius a [m] over time t [s]."""
     _draw(ax, history, "time", "contact_radius", color)
-    # Under a flat face it does not change.
+    # The contact radius of a flat face is constant.
     ax.set_ylim(bottom=0.0)
     return ax
 
@@ -82,7 +85,7 @@ def depth_time(ax: Axes, history: xr.Dataset, *, color: str = style.VERMILION) -
 
 
 def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
-    """Draw where the energy [J] is over time as a stacked area: dissipated, stored, kinetic.
+    """Draw dissipated, stored and kinetic energy [J] over time as a stacked area.
 
     The three add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
     exact method has all three; another one is refused.
@@ -101,24 +104,14 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     if missing:
         wanted = f"must have {missing[0]!r}, which only the exact method computes"
         raise InputError("history", list(history.data_vars), wanted)
-    time = np.asarray(history["time"].values, dtype=np.float64)
-    parts = [np.asarray(history[name].values, dtype=np.float64) for name in _PARTS]
-    total = np.sum(parts, axis=0)
-    across, up = scaled_unit(time, "s"), scaled_unit(total, "J")
-    ax.stackplot(
-        time * across.factor,
-        [part * up.factor for part in parts],
-        labels=[words for words, _ in _PARTS.values()],
-        colors=[color for _, color in _PARTS.values()],
-        alpha=0.75,
-        linewidth=0,
-    )
-    before = float(parts[-1][0]) * up.factor
-    ax.axhline(before, color="black", linewidth=0.8, linestyle="--")
-    ax.set_xlim(0.0, time[-1] * across.factor)
-    ax.set_ylim(0.0, 1.05 * float(total.max()) * up.factor)
-    ax.set_xlabel(quantity_label("time", across.unit))
-    ax.set_ylabel(f"energy [{up.unit}]")
+    time, label = _column(history, "time")
+    parts = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in _PARTS])
+    total = parts.sum(axis=0)
+    factor, unit = scaled_unit(total, "J")
+    words, colors = zip(*_PARTS.values(), strict=True)
+    ax.stackplot(time, parts * factor, labels=words, colors=colors, alpha=0.75, linewidth=0)
+    ax.axhline(parts[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
+    ax.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.05 * total.max() * factor), xlabel=label, ylabel=f"energy [{unit}]")
     handles, labels = ax.get_legend_handles_labels()
     # Over the axes: within, it would hide a part.
     ax.legend(handles[::-1], labels[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
@@ -126,7 +119,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
 
 
 def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
-    """Draw where the kinetic energy of the impact [J] went, as one stacked bar of `ImpactResult.energy`.
+    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material.
 
     Examples
     --------
@@ -137,24 +130,63 @@ def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
     >>> ax.get_legend_handles_labels()[1]
     ['rebound 40.0 %', 'dissipated 50.0 %', 'left in the material 10.0 %']
     """
-    before = float(energy.kinetic_in)
-    # More than before where a constant force did work on the body.
-    total = float(energy.kinetic_out) + float(energy.dissipated) + float(energy.stored)
-    scale = scaled_unit(total, "J")
+    parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored)]
+    # The total is above the kinetic energy before the impact where a constant force did work on the body.
+    total, before = sum(parts), float(energy.kinetic_in)
+    factor, unit = scaled_unit(total, "J")
     start = 0.0
-    parts = (
-        ("rebound", float(energy.kinetic_out), style.BLUE),
-        ("dissipated", float(energy.dissipated), style.ORANGE),
-        ("left in the material", float(energy.stored), style.GREEN),
-    )
-    for words, value, color in parts:
-        share = value * scale.factor
-        ax.barh(0.0, share, left=start, height=0.5, color=color, label=f"{words} {100 * value / total:.1f} %")
-        start += share
-    ax.axvline(before * scale.factor, color="black", linewidth=0.8, linestyle="--")
-    ax.set_xlim(0.0, 1.02 * max(total, before) * scale.factor)
-    ax.set_ylim(-0.4, 1.3)
-    ax.set_yticks([])
-    ax.set_xlabel(f"energy [{scale.unit}] (dashed: before the impact)")
+    looks = (("rebound", style.BLUE), ("dissipated", style.ORANGE), ("left in the material", style.GREEN))
+    for value, (words, color) in zip(parts, looks, strict=True):
+        label = f"{words} {100 * value / total:.1f} %"
+        ax.barh(0.0, value * factor, left=start, height=0.5, color=color, label=label)
+        start += value * factor
+    ax.axvline(before * factor, color="black", linewidth=0.8, linestyle="--")
+    ax.set(xlim=(0.0, 1.02 * max(total, before) * factor), ylim=(-0.4, 1.3), yticks=[])
+    ax.set_xlabel(f"energy [{unit}] (dashed: before the impact)")
     ax.legend(loc="upper left", ncols=1)
     return ax
+
+
+def curve(result: IndentationResult) -> xr.Dataset:
+    """Return the dense history of an indentation, with the limits from both sides at each kink and jump.
+
+    Examples
+    --------
+    A step of the force is a vertical line, and so has two depths:
+
+    >>> import restitution as rs
+    >>> gel = rs.Material(rs.PronySeries(200.0, [800.0], [0.3]), bulk=float("inf"))
+    >>> history = curve(rs.indent(gel, rs.Parabola(2.5e-6), force=[0, 1e-9, 1e-9, 0], time=[0, 1, 2, 2.5]))
+    >>> print(history.sizes["time"] > 400, float(history.force.max()))
+    True 1e-09
+    """
+    import xarray as xr
+
+    knots = np.unique(result.history_given.knots)
+    # Sorting keeps the order of points at the same time.
+    return xr.concat([result.sample(knots, before=True), result.sample()], "time").sortby("time")
+
+
+def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figure:
+    """Draw depth, force and contact radius over time and force over depth, into a new or a given empty figure."""
+    history = curve(result)
+    with style.context():
+        page, panels = style.panels("AB;CD", height=5.0, figure=figure)
+        for draw, ax in zip((depth_time, force_time, contact_radius_time), panels, strict=False):
+            draw(ax, history)
+            # A prescribed history may begin before the touch.
+            ax.set_xlabel(ax.get_xlabel().replace(HISTORY["time"].words, "time"))
+            if math.isfinite(result.contact_end_time):
+                end = result.contact_end_time * scaled_unit(history["time"].values, "s").factor
+                ax.axvline(end, color=style.GREY, linewidth=0.8, linestyle="--")
+        # The area is the energy lost where the contact ends and the history has no step.
+        steps = np.any(np.diff(result.history_given.knots) == 0.0)
+        force_indentation(panels[3], history, area=result.status == IndentationStatus.SEPARATED and not steps)
+        words = [
+            f"prescribed {result.prescribed}",
+            f"largest force {in_words(result.max_force, 'N')}",
+            f"largest depth {in_words(result.max_indentation_depth, 'm')}",
+        ]
+        if math.isfinite(result.contact_end_time):
+            words.append(f"contact ends at {in_words(result.contact_end_time, 's')} (dashed)")
+        return style.finish(page, ", ".join(words))

@@ -1,12 +1,12 @@
-"""One impact on a page, and its contact pressure over the radius."""
+"""The pages of an impact and of a body that bounces, and the contact pressure over the radius."""
 
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from restitution.errors import InputError
 from restitution.plot import style
@@ -18,15 +18,19 @@ from restitution.plot.history import (
     force_indentation,
     force_time,
 )
-from restitution.plot.labels import scaled_unit
+from restitution.plot.labels import in_words, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
 
+Array = NDArray[np.float64]
+
 _POINTS = 241
+_FLIGHT_POINTS = 40
 # Pressures are unbounded at the edge of a flat face and under the tip of a cone; so close to either, they do not set
 # the scale.
 _RIM = 0.03
@@ -48,63 +52,48 @@ def overview(
     result : ImpactResult
         The result of one impact, not of an array of them.
     times : array_like, optional
-        Times [s] at which to show the pressure, at most seven; four where left out.
+        Times [s] at which to show the pressure, at most seven; four by default.
     title : str
         A line above the restitution coefficient and the contact time.
     figure : matplotlib.figure.Figure, optional
-        An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; a new one if left out.
+        An empty figure to draw into, e.g. `matplotlib.pyplot.figure()`; a new one by default.
 
     Returns
     -------
     matplotlib.figure.Figure
         A notebook shows it; `figure.savefig(...)` writes it.
     """
-    history = result.history
-    exact = result.method == "exact"
+    history, exact = result.history, result.method == "exact"
     budget = not exact and isfinite(result.energy.dissipated)
-    heights = [1.0, 1.0, *([1.0] if exact else [0.62] if budget else [])]
+    rows, heights = ["AB", "CD"], [1.0, 1.0]
+    if exact or budget:
+        rows, heights = [*rows, "EF" if exact else "EE"], [*heights, 1.0 if exact else 0.62]
     with style.context():
-        page = style.new_figure(style.PAGE_WIDTH, 0.3 + 2.4 * sum(heights)) if figure is None else figure
-        grid: Any = page.add_gridspec(len(heights), 2, height_ratios=heights)
-        panels: list[Any] = [page.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
-        force_time(panels[0], history)
-        force_indentation(panels[1], history)
-        depth_time(panels[2], history)
-        contact_radius_time(panels[3], history)
+        height = 0.3 + 2.4 * sum(heights)
+        page, panels = style.panels(";".join(rows), height=height, figure=figure, heights=heights)
+        for draw, ax in zip((force_time, force_indentation, depth_time, contact_radius_time), panels, strict=False):
+            draw(ax, history)
         if exact:
-            panels += [page.add_subplot(grid[2, column]) for column in (0, 1)]
             pressure_radius(panels[4], result, times)
             energy_area(panels[5], history)
         elif budget:
-            panels.append(page.add_subplot(grid[2, :]))
             energy_bar(panels[4], result.energy)
-        style.panel_letters(panels)
-        duration = scaled_unit(result.contact_time, "s")
-        numbers = (
-            rf"$e = {float(result.restitution_coefficient):.4g}$,  "
-            rf"contact time {float(result.contact_time) * duration.factor:.4g} {duration.unit}"
-        )
+        e, duration = float(result.restitution_coefficient), in_words(float(result.contact_time), "s")
+        numbers = rf"$e = {e:.4g}$,  contact time {duration}"
         return style.finish(page, f"{title}\n{numbers}" if title else numbers)
 
 
-def turning_time(result: ImpactResult) -> float:
-    """Time [s] of the greatest depth, to about a thousandth."""
-    history = result.history
-    return float(np.interp(0.0, -history["indentation_velocity"].values, history["time"].values))
-
-
-def instants(result: ImpactResult) -> np.ndarray[Any, Any]:
+def instants(result: ImpactResult) -> Array:
     """Four instants [s] that show a contact: half way in, deepest, a third and two thirds of the way out."""
-    turning = turning_time(result)
-    out = float(result.contact_time) - turning
-    return np.array([0.5 * turning, turning, turning + out / 3.0, turning + 2.0 * out / 3.0])
+    turning, end = float(result.turning_time), float(result.contact_time)
+    return np.array([0.5 * turning, turning, (2.0 * turning + end) / 3.0, (turning + 2.0 * end) / 3.0])
 
 
 def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = None) -> Axes:
     """Draw the contact pressure p [Pa] over the radius r [m] at some times; dashed after the turning point.
 
     The result is that of one impact, solved by the exact method. The times [s], at most seven, lie within the contact;
-    `instants` chooses them where left out.
+    `instants` chooses them by default.
 
     Examples
     --------
@@ -117,32 +106,98 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     (4, 'radius $r$ [µm]')
     """
     moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
+    end = float(result.contact_time)
     if moments.size > len(_COLORS):
         raise InputError("times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct")
-    if not np.all((moments > 0.0) & (moments < float(result.contact_time))):
-        bad = moments[~((moments > 0.0) & (moments < float(result.contact_time)))][0]
-        lasts = float(result.contact_time)
-        raise InputError("times", float(bad), f"must be within the contact, which lasts {lasts:g} s", "s")
-    extents = np.asarray(result.sample(moments)["contact_radius"].values)
-    turning = turning_time(result)
+    if (outside := moments[~((moments > 0.0) & (moments < end))]).size:
+        raise InputError("times", float(outside[0]), f"must be within the contact, which lasts {end:g} s", "s")
+    radii = np.asarray(result.sample(moments)["contact_radius"].values)
     # Close to the edge, where the pressure falls or rises fast, the points are dense.
     share = _LAST * np.sin(np.linspace(0.0, 0.5 * np.pi, _POINTS))
     inner = (share >= _RIM) & (share <= 1.0 - _RIM)
-    curves = [np.asarray(result.pressure(share * a, t)) for a, t in zip(extents, moments, strict=True)]
+    curves = [np.asarray(result.pressure(share * a, t)) for a, t in zip(radii, moments, strict=True)]
     top = max(float(curve[inner].max()) for curve in curves)
-    across, up = scaled_unit(extents, "m"), scaled_unit(top, "Pa")
-    clock = scaled_unit(moments, "s")
-    for a, t, curve, color in zip(extents, moments, curves, _COLORS, strict=False):
+    across, up, clock = scaled_unit(radii, "m"), scaled_unit(top, "Pa"), scaled_unit(moments, "s")
+    for a, t, curve, color in zip(radii, moments, curves, _COLORS, strict=False):
         ax.plot(
             share * a * across.factor,
             np.where(np.isfinite(curve), curve, np.nan) * up.factor,
             color=color,
-            linestyle="--" if t > 1.002 * turning else "-",
+            linestyle="--" if t > result.turning_time else "-",
             label=f"{t * clock.factor:.3g} {clock.unit}",
         )
     finite = max(float(curve[np.isfinite(curve)].max()) for curve in curves)
-    ax.set_ylim(0.0, 1.05 * min(finite, 1.1 * top) * up.factor)
     # Beyond the contact there is room for the legend.
-    ax.set_xlim(0.0, 1.45 * float(extents.max()) * across.factor)
+    ax.set(ylim=(0.0, 1.05 * min(finite, 1.1 * top) * up.factor), xlim=(0.0, 1.45 * radii.max() * across.factor))
     ax.legend(title="$t$", loc="upper right")
     return style.labelled(ax, f"radius $r$ [{across.unit}]", f"pressure $p$ [{up.unit}]")
+
+
+def flight(bounces: Bounces) -> tuple[Array, Array]:
+    """Times [s] and heights [m] of the lowest point over the undeformed surface, from the release on.
+
+    The height is NaN during contact, so that a line through it has gaps.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
+    >>> found = rs.bounces(rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5), max_bounces=3)
+    >>> time, height = flight(found)
+    >>> print(height[0], bool(np.nanmin(height) < 0.0))
+    0.5 True
+    """
+    g = bounces.gravity
+    fall = np.linspace(0.0, bounces.touch_time[0], _FLIGHT_POINTS)
+    times, heights = [fall], [bounces.drop_height - 0.5 * g * fall**2]
+    leaves = bounces.touch_time + bounces.contact_time
+    ends = np.append(bounces.touch_time[1:], leaves[-1] + bounces.rebound_velocity[-1] / g)
+    columns = leaves, ends, bounces.rebound_velocity, bounces.residual_indentation_depth
+    for start, end, speed, depth in zip(*columns, strict=True):
+        if not np.isfinite(start):
+            break
+        since = np.linspace(0.0, end - start, _FLIGHT_POINTS)
+        times += [np.array([start]), start + since]
+        heights += [np.array([np.nan]), speed * since - 0.5 * g * since**2 - depth]
+    return np.concatenate(times), np.concatenate(heights)
+
+
+def height_time(ax: Axes, bounces: Bounces) -> Axes:
+    """Draw the height [m] over time [s]."""
+    time, height = flight(bounces)
+    across, up = scaled_unit(time, "s"), scaled_unit(bounces.drop_height, "m")
+    ax.plot(time * across.factor, height * up.factor, color=style.BLUE)
+    ax.axhline(0.0, color=style.GREY, linewidth=0.8)
+    ax.set_xlim(0.0, None)
+    return style.labelled(ax, f"time since the release [{across.unit}]", f"height [{up.unit}]")
+
+
+def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
+    """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
+    factor, unit = scaled_unit(bounces.velocity, "m/s")
+    ax.plot(bounces.velocity * factor, bounces.restitution_coefficient, "o", color=style.VERMILION, markersize=4)
+    ax.set(xscale="log", ylim=(0.0, 1.0))
+    return style.labelled(ax, f"impact velocity $v_0$ [{unit}]", "restitution coefficient $e$")
+
+
+def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
+    """Draw the height [m] of each bounce that rises out of its imprint."""
+    from matplotlib.ticker import MaxNLocator
+
+    heights = np.append(bounces.drop_height, bounces.height)
+    factor, unit = scaled_unit(heights, "m")
+    (rises,) = np.nonzero(heights > 0.0)
+    ax.plot(rises, heights[rises] * factor, "o", color=style.GREEN, markersize=4)
+    ax.set(yscale="log", xlim=(-0.5, bounces.n_bounces + 0.5))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    return style.labelled(ax, "bounce (0: the release)", f"height reached [{unit}]")
+
+
+def bounces_overview(bounces: Bounces) -> Figure:
+    """Draw the height over time, the restitution coefficients and the heights of the result of `restitution.bounces`."""
+    with style.context():
+        page, panels = style.panels("AA;BC", height=5.0)
+        for draw, ax in zip((height_time, restitution_velocity, bounce_heights), panels, strict=True):
+            draw(ax, bounces)
+        count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
+        return style.finish(page, f"{count}; {bounces.ended}: {bounces.ended.message}")

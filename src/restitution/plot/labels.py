@@ -1,4 +1,4 @@
-"""Words, symbols and units on the axes of pictures, from the registry of quantities; units with suitable prefixes."""
+"""Words, symbols and prefixed units on the axes of pictures, from the registry of quantities."""
 
 from __future__ import annotations
 
@@ -33,10 +33,9 @@ class ScaledUnit(NamedTuple):
 
 
 def scaled_unit(values: Any, unit: str) -> ScaledUnit:
-    """Return the prefixed unit in which the largest of `values` lies in [1, 1000).
+    """Return the prefixed unit in which the largest finite one of `values` lies in [1, 1000).
 
-    Values that are not finite do not count. A unit with an exponent, K, rad and the empty unit of a plain number stay as
-    they are; masses are in g up to 1 kg.
+    A unit with an exponent, K, rad and the empty unit of a plain number have no prefix; masses are in g up to 1 kg.
 
     Examples
     --------
@@ -61,6 +60,18 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
     return ScaledUnit(10.0**-power, _PREFIXES[power] + unit)
 
 
+def in_words(value: float, unit: str) -> str:
+    """Return a number with four digits and its prefixed unit.
+
+    Examples
+    --------
+    >>> in_words(0.00123456, "s")
+    '1.235 ms'
+    """
+    factor, prefixed = scaled_unit(value, unit)
+    return f"{value * factor:.4g} {prefixed}"
+
+
 def quantity_label(name: str, unit: str) -> str:
     """Return the label of an axis: words and symbol of the registry, and a unit.
 
@@ -74,13 +85,13 @@ def quantity_label(name: str, unit: str) -> str:
 
 
 def _label(words: str, symbol: str, unit: str) -> str:
-    return " ".join(part for part in (words, symbol, f"[{unit}]" if unit else "") if part)
+    return " ".join(filter(None, (words, symbol, f"[{unit}]" if unit else "")))
 
 
 class Values(NamedTuple):
-    """A variable in a unit that suits its numbers, NaN where they are not finite; no unit for a plain number.
+    """A variable in a suitable unit, NaN where it is not finite.
 
-    The label has words, symbol and unit; the short one the symbol, or the words without one.
+    The label has words, symbol and unit; the short label is the symbol, or the words if there is none.
     """
 
     values: Array
@@ -91,20 +102,20 @@ class Values(NamedTuple):
 
     @property
     def scale(self) -> str:
-        """Scale of an axis of it, as matplotlib calls it."""
+        """Matplotlib's name of the scale of its axis."""
         return "log" if self.logarithmic else "linear"
 
     def value_label(self, place: int) -> str:
-        """Return one of its values in words, for a legend or a title."""
+        """Return one of its values with symbol and unit, for a legend or a title."""
         if np.isnan(self.values[place]):
-            # No axis has other values that are not finite than the bulk modulus of an incompressible material.
+            # The only value of an axis that is not finite is the bulk modulus of an incompressible material.
             return rf"{self.short} = $\infty$"
         number = f"{self.short} = {self.values[place]:.4g}"
         return f"{number} {self.unit}" if self.unit else number
 
 
 def scaled(variable: xr.DataArray) -> Values:
-    """Return a variable of a Dataset, with words, symbol and unit from its attributes, in a suitable unit.
+    """Return a variable of a Dataset in a suitable unit, with the words and the symbol of its attributes.
 
     Examples
     --------

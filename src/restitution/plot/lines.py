@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
-from restitution.plot import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +38,7 @@ def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
-    """Return the look of a curve of few points: markers, and no line through fewer still.
+    """Return the look of a curve of few points: markers, and without a line up to three points.
 
     Examples
     --------
@@ -62,32 +61,10 @@ def curve_family(
     limit: Any = None,
     limit_label: str = "limit",
 ) -> Axes:
-    """Draw curves in the order of their parameter, and a limiting one as a thin black line.
+    """Draw curves, the rows of `curves`, in the order of their parameter; a limiting one as a thin black line.
 
-    The lightness follows the parameter, and the dashes repeat in threes. With the short labels on the curves, colour is
-    not needed to distinguish them.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw, with its scales and limits set; also returned.
-    x : array-like, shape (n,)
-        Abscissa of all curves.
-    curves : array-like, shape (n_curve, n)
-        One row each.
-    labels : sequence of str
-        Their legend entries.
-    short : sequence of str, optional
-        Short labels that are written on the curves; none if left out.
-    limit : array-like, shape (n,), optional
-        The limiting curve.
-    limit_label : str
-        Its legend entry.
-
-    Raises
-    ------
-    InputError
-        If there is not one label for each curve.
+    The lightness follows the parameter, and the dashes repeat in threes. The short labels stand on the curves, so that
+    colour is not needed to distinguish them; the axes must have their scales and limits before.
 
     Examples
     --------
@@ -117,30 +94,26 @@ def curve_family(
 def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors: Sequence[Any]) -> None:
     """Write a label on each curve, far from other curves and labels; the curve with the least room comes first."""
     from matplotlib.patheffects import withStroke
+    from scipy.spatial.distance import cdist
 
     figure: Any = ax.figure
     figure.draw_without_rendering()
     point = figure.dpi / 72.0
+    room_of_label = np.array([_LABEL_WIDTH, _LABEL_HEIGHT])
     places = np.linspace(0, x.size - 1, min(x.size, 400)).astype(int)
     shown = np.stack([ax.transData.transform(np.column_stack([x[places], row[places]])) / point for row in rows])
     frame = ax.get_window_extent()
-    inside = (
-        (shown[..., 0] > frame.x0 / point + _LABEL_WIDTH)
-        & (shown[..., 0] < frame.x1 / point - _LABEL_WIDTH)
-        & (shown[..., 1] > frame.y0 / point + _LABEL_HEIGHT)
-        & (shown[..., 1] < frame.y1 / point - _LABEL_HEIGHT)
-    )
-    room = np.empty(shown.shape[:2])
-    for n, curve in enumerate(shown):
-        others = np.vstack([shown[m] for m in range(len(shown)) if m != n] or [np.full((1, 2), np.inf)])
-        away = np.hypot(*(curve[:, None, :] - others[None, :, :]).transpose(2, 0, 1))
-        room[n] = np.nan_to_num(np.nanmin(away, axis=1, initial=1e3), nan=0.0)
-    room = np.where(inside, np.minimum(room, 3.0 * _LABEL_HEIGHT), -np.inf)
+    low, high = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) / point
+    inside = np.all((shown > low + room_of_label) & (shown < high - room_of_label), axis=2)
+    # Distance of each point of a curve from the nearest point of any other curve.
+    away = [cdist(curve, np.delete(shown, n, axis=0).reshape(-1, 2)) for n, curve in enumerate(shown)]
+    room = np.stack([np.nanmin(one, axis=1, initial=3.0 * _LABEL_HEIGHT) for one in away])
+    room = np.where(inside, room, -np.inf)
     taken: list[Array] = []
     for n in sorted(range(len(words)), key=lambda n: float(room[n].max())):
         score = room[n].copy()
         for place in taken:
-            gap = np.abs(shown[n] - place) / (_LABEL_WIDTH, _LABEL_HEIGHT)
+            gap = np.abs(shown[n] - place) / room_of_label
             score -= 200.0 * (gap.max(axis=1) < 1.0)
         if not np.isfinite(score).any():
             continue
@@ -164,33 +137,11 @@ def contour_map(
     colorbar: str | None = None,
     labels_at: Sequence[tuple[float, float]] = (),
 ) -> Axes:
-    """Draw labelled isolines of z(x, y), over a shading if wanted.
+    """Draw labelled isolines of z(x, y), z[j, i] at x[i] and y[j], over a shading if `cmap` is given.
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw; also returned.
-    x, y : array-like, shapes (n,), (m,)
-        Grid lines, ascending.
-    z : array-like, shape (m, n)
-        The values; no isoline crosses where they are not finite.
-    levels : sequence of float
-        The isolines, ascending; those that the values do not reach are left out.
-    fmt : str or callable
-        The isolines' labels.
-    cmap : str or matplotlib colormap, optional
-        Colours of the shading; none if absent.
-    norm : matplotlib.colors.Normalize, optional
-        How values map to colours.
-    colorbar : str, optional
-        Label of a colour bar with ticks at the isolines; no bar if absent.
-    labels_at : sequence of tuple of float
-        Points (x, y) whose nearest isolines get their labels there; matplotlib chooses if absent.
-
-    Raises
-    ------
-    InputError
-        If the shapes do not fit.
+    The grid lines x and y and the levels ascend. Levels that the values do not reach are left out, and no isoline
+    crosses values that are not finite. `colorbar` is the label of a colour bar with ticks at the isolines. Isolines
+    nearest to the points `labels_at` get their labels there; matplotlib chooses the places if there are none.
 
     Examples
     --------
@@ -203,14 +154,13 @@ def contour_map(
     x, y, z = (np.asarray(part, dtype=np.float64) for part in (x, y, z))
     if z.shape != (y.size, x.size):
         raise InputError("z.shape", z.shape, f"must be (len(y), len(x)) = ({y.size}, {x.size})")
-    ax.set_xlim(x[0], x[-1])
-    ax.set_ylim(y[0], y[-1])
-    # Over a shading, ticks below it would be lost.
+    ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    # Ticks must lie over the shading.
     ax.set_axisbelow(False)
     figure: Any = ax.figure
     words: Any = fmt if callable(fmt) else lambda level, _=None: fmt % level
     if cmap is not None:
-        shading = ax.pcolormesh(x, y, z, cmap=style.paler(cmap), norm=norm, shading="gouraud", rasterized=True)
+        shading = ax.pcolormesh(x, y, z, cmap=_paler(cmap), norm=norm, shading="gouraud", rasterized=True)
         if colorbar is not None:
             bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
             ticks = _apart(levels, shading.norm)
@@ -227,6 +177,16 @@ def contour_map(
     where: Any = list(labels_at) or False
     ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=where)
     return ax
+
+
+def _paler(cmap: str, share: float = 0.35) -> Any:
+    """Return a colormap mixed with a share of white: opaque, as transparent areas show seams in PDF viewers."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    colors = colormaps[cmap](range(256))
+    colors[:, :3] += share * (1.0 - colors[:, :3])
+    return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 
 def _apart(levels: Sequence[float], norm: Any, share: float = 0.025) -> list[float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +11,8 @@ from numpy.typing import NDArray
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
+from restitution.plot import style
 from restitution.plot.labels import scaled_unit
-from restitution.plot.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    VERMILION,
-    context,
-    finish,
-    labelled,
-    new_figure,
-    panel_letters,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_COLORS = (BLUE, VERMILION, GREEN, ORANGE)
+_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE)
 
 
 def relaxation(
@@ -48,7 +37,7 @@ def relaxation(
 
     Examples
     --------
-    >>> ax = new_figure().add_subplot()
+    >>> ax = style.new_figure().add_subplot()
     >>> _ = relaxation(ax, {"shear": PronySeries(1e6, [2e6], [1.0])}, (0.01, 100.0))
     >>> ax.get_xscale(), ax.get_ylabel()
     ('log', 'relaxation modulus [MPa]')
@@ -57,7 +46,7 @@ def relaxation(
     curves = {name: np.asarray(one.relaxation_modulus(t)) for name, one in series.items()}
     factor, prefixed = scaled_unit(np.concatenate(list(curves.values())), unit)
     if data is not None:
-        ax.plot(data.time, data.modulus * factor, ".", color=GREY, markersize=4, label="data")
+        ax.plot(data.time, data.modulus * factor, ".", color=style.GREY, markersize=4, label="data")
     for color, (name, curve) in zip(_COLORS, curves.items(), strict=False):
         ax.plot(t, curve * factor, color=color, label=name)
     return _finished(ax, "time $t$ [s]", "relaxation modulus", prefixed)
@@ -75,7 +64,7 @@ def dynamic(
 
     Examples
     --------
-    >>> ax = new_figure().add_subplot()
+    >>> ax = style.new_figure().add_subplot()
     >>> _ = dynamic(ax, {"shear": PronySeries(1e6, [2e6], [1.0])}, (0.01, 100.0))
     >>> [line.get_label() for line in ax.lines]
     ['shear, storage', 'shear, loss']
@@ -85,7 +74,7 @@ def dynamic(
     factor, prefixed = scaled_unit(np.concatenate(list(storage.values())), unit)
     if data is not None:
         for values, mark in ((data.storage_modulus, "."), (data.loss_modulus, "x")):
-            ax.plot(data.angular_frequency, values * factor, mark, color=GREY, markersize=4)
+            ax.plot(data.angular_frequency, values * factor, mark, color=style.GREY, markersize=4)
     for color, (name, one) in zip(_COLORS, series.items(), strict=False):
         ax.plot(omega, storage[name] * factor, color=color, label=f"{name}, storage")
         loss = np.asarray(one.loss_modulus(omega)) * factor
@@ -100,10 +89,10 @@ def overview(
     *,
     unit: str = "Pa",
 ) -> Figure:
-    """Return a figure of the relaxation moduli over time and the complex ones over frequency.
+    """Return a figure of the relaxation moduli over time and the complex ones over frequency, of at most four series.
 
-    There are at most four series, by their names. The window of times [s] reaches a decade beyond all relaxation times
-    where left out. The unit is empty for shares of the instantaneous modulus.
+    The window of times [s] reaches a decade beyond all relaxation times by default. The unit is empty for shares of the
+    instantaneous modulus.
 
     Examples
     --------
@@ -113,13 +102,11 @@ def overview(
     if window is None:
         times = np.concatenate([one.relaxation_times for one in series.values()] or [np.empty(0)])
         window = (0.1 * float(times.min()), 10.0 * float(times.max())) if times.size else (1e-6, 1.0)
-    with context():
-        figure = new_figure(height=3.2)
-        left, right = figure.subplots(1, 2)
+    with style.context():
+        figure, (left, right) = style.panels("AB", height=3.2)
         relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit=unit)
         dynamic(right, series, window, data if isinstance(data, DynamicTable) else None, unit=unit)
-        panel_letters([left, right])
-        return finish(figure)
+        return style.finish(figure)
 
 
 def shift_factors(table: ShiftTable) -> Figure:
@@ -130,17 +117,14 @@ def shift_factors(table: ShiftTable) -> Figure:
     >>> len(shift_factors(ShiftTable([290.0, 300.0], [1.0, 0.0])).axes)
     1
     """
-    with context():
-        figure = new_figure(width=3.54, height=3.0)
-        ax: Any = figure.subplots()
-        ax.plot(table.temperatures - 273.15, table.log10_factors, ".-", color=BLUE)
-        ax.set_xlabel("temperature [°C]")
-        ax.set_ylabel(r"$\log_{10} a_T$")
-    return figure
+    with style.context():
+        figure, (ax,) = style.panels("A", style.COLUMN_WIDTH, 3.0)
+        ax.plot(table.temperatures - 273.15, table.log10_factors, ".-", color=style.BLUE)
+        ax.set(xlabel="temperature [°C]", ylabel=r"$\log_{10} a_T$")
+        return style.finish(figure)
 
 
 def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    ax.set(xscale="log", yscale="log")
     ax.legend()
-    return labelled(ax, x, f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")
+    return style.labelled(ax, x, f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")

@@ -61,10 +61,10 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
 
 
 class MapLevels(NamedTuple):
-    """Isolines and shading of an output, the same for all panels that show it.
+    """Isolines and shading of an output, the same for all its panels.
 
-    The isolines and the ends of the shading are in the unit of the label, to which the factor leads from SI; they are
-    decadic logarithms of values where `logarithmic`.
+    The isolines and the ends of the shading are in the unit of the label, that is, SI values times the factor; where
+    `logarithmic`, they are decadic logarithms.
     """
 
     levels: Array
@@ -99,10 +99,7 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     from matplotlib.colors import Normalize
 
     across, up = scaled(output[x]), scaled(output[y])
-    ax.set_xscale(across.scale)
-    ax.set_yscale(up.scale)
-    ax.set_xlabel(across.label)
-    ax.set_ylabel(up.label)
+    ax.set(xscale=across.scale, yscale=up.scale, xlabel=across.label, ylabel=up.label)
     # Isolines need ascending axes.
     order = np.argsort(across.values), np.argsort(up.values)
     shown = map_levels(output) if levels is None else levels
@@ -129,8 +126,7 @@ def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
     for share, dashes in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
         if finite.size:
             ax.axvline(float(np.quantile(finite, share)), color="black", linewidth=0.8, linestyle=dashes)
-    ax.set_xlabel(values.label)
-    ax.set_ylabel("draws")
+    ax.set(xlabel=values.label, ylabel="draws")
     return ax
 
 
@@ -143,12 +139,12 @@ def draw_scatter(ax: Axes, output: xr.DataArray, drawn: str) -> Axes:
 
 
 def is_numeric(output: xr.DataArray, dimension: str) -> bool:
-    """Whether a dimension has numbers along it, rather than words or nothing."""
+    """Whether a dimension has numbers along it, not words or nothing."""
     return dimension in output.coords and np.issubdtype(output[dimension].dtype, np.number)
 
 
 def value_name(output: xr.DataArray, dimension: str, place: int) -> str:
-    """Return one of the values along a dimension in words."""
+    """Return one of the values along a dimension, with symbol and unit."""
     return _names(output, dimension)[place]
 
 
@@ -160,7 +156,7 @@ def _names(output: xr.DataArray, dimension: str) -> list[str]:
 
 
 def _along(ax: Axes, output: xr.DataArray, x: str) -> Values:
-    """Values along the abscissa; words get one place each."""
+    """Values along the abscissa; words stand one unit apart."""
     if is_numeric(output, x):
         return scaled(output[x])
     words = [str(word) for word in output[x].values]
@@ -170,16 +166,13 @@ def _along(ax: Axes, output: xr.DataArray, x: str) -> Values:
 
 
 def _frame(ax: Axes, across: Values, values: Values, name: Any) -> None:
-    ax.set_xscale(across.scale)
-    ax.set_yscale(values.scale)
     from matplotlib.ticker import NullFormatter
 
+    ax.set(xscale=across.scale, yscale=values.scale)
     if across.logarithmic and np.nanmax(across.values) >= 9.9 * np.nanmin(across.values):
         # Labels between the decades would overlap.
         ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_xlabel(across.label)
-    ax.set_ylabel(values.label)
-    ax.grid(True)
+    style.labelled(ax, across.label, values.label)
     # Markers at the ends need room.
     if across.values.size > FEW:
         ax.set_xlim(float(np.min(across.values)), float(np.max(across.values)))

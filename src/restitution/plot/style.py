@@ -1,11 +1,12 @@
-"""One look for every figure: fonts, sizes, colour-blind-safe colours, and how a figure is made and saved."""
+"""The look of all figures: fonts, sizes, colours for the colour-blind; how a figure is made and saved."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
@@ -67,9 +68,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def context() -> Generator[None]:
-    """Give every figure made inside this context the look of the package, whatever the user's own settings.
-
-    Matplotlib's own settings return when the context ends.
+    """Give every figure made inside this context the look of the package; the user's own settings return after it.
 
     Examples
     --------
@@ -135,38 +134,37 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 1
     return figure
 
 
-def paler(cmap: str, share: float = 0.35) -> Any:
-    """Return a colormap mixed with a share of white, as a shading under black lines and text.
+def panels(
+    mosaic: Any,
+    width: float = PAGE_WIDTH,
+    height: float = 4.4,
+    *,
+    dpi: float = 100.0,
+    figure: Figure | None = None,
+    heights: Sequence[float] | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """Return a new or a given empty figure and its panels, with letters above them if there are several.
 
-    It is opaque, as transparent areas show seams in PDF viewers.
+    The mosaic is that of matplotlib's `subplot_mosaic`, e.g. "AA;BC": one letter or name for each panel, "." for none.
 
     Examples
     --------
-    >>> float(paler("gray", 0.5)(0.0)[0])
-    0.5
-    """
-    from matplotlib import colormaps
-    from matplotlib.colors import ListedColormap
-
-    colors = colormaps[cmap](range(256))
-    colors[:, :3] += share * (1.0 - colors[:, :3])
-    return ListedColormap(colors.tolist()).with_extremes(bad="white")
+    >>> page, axes = panels("AA;BC")
+    >>> [ax.get_title("left") for ax in axes]
+    ['(a)', '(b)', '(c)']
+    """  # fmt: skip
+    page = new_figure(width, height, dpi=dpi) if figure is None else figure
+    axes = list(page.subplot_mosaic(mosaic, height_ratios=heights).values())
+    for ax, letter in zip(axes if len(axes) > 1 else (), ascii_lowercase, strict=False):
+        ax.set_title(f"({letter})", loc="left", fontweight="bold")
+    return page, axes
 
 
 def labelled(ax: Axes, x: str, y: str) -> Axes:
     """Return axes with their labels and a grid."""
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
+    ax.set(xlabel=x, ylabel=y)
     ax.grid(True)
     return ax
-
-
-def panel_letters(panels: Iterable[Axes]) -> None:
-    """Write (a), (b), ... above the upper left corners of several panels."""
-    panels = list(panels)
-    if len(panels) > 1:
-        for ax, letter in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
-            ax.set_title(f"({letter})", loc="left", fontweight="bold")
 
 
 def finish(figure: Figure, title: str = "") -> Figure:
@@ -180,26 +178,8 @@ def finish(figure: Figure, title: str = "") -> Figure:
 def save_figure(figure: Figure, path: Path | str) -> Path:
     """Save a figure whole or not at all, with embedded fonts; the suffix of `path` chooses the format.
 
-    The bytes depend on the figure alone: no date is written.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    path : path-like
-        Target file, e.g. `figure.pdf` or `figure.png`; replaced if it exists.
-
-    Returns
-    -------
-    pathlib.Path
-        The file written.
-
-    Raises
-    ------
-    InputError
-        If matplotlib cannot write that format.
-    OSError
-        If the file cannot be written; a file that was there before is then untouched.
+    The bytes depend on the figure alone: no date is written. An existing file is replaced, and stays as it is where
+    the new one cannot be written (OSError). A format that matplotlib cannot write is an InputError.
 
     Examples
     --------

@@ -67,23 +67,23 @@ def plot_sweep(
 ) -> Figure:
     """Figure of the result of a sweep.
 
-    One axis makes a curve. Two axes make a map, or a family of curves where one of them has few values. A third axis
+    One axis makes a curve. Two axes make a map, or a family of curves if one of them has few values. A third axis
     makes panels, and any other is shown at its middle value. Random draws make bands, or histograms.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        What `restitution.sweep` or `restitution.open_sweep` returned.
+        Result of `restitution.sweep` or `restitution.open_sweep`.
     outputs : sequence of str
-        The outputs to draw; all where left out, but only the first where there are slices or `ax` is given.
+        The outputs to draw; by default all, or the first if there are slices or `ax` is given.
     x : str, optional
         Dimension along the abscissa.
     y : str, optional
         Dimension along the ordinate of a map.
     at : dict, optional
-        By name of a dimension, the value at which to look, in SI units; the nearest one is taken.
+        By name of a dimension, the value to show, in SI units; the nearest one is taken.
     ax : matplotlib.axes.Axes, optional
-        Where to draw, if there is one panel only; a new figure if left out.
+        Where to draw, if there is one panel only; by default a new figure.
 
     Returns
     -------
@@ -226,22 +226,23 @@ def _figure(dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | No
             (output.isel({layout.slices: place}), value_name(output, layout.slices, place))
             for place in range(output.sizes[layout.slices])
         )
-    columns = 1 if len(panels) == 1 else 2 if len(panels) in (2, 4) else min(3, len(panels))
-    rows = -(-len(panels) // columns)
+    n = len(panels)
+    columns = 1 if n == 1 else 2 if n in (2, 4) else min(3, n)
+    rows = -(-n // columns)
     if ax is None:
         width = 5.2 if columns == 1 else style.PAGE_WIDTH * (1.0 if columns == 2 else 1.35)
-        figure = style.new_figure(width, max(3.4, (4.2 if columns == 1 else 3.0) * rows))
-        axes = [figure.add_subplot(rows, columns, number + 1) for number in range(len(panels))]
-        style.panel_letters(axes)
-    elif len(panels) == 1 and layout.kind != "draws":
+        places = [*map(str, range(n)), *"." * (rows * columns - n)]
+        mosaic = [places[columns * row : columns * (row + 1)] for row in range(rows)]
+        figure, axes = style.panels(mosaic, width, max(3.4, (4.2 if columns == 1 else 3.0) * rows))
+    elif n == 1 and layout.kind != "draws":
         figure, axes = cast("Figure", ax.get_figure(root=True)), [ax]
     else:
-        raise InputError("ax", "one panel", f"is too few for this picture, which has {len(panels)}")
+        raise InputError("ax", "one panel", f"is too few for this picture, which has {n}")
     assert layout.x is not None
     for panel, (output, words) in zip(axes, panels, strict=True):
         if layout.kind == "map":
             assert layout.y is not None
-            # One scale for all slices of an output, so that they can be compared.
+            # One scale for all slices of an output makes them comparable.
             draw_map(panel, output, layout.x, layout.y, map_levels(dataset[output.name]))
         elif layout.kind == "bands":
             assert layout.draws is not None
@@ -255,13 +256,14 @@ def _figure(dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | No
 
 def _draws_figure(dataset: xr.Dataset, names: list[str], layout: Layout) -> Figure:
     drawn = [str(name) for name, coordinate in dataset.coords.items() if coordinate.dims == (layout.draws,)]
-    columns = max(len(names), len(drawn), 1)
-    figure = style.new_figure(max(style.COLUMN_WIDTH, 2.6 * columns), 5.4)
-    for number, name in enumerate(names):
-        draw_histogram(figure.add_subplot(2, len(names), number + 1), dataset[name])
-    for number, name in enumerate(drawn):
-        draw_scatter(figure.add_subplot(2, len(drawn), len(drawn) + number + 1), dataset[names[0]], name)
-    style.panel_letters(figure.axes)
+    # Both rows are equally wide, whatever the number of their panels.
+    mosaic = [[name for name in names for _ in drawn or names[:1]], [f"over {name}" for name in drawn for _ in names]]
+    width = max(style.COLUMN_WIDTH, 2.6 * max(len(names), len(drawn)))
+    figure, axes = style.panels(mosaic[: 1 + bool(drawn)], width, 5.4)
+    for ax, name in zip(axes, names, strict=False):
+        draw_histogram(ax, dataset[name])
+    for ax, name in zip(axes[len(names) :], drawn, strict=True):
+        draw_scatter(ax, dataset[names[0]], name)
     return figure
 
 
@@ -278,7 +280,3 @@ def _held(coordinate: xr.DataArray) -> str:
     if not np.issubdtype(coordinate.dtype, np.number):
         return str(coordinate.values)
     return scaled(coordinate.expand_dims("one")).value_label(0)
-
-
-# The name by which `restitution.pictures.draw` finds it.
-overview = plot_sweep

@@ -156,7 +156,7 @@ class Surrogate:
         ax : matplotlib.axes.Axes, optional
             Where to draw one output, the first if none is named; a new figure if left out.
         """
-        return draw("sweep", self.sample(), outputs, ax=ax)
+        return draw("sweep.plot_sweep", self.sample(), outputs, ax=ax)
 
     def sample(self, n: int = 400) -> xr.Dataset:
         """Outputs at n velocities from one end of the range to the other, as the Dataset of a sweep.
