@@ -13,7 +13,7 @@ import numpy as np
 from restitution.errors import RestitutionWarning
 from restitution.impact.status import SolverError, Status
 from restitution.quantities import INPUTS, OUTPUTS, VALIDITY
-from restitution.sweeps.axes import Logarithmic
+from restitution.sweeps.grid import Logarithmic
 from restitution.sweeps.run import sweep
 from restitution.sweeps.samples import LogUniform
 
