@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, impact, indentation, material, profile, relaxation, sweep
+from restitution.case import axes, impact, indentation, material, profile, sweep
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
 
@@ -150,9 +150,9 @@ def page() -> str:
         ("`[material]` from a file", material.FileSection),
     ):
         lines += table(title, one, [key for key in one.model_fields if key not in shared])
-    lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", relaxation.PronySection)
-    lines += table("`[material.shift]`: Williams, Landel and Ferry", relaxation.WLFSection)
-    lines += table("`[material.shift]`: Arrhenius", relaxation.ArrheniusSection)
+    lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", material.PronySection)
+    lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
+    lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
     lines += table("`[impact]`", impact.ImpactSection)
     lines += table("`[bounces]`", impact.BouncesSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)

@@ -128,10 +128,15 @@ def _sorting(row: Numbers) -> list[float]:
     return [float(np.nan_to_num(one[0])) for one in row]
 
 
+def checks(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the checks of the worst impacts from the attributes of a dataset, by kind, with counts."""
+    return json.loads(attributes.get("validity", "{}")).get("checks", {})
+
+
 def messages(attributes: Mapping[str, Any]) -> dict[str, str]:
     """Return a message for each doubtful assumption from the attributes of a dataset, by kind."""
-    checks = json.loads(attributes.get("validity", "{}")).get("checks", {})
-    return {kind: f"{check['message']}. {check['advice']}" for kind, check in checks.items() if check["exceeded"]}
+    found = checks(attributes).items()
+    return {kind: f"{check['message']}. {check['advice']}" for kind, check in found if check["exceeded"]}
 
 
 def warn(messages: Mapping[str, str], stacklevel: int) -> None:

@@ -306,11 +306,11 @@ FILES = {
         ),
         (
             'file = "unsaid.csv"\nbulk_modulus = 1',
-            '.deformation: is missing: the file does not say whether it is "tension" or "shear"',
+            '.deformation: must be "tension" or "shear", as the data do not state it',
         ),
         (
             'file = "terms.csv"\nbulk_modulus = inf\ndeformation = "shear"',
-            '.deformation = "shear": contradicts the file, which holds moduli in "tension"',
+            '.deformation = "shear": contradicts the data, which hold moduli in "tension"',
         ),
         (
             'file = "terms.csv"\nbulk_modulus = inf\nmisfit = 1',

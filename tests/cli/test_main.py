@@ -16,7 +16,7 @@ import xarray as xr
 from typer.testing import CliRunner, Result
 
 from restitution.case.impact import read_case
-from restitution.cli import progress
+from restitution.cli import terminal
 from restitution.cli.main import app
 from restitution.impact import exact
 from restitution.impact import solve as solver
@@ -153,10 +153,10 @@ def test_the_table_is_whole_whatever_the_width(folder: Path, monkeypatch: pytest
     words = [line.split() for line in answer.stdout.splitlines()]
     assert words[0] == ["A", "[bold]", "ball"]
     assert ["contact", "time", "T", "1.23457", "ms"] in words
-    assert ["largest", "force", "F_max", "12.5", "N"] in words
+    assert ["largest", "normal", "force", "F_max", "12.5", "N"] in words
     assert ["largest", "contact", "pressure", "p_max", "2", "MPa"] in words
     assert ["restitution", "coefficient", "e", "0.5"] in words
-    assert ["energy", "still", "stored", "75", "µJ"] in words
+    assert ["energy", "still", "stored", "E_s", "75", "µJ"] in words
     assert answer.stderr.startswith("warning: small strain: max(a/R, d/a) is 0.5, above the limit 0.2")
 
 
@@ -207,15 +207,15 @@ def test_a_body_that_never_comes_back(folder: Path) -> None:
 
 
 def test_a_long_compilation_is_explained(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(progress, "_SUSPICIOUS", 0.01)
+    monkeypatch.setattr(terminal, "_SUSPICIOUS", 0.01)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(exact, "is_ready", lambda: False)
-    with progress.compilation():
+    with terminal.compilation():
         time.sleep(0.3)
     note = "note: compiling the kernel, as the first solve after an installation does\n"
     assert ANSI.sub("", capsys.readouterr().err) == note
     monkeypatch.setattr(exact, "is_ready", lambda: True)
-    with progress.compilation():
+    with terminal.compilation():
         time.sleep(0.3)
     assert capsys.readouterr().err == ""
 

@@ -1,5 +1,6 @@
 """The commands sweep, plot and map: what they print, write and refuse."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,6 @@ from typer.testing import CliRunner, Result
 
 import restitution as rs
 from restitution.cli.main import app
-from restitution.errors import RestitutionWarning
 
 CASE = """
 title = "Rubber"
@@ -51,7 +51,8 @@ def refused(*arguments: str) -> str:
 
 def test_sweep_stores_says_how_fast_and_goes_on(tmp_path: Path) -> None:
     answer = run("sweep", "sweep.toml", "--out", "out.zarr")
-    assert (answer.exit_code, answer.stderr) == (0, "")
+    assert answer.exit_code == 0
+    assert answer.stderr.startswith("warning: small strain: ")
     assert answer.stdout.startswith("24 impacts in out.zarr; ")
     assert "impacts/s" in answer.stdout
     result = rs.open_sweep("out.zarr")
@@ -65,10 +66,9 @@ def test_failed_impacts_are_counted() -> None:
     Path("tip.csv").write_text("r_mm,f_um\n0,0\n1,50\n2,200\n")
     text = CASE.replace("[material]", '[profile]\ntype = "tabulated"\nfile = "tip.csv"\n[material]')
     Path("deep.toml").write_text(text + "[axes]\nvelocity = [0.01, 20]\n")
-    # On the command line `main` turns it into a line on standard error.
-    with pytest.warns(RestitutionWarning, match=r"^1 of 2 impacts failed and are NaN: 1 TOO_DEEP$"):
-        answer = run("sweep", "deep.toml", "--out", "out.zarr")
+    answer = run("sweep", "deep.toml", "--out", "out.zarr")
     assert answer.exit_code == 0
+    assert answer.stderr.startswith("warning: 1 of 2 impacts failed and are NaN: 1 TOO_DEEP\n")
 
 
 def test_another_sweep_is_refused() -> None:
@@ -216,3 +216,21 @@ def test_a_table_in_place_of_a_store() -> None:
     assert len(rows) == 24
     assert refused("sweep", "sweep.toml", "--out", "ev.xlsx").startswith("--out ev.xlsx: must end in .zarr")
     assert not Path("ev.xlsx").exists()
+
+
+def test_json_of_sweeps_and_pictures_has_the_validity_of_the_impacts() -> None:
+    for arguments, counted in (
+        (("sweep", "sweep.toml", "--out", "out.zarr"), 24),
+        (("plot", "out.zarr"), 24),
+        (("map", "ball.toml", "--x", "velocity=1cm/s:10 m/s", "--y", "radius=5mm:10mm", "--points", "3"), 9),
+    ):
+        answer = run(*arguments, "--json")
+        assert (answer.exit_code, answer.stderr) == (0, "")
+        content = json.loads(answer.stdout)
+        assert content["impacts"] == counted
+        strain = content["validity"]["small_strain"]
+        # a/R = sqrt(d/R) exceeds 0.2 where d > R/25, which is so at 10 m/s and not at 1 cm/s.
+        assert strain["exceeded"]
+        assert 0 < strain["exceeded_in"] < counted
+        assert f"{strain['message']}. {strain['advice']}" in content["warnings"]
+        assert content["version"] == rs.__version__

@@ -13,7 +13,7 @@ from restitution.case.section import CaseError, in_file, key_path
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
-from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice
+from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
 from restitution.sweeps.grid import Linear, Logarithmic
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
 
@@ -22,25 +22,19 @@ DRAWS = "sample"
 
 # Keys that are clear without their section.
 _SHORT = {
-    **{name: f"impact.{name}" for name in ("velocity", "drop_height", "gravity", "external_force")},
-    **{name: f"body.{name}" for name in ("mass", "density", "radius")},
-    **{
-        name: f"material.{name}"
-        for name in (
-            "poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus", "viscosity",
-            "relaxation_time", "temperature",
-        )
-    },
-    "p2": "p2",
-    "p3": "p3",
-}  # fmt: skip
+    **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force"), "impact."),
+    **dict.fromkeys(("mass", "density", "radius"), "body."),
+    **dict.fromkeys(("poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus"), "material."),
+    **dict.fromkeys(("viscosity", "relaxation_time", "temperature"), "material."),
+    **dict.fromkeys(("p2", "p3"), ""),
+}
 SHORT_NAMES = (*_SHORT, *ALIASES)
 """Keys that an axis may have without their section."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
-_AXES: dict[str, Callable[..., Any]] = {"linear": Linear, "logarithmic": Logarithmic}
+_AXES: dict[str, Callable[..., Any]] = {one.__name__.lower(): one for one in (Linear, Logarithmic)}
 _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {
-    "uniform": Uniform, "loguniform": LogUniform, "normal": Normal, "lognormal": LogNormal,
-}  # fmt: skip
+    one.__name__.lower(): one for one in (Uniform, LogUniform, Normal, LogNormal)
+}
 
 
 def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
@@ -74,29 +68,24 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
     return made
 
 
-def full_place(keys: tuple[str, ...]) -> str:
-    """Return where a key stands, given its place or, if it is a common one, its name alone.
+def known_place(field: str, keys: tuple[str, ...]) -> str:
+    """Return where a key stands, given its place or, if it is a common one, its name alone; refuse an unknown name.
 
     Examples
     --------
-    >>> full_place(("velocity",)), full_place(("nu",)), full_place(("profile", "radius"))
+    >>> known_place("", ("velocity",)), known_place("", ("nu",)), known_place("", ("profile", "radius"))
     ('impact.velocity', 'material.poisson_ratio', 'profile.radius')
     """
-    if len(keys) == 1:
-        return _SHORT.get(ALIASES.get(keys[0], keys[0]), keys[0])
-    return ".".join(keys)
-
-
-def known_place(field: str, keys: tuple[str, ...]) -> str:
-    """Return where a key stands, as `full_place` does; refuse an unknown name."""
-    if len(keys) == 1:
-        _known(field, keys[0], (*_SHORT, *ALIASES, *_SECTIONS))
-    return full_place(keys)
+    if len(keys) > 1:
+        return ".".join(keys)
+    _known(field, keys[0], (*_SHORT, *ALIASES, *_SECTIONS))
+    name = ALIASES.get(keys[0], keys[0])
+    return _SHORT.get(name, "") + name
 
 
 def quantity_of(place: str) -> Quantity | None:
     """Quantity of the key at a place such as `material.shear.relaxation_times[2]`; None where it has none."""
-    return _quantities().get(place.rpartition(".")[2].partition("[")[0])
+    return _quantities().get(key_of(place))
 
 
 def _quantities() -> dict[str, Quantity]:
@@ -113,9 +102,8 @@ def value_in_si(field: str, place: str, given: Any) -> Any:
         try:
             return float(given)
         except OverflowError:
-            raise InputError(
-                field, "a number of very many digits", "must be a number that a double can hold"
-            ) from None
+            wanted = "must be a number that a double can hold"
+            raise InputError(field, "a number of very many digits", wanted) from None
     quantity = quantity_of(place)
     if not isinstance(given, str) or quantity is None:
         return given

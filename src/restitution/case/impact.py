@@ -39,7 +39,7 @@ class BodySection(Section):
     @model_validator(mode="after")
     def _check(self) -> BodySection:
         if self.one_of("mass", "density") == "density" and self.radius is None:
-            refuse("is missing; a mass from the density takes the radius of the sphere", "radius")
+            refuse("is missing; a density gives the mass of a sphere of this radius", "radius")
         return self
 
     @property
@@ -189,14 +189,12 @@ class CaseFile(Section):
 
 @dataclass(frozen=True)
 class Case:
-    """An impact as a case file describes it.
+    """An impact as a case file describes it; made by `read_case`.
 
     Attributes
     ----------
-    path : Path
-        The file.
-    title : str or None
-        Title of the file.
+    path, title
+        The file, and its title or None.
     impact : Impact
         The problem, in SI.
     options : dict
@@ -215,27 +213,17 @@ class Case:
     def arrangement(self) -> str:
         """The bodies in words."""
         counter, second = self.impact.counter_material, self.sections.counter_body
-        if counter is None:
-            partner = "rigid"
-        elif counter == self.impact.material:
+        partner = "rigid" if counter is None else f"of {counter.name or 'another material'}"
+        if counter is not None and counter == self.impact.material:
             partner = "of the same material"
-        else:
-            partner = f"of {counter.name or 'another material'}"
-        if second is None:
-            return (
-                f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
-            )
-        return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
+        if second is not None:
+            return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
+        return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
     def solve(self) -> ImpactResult:
         """Solve the impact as the file asks.
 
-        Raises
-        ------
-        CaseError
-            If the method refuses an option of the file.
-        SolverError
-            If the solver fails.
+        A `CaseError` refuses an option of the file; a `SolverError` reports a solver that fails.
         """
         # The solver takes 0.3 s to import, which a faulty file need not wait for.
         from restitution.impact.solve import solve
@@ -247,25 +235,16 @@ class Case:
         """Bounces of the body until it rests, under the gravity of the file.
 
         Its weight acts during contact too unless the file has `weight = false`. A velocity in the file is that of
-        the first touch.
-
-        Raises
-        ------
-        CaseError
-            If the file asks for a force other than the weight, a second body, or a method that does not bounce.
-        SolverError
-            If the solve of a bounce fails.
+        the first touch. A `CaseError` refuses a force other than the weight, a second body, or another method than
+        "exact"; a `SolverError` reports a solver that fails.
         """
         from restitution.impact.bounces import bounces
 
         sections, motion = self.sections, self.sections.impact
         with in_file(self.path):
             if motion.external_force is not None:
-                refuse(
-                    "a body that bounces has its weight alone; give weight",
-                    "impact.external_force",
-                    motion.external_force,
-                )
+                advice = "a body that bounces has its weight alone; give weight"
+                refuse(advice, "impact.external_force", motion.external_force)
             if sections.counter_body is not None:
                 refuse("a body bounces on a half-space; leave the section out", "counter_body")
             if sections.solver.method != "exact":

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
 from restitution.case.impact import AccuracySection, notes_on
@@ -45,13 +45,8 @@ Force = Annotated[
     Discriminator(_number_or_list),
 ]
 
-# Keys that go with each shape: those that it needs, and those that it may have.
-_SHAPES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "triangle": (("loading_time",), ("unloading_time", "hold_time")),
-    "ramp": (("duration",), ()),
-    "hold": (("duration",), ("rise_time",)),
-    "sine_arch": (("duration",), ()),
-}
+# Functions that make the shapes. Their parameters after the first are keys of the section.
+_SHAPES = {one.__name__: one for one in (triangle, ramp, hold, sine_arch)}
 _SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_time")
 
 
@@ -95,44 +90,31 @@ class IndentationSection(Section):
         if self.shape is None:
             names = ", ".join(f'"{shape}"' for shape in _SHAPES)
             refuse(f"is missing; one of {names}, or give lists of {name} and time", "shape")
-        needed, allowed = _SHAPES[self.shape]
-        for key in needed:
-            if getattr(self, key) is None:
-                refuse(f'is missing; shape = "{self.shape}" needs it', key)
+        _, *parameters = signature(_SHAPES[self.shape]).parameters.values()
+        for one in parameters:
+            if one.default is one.empty and getattr(self, one.name) is None:
+                refuse(f'is missing; shape = "{self.shape}" needs it', one.name)
+        names = [one.name for one in parameters]
         for key in self.given(*_SHAPE_KEYS):
-            if key not in needed + allowed:
-                refuse(f'does not go with shape = "{self.shape}"; that takes {", ".join(needed + allowed)}', key)
+            if key not in names:
+                refuse(f'does not go with shape = "{self.shape}"; that takes {", ".join(names)}', key)
 
     def read(self, folder: Path) -> tuple[str, History]:
         """Name of the prescribed quantity, and its history in SI."""
         if self.file is not None:
             names = named_columns(folder, self.file)
             if {"depth", "force"} <= set(names):
-                refuse(
-                    "has columns of depth and of force: one of the two is prescribed; leave the other out",
-                    "file",
-                )
+                refuse("has columns of depth and of force: one of the two is prescribed; leave the other out", "file")
             name = "force" if "force" in names else "depth"
             dimensions = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
-            columns: dict[str, NDArray[np.float64]] = read_columns(folder, self.file, dimensions)
+            columns = read_columns(folder, self.file, dimensions)
             return name, History.from_points(columns["time"], columns[name], name=name)
         name = self.one_of("depth", "force")
         value = getattr(self, name)
         if isinstance(value, list):
             return name, History.from_points(np.array(self.time), np.array(value), name=name)
-        return name, self._shaped(value)
-
-    def _shaped(self, value: float) -> History:
-        duration, loading = self.duration or 0.0, self.loading_time or 0.0
-        match self.shape:
-            case "ramp":
-                return ramp(value, duration)
-            case "hold":
-                return hold(value, duration, rise_time=self.rise_time or 0.0)
-            case "sine_arch":
-                return sine_arch(value, duration)
-            case _:
-                return triangle(value, loading, unloading_time=self.unloading_time, hold_time=self.hold_time or 0.0)
+        assert self.shape is not None
+        return name, _SHAPES[self.shape](value, **{key: getattr(self, key) for key in self.given(*_SHAPE_KEYS)})
 
 
 class IndentationFile(Section):
@@ -158,44 +140,20 @@ class IndentationFile(Section):
 
 @dataclass(frozen=True)
 class IndentationCase:
-    """A prescribed indentation as a case file describes it.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    title : str or None
-        Title of the file.
-    material, profile, counter_material
-        The half-space, the indenter, and its material where it deforms; in SI.
-    prescribed : str
-        "depth" or "force".
-    history : History
-        What is prescribed.
-    n_points : int
-        Number of even times of the table that is written.
-    options : dict
-        Keyword arguments of `indent`.
-    """
+    """A prescribed indentation as a case file describes it, in SI."""
 
     path: Path
     title: str | None
-    material: Material
-    profile: Profile
-    counter_material: Material | None
-    prescribed: str
+    material: Material  # of the half-space
+    profile: Profile  # of the indenter
+    counter_material: Material | None  # of the indenter, where it deforms
+    prescribed: str  # "depth" or "force"
     history: History
-    n_points: int
-    options: dict[str, Any]
+    n_points: int  # of even times of the table that is written
+    options: dict[str, Any]  # keyword arguments of `indent`
 
     def solve(self) -> IndentationResult:
-        """Solve the indentation as the file asks.
-
-        Raises
-        ------
-        CaseError
-            If the contact is loaded again, which is outside the theory, or a number is out of its range.
-        """
+        """Solve the indentation as the file asks; a `CaseError` refuses a second loading, for example."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.solve import indent
 
@@ -209,26 +167,12 @@ class IndentationCase:
             )
 
     def notes(self) -> list[str]:
-        """What was assumed about the materials."""
+        """Assumptions about the materials."""
         return notes_on(self.material, self.counter_material)
 
 
 def read_indentation(path: str | Path) -> IndentationCase:
-    """Read a case file of a prescribed indentation.
-
-    Parameters
-    ----------
-    path : str or Path
-        A TOML file. A quantity is a plain number in SI or a text with a unit such as "1 um".
-
-    Returns
-    -------
-    IndentationCase
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read or describes no indentation: a line for each mistake, as in `read_case`.
+    """Read a TOML file of a prescribed indentation; a `CaseError` has a line for each mistake, as in `read_case`.
 
     Examples
     --------

@@ -9,8 +9,10 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cache, cached_property
-from typing import Annotated, Any, ClassVar, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import (
     BeforeValidator,
     Discriminator,
@@ -23,20 +25,8 @@ from pydantic import (
     model_validator,
 )
 
-from restitution.case.quantity import fields_of, of, positive
-from restitution.case.relaxation import (
-    AnyShift,
-    Bulk,
-    EndModulus,
-    Modulus,
-    PoissonRatio,
-    PronySection,
-    ShiftSection,
-    Temperature,
-    number_or_table,
-    read_file,
-)
-from restitution.case.section import Section, quoted, refuse
+from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
+from restitution.case.section import Section, folder_of, refuse, toml_value
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
@@ -45,9 +35,132 @@ from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fi
 from restitution.material.fractional import Window
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
-from restitution.material.shift import ShiftTable
+from restitution.material.readers import MaterialFile, read_material
+from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
-from restitution.quantities import NUMBER, known
+from restitution.quantities import MOLAR_ENERGY, NUMBER, TEMPERATURE_DIFFERENCE, known
+
+Temperature = Annotated[float, of("temperature")]
+Modulus = Annotated[float, of("instantaneous_modulus")]
+EndModulus = Annotated[float, of("equilibrium_modulus")]
+PoissonRatio = Annotated[float, of("poisson_ratio")]
+Bulk = Annotated[float, of("bulk_modulus")]
+
+
+def _read_file(value: Any, info: ValidationInfo, example: str, name: str | None = None) -> MaterialFile:
+    """Read a file of a material beside the case file."""
+    if not isinstance(value, str):
+        refuse(f'must be the name of a file, e.g. "{example}"')
+    try:
+        return read_material(Path(folder_of(info), value), name=name)
+    except InputError as error:
+        refuse(error.wanted)
+
+
+class ShiftSection(Section):
+    """A law of the time-temperature shift."""
+
+    law: ClassVar[type[WLF] | type[Arrhenius]]
+    reference_temperature: Temperature
+    temperature_range: Annotated[list[Temperature], LIST] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> ShiftSection:
+        if self.temperature_range is not None and len(self.temperature_range) != 2:
+            refuse("must be two temperatures, the lowest and the highest", "temperature_range")
+        self.build()
+        return self
+
+    def build(self) -> Shift:
+        """Law in SI."""
+        ends = self.temperature_range
+        return self.law(**self.model_dump() | {"temperature_range": None if ends is None else tuple(ends)})
+
+
+class WLFSection(ShiftSection):
+    """Law of Williams, Landel and Ferry."""
+
+    law = WLF
+    c1: Annotated[float, positive(NUMBER, "constant C1")]
+    c2: Annotated[float, positive(TEMPERATURE_DIFFERENCE, "constant C2")]
+
+
+class ArrheniusSection(ShiftSection):
+    """Law of Arrhenius."""
+
+    law = Arrhenius
+    activation_energy: Annotated[float, positive(MOLAR_ENERGY, "activation energy")]
+
+
+def _shift(value: Any, info: ValidationInfo) -> Any:
+    """Check a table by the section of its law, or read a table of shift factors."""
+    if isinstance(value, dict):
+        law = ArrheniusSection if "activation_energy" in value else WLFSection
+        return law.model_validate(value, context=info.context)
+    table = _read_file(value, info, "shift.csv")
+    if not isinstance(table, ShiftTable):
+        refuse("must hold temperatures and shift factors")
+    return table
+
+
+AnyShift = Annotated[SerializeAsAny[ShiftSection] | InstanceOf[ShiftTable], BeforeValidator(_shift)]
+
+
+class PronySection(Section):
+    """A relaxation function: one or two end moduli and the terms between them, inline or from a file."""
+
+    elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("coefficient", "exponent"),
+        'fractional models stand in the section of the material, by model = "springpot" or the name of another one',
+    )
+
+    equilibrium_modulus: EndModulus | None = None
+    instantaneous_modulus: Modulus | None = None
+    branch_moduli: Annotated[list[Annotated[float, of("branch_moduli")]], LIST] | None = None
+    relative_moduli: Annotated[list[Annotated[float, nonnegative(NUMBER, "shares of a modulus")]], LIST] | None = None
+    relaxation_times: Annotated[list[Annotated[float, of("relaxation_times")]], LIST] | None = None
+    parallel_viscosity: Annotated[float, of("parallel_viscosity")] = 0.0
+    terms: InstanceOf[PronyTerms] | None = None
+
+    @field_validator("terms", mode="before")
+    @classmethod
+    def _read(cls, value: Any, info: ValidationInfo) -> PronyTerms:
+        terms = _read_file(value, info, "prony.csv")
+        if not isinstance(terms, PronyTerms):
+            refuse("must hold Prony terms; give measured data and solver decks as material.file")
+        if terms.deformation == "tension":
+            refuse("holds moduli in tension; give it as material.file, which takes them to shear")
+        return terms
+
+    @model_validator(mode="after")
+    def _check(self) -> PronySection:
+        if self.terms is not None:
+            for key in self.given("branch_moduli", "relative_moduli", "relaxation_times"):
+                refuse("stands in the file of terms already; leave one of the two out", key)
+        else:
+            key = self.one_of("branch_moduli", "relative_moduli", "terms")
+            if self.relaxation_times is None:
+                refuse("is missing", "relaxation_times")
+            n_moduli, n_times = len(getattr(self, key)), len(self.relaxation_times)
+            if n_moduli != n_times:
+                refuse(f"{n_moduli} {key} for {n_times} relaxation_times; give as many of each")
+        self.build()
+        return self
+
+    def build(self) -> PronySeries:
+        """Relaxation function in SI."""
+        terms, relative = self.terms, self.relative_moduli is not None
+        if terms is None:
+            moduli = self.relative_moduli if relative else self.branch_moduli
+            terms = PronyTerms(np.array(self.relaxation_times), np.array(moduli, dtype=np.float64), relative)
+        if not terms.relative and terms.instantaneous_modulus is None and terms.equilibrium_modulus is None:
+            self.one_of("equilibrium_modulus", "instantaneous_modulus")
+        ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
+        return replace(terms.series(**ends), parallel_viscosity=self.parallel_viscosity)
+
+
+_Series = Annotated[PronySection, Tag("<table>")]
+_NUMBER_OR_TABLE = Discriminator(lambda value: "<table>" if isinstance(value, dict | PronySection) else "<number>")
 
 
 class MaterialSection(Section):
@@ -68,18 +181,27 @@ class MaterialSection(Section):
         """Whether the material holds for a window of time only."""
         return False
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        self.check_keys()
+        if self.needs_window:
+            self.isothermal(None)
+        else:
+            self.build()
+        return self
+
+    def check_keys(self) -> None:
+        """Refuse keys that exclude each other."""
+
     @abstractmethod
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI at the temperature of its numbers."""
+        """Material in SI at the temperature of its numbers; a fractional one holds in the window."""
 
     def build(self, window: Window | None = None) -> Material:
         """Material in SI at `temperature`; a fractional model holds in the window at that temperature."""
-        shift, factor = self.shift, 1.0
-        if isinstance(shift, ShiftSection):
-            shift = shift.build()
-        if shift is not None and self.temperature is not None:
+        shift = self.shift.build() if isinstance(self.shift, ShiftSection) else self.shift
+        if window is not None and shift is not None and self.temperature is not None:
             factor = shift.factor(self.temperature)
-        if window is not None:
             window = Window(window.low / factor, window.high / factor, window.rtol)
         material = self.isothermal(window)
         given = {"name": self.name, "density": self.density, "shift": shift}
@@ -96,28 +218,15 @@ class MaterialSection(Section):
 class GeneralSection(MaterialSection):
     """Any relaxation in shear (a number: elastic) and in bulk (a number: constant)."""
 
-    shear: Annotated[
-        Annotated[PronySection, Tag("<table>")] | Annotated[Modulus, Tag("<number>")],
-        Discriminator(number_or_table),
-    ]
-    bulk: (
-        Annotated[
-            Annotated[PronySection, Tag("<table>")] | Annotated[Bulk, Tag("<number>")],
-            Discriminator(number_or_table),
-        ]
-        | None
-    ) = None
+    shear: Annotated[_Series | Annotated[Modulus, Tag("<number>")], _NUMBER_OR_TABLE]
+    bulk: Annotated[_Series | Annotated[Bulk, Tag("<number>")], _NUMBER_OR_TABLE] | None = None
     bulk_modulus: Bulk | None = None
     poisson_ratio: PoissonRatio | None = None
 
-    @model_validator(mode="after")
-    def _check(self) -> GeneralSection:
+    def check_keys(self) -> None:
         self.one_of("bulk", "bulk_modulus", "poisson_ratio")
-        self.build()
-        return self
 
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI."""
         shear = self.shear.build() if isinstance(self.shear, PronySection) else self.shear
         if isinstance(self.bulk, PronySection):
             return Material(shear, self.bulk.build())
@@ -138,24 +247,13 @@ class ModelSection(MaterialSection):
         """Whether a Prony series stands for the model, in a window of time."""
         return self.entry.needs_window
 
-    @model_validator(mode="after")
-    def _check(self) -> ModelSection:
+    def check_keys(self) -> None:
         for group in self.entry.one_of:
             self.one_of(*group)
-        self._made()
-        return self
-
-    def _made(self) -> Any:
-        given = self.model_dump(include=set(self.entry.constants), exclude_none=True)
-        return self.entry.build(**given)
 
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI; a fractional one is good within the window."""
-        made = self._made()
-        if not self.needs_window:
-            return made
-        assert window is not None
-        return made.within(window)
+        made: Any = self.entry.build(**self.model_dump(include=set(self.entry.constants), exclude_none=True))
+        return made if window is None or not self.needs_window else made.within(window)
 
 
 class LibrarySection(MaterialSection):
@@ -166,19 +264,13 @@ class LibrarySection(MaterialSection):
     @field_validator("library")
     @classmethod
     def _known(cls, value: str) -> str:
-        try:
-            return known("", value, library.names())
-        except InputError as error:
-            refuse(error.wanted)
-
-    @model_validator(mode="after")
-    def _check(self) -> LibrarySection:
-        self.build()
-        return self
+        return known("", value, library.names())
 
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI."""
         return library.get(self.library)
+
+
+_OF_MODULI = ("deformation", "bulk_modulus", "poisson_ratio")
 
 
 class FileSection(MaterialSection):
@@ -201,50 +293,37 @@ class FileSection(MaterialSection):
     @field_validator("file", mode="before")
     @classmethod
     def _read(cls, value: Any, info: ValidationInfo) -> Any:
-        content = read_file(value, info, "dma.csv", info.data.get("material_name"))
+        content = _read_file(value, info, "dma.csv", info.data.get("material_name"))
         if isinstance(content, ShiftTable):
             refuse("holds shift factors and no moduli; give it as shift")
         return content
 
-    @model_validator(mode="after")
-    def _check(self) -> FileSection:
-        deck = isinstance(self.file, ViscoelasticDeck)
-        fitted = isinstance(self.file, RelaxationTable | DynamicTable)
-        if deck:
-            self._only("the deck of a solver", "material_name", "youngs_modulus", "poisson_ratio")
-        else:
-            own = ("misfit", "liquid") if fitted else ("equilibrium_modulus", "instantaneous_modulus")
-            shared = ("deformation", "bulk_modulus", "poisson_ratio")
-            self._only("measured data" if fitted else "Prony terms", *own, *shared)
+    def check_keys(self) -> None:
+        what, keys = "Prony terms", (*_OF_MODULI, "equilibrium_modulus", "instantaneous_modulus")
+        if isinstance(self.file, ViscoelasticDeck):
+            what, keys = "the deck of a solver", ("material_name", "youngs_modulus", "poisson_ratio")
+        elif not isinstance(self.file, PronyTerms):
+            what, keys = "measured data", ("misfit", "liquid", *_OF_MODULI)
+        for key in self.given(*type(self).model_fields):
+            if key not in ("file", *keys, *MaterialSection.model_fields):
+                refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
+        if not isinstance(self.file, ViscoelasticDeck):
             self.one_of("bulk_modulus", "poisson_ratio")
-            found = getattr(self.file, "deformation", None)
-            if found is None and self.deformation is None:
-                refuse('is missing: the file does not say whether it is "tension" or "shear"', "deformation")
-            if found is not None and self.deformation not in (None, found):
-                refuse(f'contradicts the file, which holds moduli in "{found}"', "deformation")
+            if self.file.deformation is None and self.deformation is None:
+                refuse('must be "tension" or "shear", as the data do not state it', "deformation")
         try:
             _ = self.fit
         except InputError as error:
             refuse(error.wanted, "file" if error.where else error.field)
-        self.build()
-        return self
-
-    def _only(self, what: str, *keys: str) -> None:
-        others = [key for key in type(self).model_fields if key not in ("file", *MaterialSection.model_fields)]
-        for key in self.given(*others):
-            if key not in keys:
-                refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
 
     @cached_property
     def fit(self) -> PronyFit | None:
         """Fit to measured data."""
         if not isinstance(self.file, RelaxationTable | DynamicTable):
             return None
-        options = {key: getattr(self, key) for key in self.given("misfit", "liquid")}
-        return fit_prony(self.file, **options)
+        return fit_prony(self.file, **{key: getattr(self, key) for key in self.given("misfit", "liquid")})
 
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI."""
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
@@ -294,7 +373,7 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
         return value
     known = models()
     if "model" in value and value["model"] not in list(known):
-        refuse(f"must be one of {', '.join(map(quoted, known))}", "model", value["model"])
+        refuse(f"must be one of {', '.join(map(toml_value, known))}", "model", value["model"])
     forms = [key for key in (*_FORMS, "model") if key in value]
     if len(forms) > 1:
         refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
@@ -311,7 +390,7 @@ def _without_model(value: dict[str, Any], known: dict[str, type[ModelSection]]) 
     for key in value:
         if key in constants and key not in own[_DEFAULT]:
             having = [name for name, keys in own.items() if key in keys]
-            names = " or ".join(map(quoted, [name for name in having if constants <= own[name]] or having))
+            names = " or ".join(map(toml_value, [name for name in having if constants <= own[name]] or having))
             refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 

@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from restitution.case.quantity import fields_of, to_si
-from restitution.case.section import Section, folder_of, quoted, refuse
+from restitution.case.section import Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
 from restitution.contact import flat_ended, power_law, sphere, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -47,7 +47,7 @@ class ProfileSection(Section):
     type: str
 
     def number(self, key: str) -> Any:
-        """Value of a key that follows from the constructor."""
+        """Return the value of a key of the constructor."""
         return getattr(self, key)
 
     @property
@@ -141,9 +141,9 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
     known = sections()
     name = value.get("type", "tabulated" if any(key in value for key in _TABLE) else "parabola")
     if name not in list(known):
-        refuse(f"must be one of {', '.join(map(quoted, known))}", "type", value["type"])
+        refuse(f"must be one of {', '.join(map(toml_value, known))}", "type", value["type"])
     for key in () if "type" in value else value:
-        forms = [quoted(other) for other, form in known.items() if key in form.model_fields]
+        forms = [toml_value(other) for other, form in known.items() if key in form.model_fields]
         if key not in known[name].model_fields and forms:
             refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
     return known[name].model_validate(value, context=info.context)
@@ -153,21 +153,11 @@ AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 
 
 def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
-    r"""Read columns of a CSV file and return them in SI by name.
+    """Read columns of a CSV file and return them in SI by name.
 
     The header names each quantity once, in any order, by its name or its symbol. Units stand behind an
     underscore or in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``; without them the numbers
     are in SI. Separators, decimal commas and comments are those of tables of materials.
-
-    A `FileError` has the number of the malformed line.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = Path(folder, "tip.csv").write_text("r,f\nmm,um\n0,0\n1,2\n")
-    ...     read_columns(folder, "tip.csv", {"r": LENGTH, "f": LENGTH})
-    {'r': array([0.   , 0.001]), 'f': array([0.e+00, 2.e-06])}
     """
     sheet, names = _sheet(folder, name)
     for label, column in zip(sheet.labels, names, strict=True):

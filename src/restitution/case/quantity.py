@@ -20,7 +20,6 @@ from restitution.quantities import (
     ANGLE,
     CONSTANTS,
     DENSITY,
-    ENERGY,
     FORCE,
     INPUTS,
     LENGTH,
@@ -28,6 +27,7 @@ from restitution.quantities import (
     MODULUS,
     MOLAR_ENERGY,
     NUMBER,
+    OUTPUTS,
     TEMPERATURE,
     TEMPERATURE_DIFFERENCE,
     TIME,
@@ -35,11 +35,13 @@ from restitution.quantities import (
     VISCOSITY,
     Dimension,
     Quantity,
-    key_of,
 )
 
-# Dimensions that no key of a case file has, but that a person may write by mistake.
-_OTHERS = (
+_DIMENSIONS = (
+    NUMBER,
+    *(one.dimension for one in (*INPUTS.values(), *OUTPUTS.values())),
+    MOLAR_ENERGY,
+    # No key of a case file has these, but a person may write one by mistake.
     Dimension("frequency", "1/s"),
     Dimension("area", "m^2"),
     Dimension("volume", "m^3"),
@@ -47,10 +49,6 @@ _OTHERS = (
     Dimension("stiffness", "N/m"),
     Dimension("kinematic viscosity", "m^2/s"),
     Dimension("electric charge", "C"),
-)
-_DIMENSIONS = (
-    *(NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, MODULUS, VISCOSITY, TEMPERATURE),
-    *(ENERGY, MOLAR_ENERGY, *_OTHERS),
 )
 
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
@@ -88,27 +86,11 @@ _COMMON = frozenset(
 
 
 def to_si(text: str, dimension: Dimension) -> float:
-    """Return the number in SI units that a text such as "10 mm" stands for.
+    """Return a text such as "10 mm" as a number in the SI unit of a dimension.
 
-    Parameters
-    ----------
-    text : str
-        A number and a unit, at most 200 characters. Percent and degrees are units of dimensionless numbers.
-    dimension : Dimension
-        What is wanted.
+    The text has at most 200 characters. Percent and degrees are units of dimensionless numbers. An `InputError` names
+    an unknown unit, or the dimension that the text has.
 
-    Returns
-    -------
-    float
-        The number in `dimension.unit`.
-
-    Raises
-    ------
-    InputError
-        In one line: no number, an unknown unit, or a unit of another dimension.
-
-    Examples
-    --------
     >>> to_si("10 mm", LENGTH)
     0.01
     >>> to_si("10 s", LENGTH)
@@ -197,8 +179,8 @@ class Reader:
 
 
 def of(name: str) -> Reader:
-    """Reader of a registered quantity."""
-    return Reader(by_name(name) or INPUTS[name])
+    """Read a registered quantity."""
+    return Reader((CONSTANTS | INPUTS)[name])
 
 
 def positive(dimension: Dimension, words: str = "") -> Reader:
@@ -214,12 +196,6 @@ def nonnegative(dimension: Dimension, words: str = "") -> Reader:
 def within(dimension: Dimension, low: float, high: float, words: str = "") -> Reader:
     """Read a quantity in the closed interval [low, high]."""
     return Reader(Quantity("value", dimension, words, low=low, high=high))
-
-
-def by_name(key: str) -> Quantity | None:
-    """Quantity of a key such as `material.shear.relaxation_times[2]`; None where it is not registered."""
-    name = key_of(key)
-    return INPUTS.get(name) or CONSTANTS.get(name)
 
 
 def split_list(value: Any) -> Any:

@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Never, TypeVar, cast
 
@@ -28,29 +29,12 @@ S = TypeVar("S", bound="Section")
 class CaseError(InputError):
     """A file that cannot be used: one line for each mistake, with the file, the key, its value and what is wanted.
 
-    Parameters
-    ----------
-    *mistakes : InputError
-        At least one. The attributes of an `InputError` are those of the first.
-    where : str or Path
-        The file.
-
-    Attributes
-    ----------
-    mistakes : tuple of InputError
-        All of them.
+    The attribute `mistakes` has all of them; the attributes of an `InputError` are those of the first.
     """
 
     def __init__(self, *mistakes: InputError, where: str | Path = "") -> None:
-        first = mistakes[0]
-        super().__init__(
-            first.field,
-            first.value,
-            first.wanted,
-            first.unit,
-            index=first.index,
-            where=str(where) or first.where,
-        )
+        one = mistakes[0]
+        super().__init__(one.field, one.value, one.wanted, one.unit, index=one.index, where=str(where) or one.where)
         self.mistakes = mistakes
 
     def __str__(self) -> str:
@@ -59,11 +43,7 @@ class CaseError(InputError):
         return "\n".join([*lines, f"{self.where}: and {more} more"] if more > 0 else lines)
 
     def __reduce__(self) -> Any:
-        return _rebuilt, (self.mistakes, self.where)
-
-
-def _rebuilt(mistakes: Sequence[InputError], where: str) -> CaseError:
-    return CaseError(*mistakes, where=where)
+        return partial(CaseError, where=self.where), self.mistakes
 
 
 def _line(where: str, error: InputError) -> str:
@@ -184,12 +164,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        why = "no such file"
-    except IsADirectoryError:
-        why = "is a folder, not a case file"
     except OSError as error:
-        why = f"cannot be read: {error.strerror}"
+        known = {FileNotFoundError: "no such file", IsADirectoryError: "is a folder, not a case file"}
+        why = known.get(type(error), f"cannot be read: {error.strerror}")
     except ValueError:
         why = "cannot be read: not a text file in UTF-8"
     raise CaseError(InputError("", wanted=why), where=path)
@@ -213,21 +190,29 @@ def key_path(parts: Sequence[str | int]) -> str:
     return text
 
 
-def quoted(name: str) -> str:
-    """Return a name in quotes, as a value of a case file."""
-    return f'"{name}"'
-
-
 def toml_value(value: Any) -> str:
     """Write a value as TOML does, on one line and not too long."""
     if isinstance(value, float):
         return f"{value:.6g}"
-    quoted = isinstance(value, bool | str | list)
+    as_json = isinstance(value, bool | str | list)
     try:
-        text = json.dumps(value, ensure_ascii=False, default=str) if quoted else str(value)
+        text = json.dumps(value, ensure_ascii=False, default=str) if as_json else str(value)
     except ValueError:  # an integer of more than 4300 digits
         text = "a number of very many digits"
     return text if len(text) <= 60 else text[:59] + "…"
+
+
+# What a value must be, by the kinds of pydantic's errors.
+_WANTED = {
+    "value_error": "{error}",
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a table"),
+    "list_type": "must be a list",
+    "greater_than_equal": "must be >= {ge}",
+    "less_than_equal": "must be <= {le}",
+    "string_type": "must be text",
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),
+    **dict.fromkeys(("int_type", "int_from_float", "int_parsing"), "must be a whole number"),
+}
 
 
 def _mistakes(data: dict[str, Any], error: ValidationError) -> Iterator[InputError]:
@@ -248,6 +233,8 @@ def _of_section(parts: list[str | int], value: Any, error: InputError) -> InputE
     if not error.field:
         return InputError(key_path(parts), _shown(value), error.wanted)
     own = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
+    if own is ABSENT and error.value is None:
+        error = InputError(error.field, wanted=error.wanted)
     if own is not ABSENT and not isinstance(own, dict) and not (isinstance(own, list) and error.index):
         error = InputError(error.field, own, error.wanted)
     return error.within(key_path(parts))
@@ -276,27 +263,9 @@ def _place(data: dict[str, Any], detail: Any) -> tuple[list[str | int], Any]:
 
 
 def _wanted(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
-    match kind:
-        case "value_error":
-            return str(context["error"])
-        case "missing":
-            return "the section is missing" if depth == 1 else "is missing"
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return "must be a table"
-        case "list_type":
-            return "must be a list"
-        case "literal_error":
-            choices = str(context["expected"]).replace("'", '"').replace(" or ", ", ")
-            return f"must be one of {choices}"
-        case "greater_than_equal":
-            return f"must be >= {context['ge']}"
-        case "less_than_equal":
-            return f"must be <= {context['le']}"
-        case "string_type":
-            return "must be text"
-        case "bool_type" | "bool_parsing":
-            return "must be true or false"
-        case "int_type" | "int_from_float" | "int_parsing":
-            return "must be a whole number"
-        case _:
-            return message[:1].lower() + message[1:]
+    if kind == "missing":
+        return "the section is missing" if depth == 1 else "is missing"
+    if kind == "literal_error":
+        choices = str(context["expected"]).replace("'", '"').replace(" or ", ", ")
+        return f"must be one of {choices}"
+    return _WANTED[kind].format(**context) if kind in _WANTED else message[:1].lower() + message[1:]

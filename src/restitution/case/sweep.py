@@ -22,17 +22,12 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.contact.sphere import sphere_mass
 from restitution.errors import InputError
 from restitution.impact.problem import fall_velocity
+from restitution.material.models import material_models
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.grid import Linear, make_grid
 from restitution.sweeps.plan import Plan, describe
 from restitution.sweeps.samples import Samples
-from restitution.sweeps.varied import (
-    Prepared,
-    Template,
-    check_columns,
-    dimensionless_template,
-    profile_names,
-)
+from restitution.sweeps.varied import Prepared, Template, check_columns, dimensionless_template, profile_names
 
 _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
@@ -50,18 +45,9 @@ _OF_STANDARD_SOLIDS = {
     "p3": "p3",
 }
 
-# Keys of a standard solid; a material with other keys has another form.
-_STANDARD_SOLID = {
-    "model", "equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "bulk_modulus", "density",
-    "name",
-}  # fmt: skip
-_SOLID_MODEL = "standard_solid"
+_SOLID = "standard_solid"
 # Axes that set a key indirectly; the file need not have this key.
-_BY_WAY_OF = {
-    "p2": "branch_modulus",
-    "p3": "viscosity",
-    "material.relaxation_time": "viscosity",
-}
+_BY_WAY_OF = {"p2": "branch_modulus", "p3": "viscosity", "material.relaxation_time": "viscosity"}
 
 # Mutually exclusive keys. An axis over one may complete a file that has none of them, or vary the one that it has.
 _RIVALS = (
@@ -94,22 +80,9 @@ class _Options(Section):
 
 
 def read_sweep(path: str | Path) -> Plan:
-    """Read a sweep file: a case file with axes.
+    """Read a TOML file of a case with axes, to be run by `restitution.sweeps.run.run`.
 
-    Parameters
-    ----------
-    path : str or Path
-        A TOML file.
-
-    Returns
-    -------
-    Plan
-        To be run by `restitution.sweeps.run.run`.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read or describes no sweep, in one line.
+    A `CaseError` has a line for each mistake.
 
     Examples
     --------
@@ -186,7 +159,9 @@ def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool)
         return {}
     material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
     keys = set[str](material)
-    if dimensionless or (keys <= _STANDARD_SOLID and material.get("model", _SOLID_MODEL) == _SOLID_MODEL):
+    # A material with other keys has another form.
+    solid = {"model", "name", "density", *material_models()[_SOLID].constants}
+    if dimensionless or (keys <= solid and material.get("model", _SOLID) == _SOLID):
         return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
     columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
     # A column of temperatures holds for both bodies.
@@ -261,7 +236,7 @@ class CaseTemplate:
         return Prepared(impact, derived, held)
 
     def describe(self) -> Any:
-        """What the file says, in SI."""
+        """Return the content of the file in SI."""
         case = self._case({}).model_dump(exclude={"title", "solver"}, exclude_none=True)
         return {"case": describe(case), "keys": list(self.keys), "columns": list(self.columns)}
 

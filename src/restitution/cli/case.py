@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from restitution.cli import tables
-from restitution.cli.exit_codes import BadInput, user_input
-from restitution.cli.options import CaseFile, History, Json, Plot, option
-from restitution.cli.progress import compilation
+from restitution.cli.options import CaseFile, History, Json, Plot, option, target
+from restitution.cli.terminal import BadInput, compilation, report, user_input
+from restitution.files import TABLES, write_table
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
@@ -47,16 +47,11 @@ def solve(
     plot: Plot = None,
     pressure_at: Annotated[
         list[str] | None,
-        option(
-            'Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.',
-            metavar="TIME",
-        ),
+        option('Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.', metavar="TIME"),
     ] = None,
     history: History = None,
 ) -> None:
     """Solve the impact that a case file describes."""
-    tables.check_target("--plot", plot, tables.PICTURES)
-    tables.check_target("--history", history, tables.TABLES)
     with user_input():
         from restitution.case.impact import read_case
         from restitution.quantities import TIME
@@ -72,7 +67,9 @@ def solve(
                 end = f"{result.contact_time:.6g} s"
                 raise BadInput(f'--pressure-at "{text}": must be within the contact, which lasts {end}')
     title = problem.title or str(case)
-    tables.show(result, title, in_json=json, bodies=problem.arrangement, notes=problem.notes(result))
+    tables.show(result, title, in_json=json, bodies=problem.arrangement)
+    if not json:
+        report("note", *problem.notes(result))
     if history is not None:
         tables.write_history(result, history, title)
     if plot is not None:
@@ -116,15 +113,13 @@ def bounce(
     case: CaseFile,
     json: Json = False,
     plot: Plot = None,
-    out: Annotated[Path | None, option("Write a row for each bounce: .nc or .csv.", metavar="FILE")] = None,
+    out: Annotated[Path | None, target("Write a row for each bounce", "--out", *TABLES)] = None,
 ) -> None:
     """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
 
     The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
     unless the file has weight = false.
     """
-    tables.check_target("--plot", plot, tables.PICTURES)
-    tables.check_target("--out", out, tables.TABLES)
     with user_input():
         from restitution.case.impact import read_case
 
@@ -133,16 +128,15 @@ def bounce(
             found = problem.bounces()
     table = found.to_dataset()
     if json:
-        content = {
-            "n_bounces": found.n_bounces, "ended": str(found.ended), "drop_height": found.drop_height,
-            "gravity": found.gravity, **{str(name): one.values.tolist() for name, one in table.data_vars.items()},
-            "warnings": found.warnings,
-        }  # fmt: skip
-        tables.write_json(content, found)
+        content = {"n_bounces": found.n_bounces, "ended": str(found.ended), "drop_height": found.drop_height}
+        content |= {"gravity": found.gravity} | {str(name): one.values.tolist() for name, one in table.items()}
+        tables.write_json(content | {"warnings": found.warnings, "validity": found.validity.to_dict()})
     else:
         _print_bounces(found, problem.title or str(case))
-        tables.print_remarks(found.warnings, problem.notes(found))
-    tables.save_table(table, out)
+        report("warning", *found.warnings)
+        report("note", *problem.notes(found))
+    if out is not None:
+        write_table(table, out)
     if plot is not None:
         tables.save_picture(found.plot(), plot)
 
@@ -181,8 +175,6 @@ def indent(case: CaseFile, json: Json = False, plot: Plot = None, history: Histo
 
     The case file has the sections profile, material and indentation. A second loading in contact is refused.
     """
-    tables.check_target("--plot", plot, tables.PICTURES)
-    tables.check_target("--history", history, tables.TABLES)
     with user_input():
         from restitution.case.indentation import read_indentation
 
@@ -190,12 +182,13 @@ def indent(case: CaseFile, json: Json = False, plot: Plot = None, history: Histo
         with compilation():
             result = problem.solve()
     if json:
-        tables.write_json(result.to_dict(), result)
+        tables.write_json(result.to_dict())
     else:
         _print_indentation(result, problem.title or str(case))
-        tables.print_remarks(result.warnings, problem.notes())
+        report("warning", *result.warnings)
+        report("note", *problem.notes())
     if history is not None:
-        tables.save_table(result.sample(n_points=problem.n_points), history)
+        write_table(result.sample(n_points=problem.n_points), history)
     if plot is not None:
         tables.save_picture(result.plot(), plot)
 

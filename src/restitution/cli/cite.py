@@ -7,34 +7,30 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from restitution.cli import tables
-from restitution.cli.exit_codes import user_input
-from restitution.cli.options import Json, argument, option
+from restitution.cli.options import Json, argument, target
+from restitution.cli.terminal import user_input
+from restitution.files import whole_file
 
 
 def cite(
     cases: Annotated[list[Path] | None, argument("CASE.toml...", "Files of impacts, indentations, sweeps.")] = None,
     json: Json = False,
-    out: Annotated[Path | None, option("Write a BibTeX file: .bib.", metavar="FILE")] = None,
+    out: Annotated[Path | None, target("Write a BibTeX file", "--out", ".bib")] = None,
 ) -> None:
     """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.
 
     Without a case, the program and the paper that it reproduces.
     """
-    tables.check_target("--out", out, (".bib",))
     with user_input():
         from restitution.citation.bibliography import entries
         from restitution.citation.cite import citations, cite
 
         subjects = [_read(case) for case in cases or []]
         if json:
-            content = [
-                {"key": key, "used_for": uses, "bibtex": entries()[key]} for key, uses in citations(*subjects).items()
-            ]
-            tables.write_json(content)
+            used = citations(*subjects)
+            tables.write_json([{"key": key, "used_for": use, "bibtex": entries()[key]} for key, use in used.items()])
         text = cite(*subjects) + "\n"
     if out is not None:
-        from restitution.files import whole_file
-
         with whole_file(out) as partial:
             partial.write_text(text, encoding="utf-8")
     elif not json:
@@ -42,7 +38,7 @@ def cite(
 
 
 def _read(path: Path) -> Any:
-    """What a case file describes: an impact, an indentation, or a sweep."""
+    """Impact, indentation or sweep of a case file."""
     from restitution.case.impact import read_case
     from restitution.case.indentation import read_indentation
     from restitution.case.section import read_toml

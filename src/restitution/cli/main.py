@@ -13,10 +13,10 @@ from typing import Annotated
 import typer
 
 from restitution.cli import case, cite, material, surrogate, sweep, tables
-from restitution.cli.exit_codes import INTERRUPTED, Commands, user_input, warn
 from restitution.cli.options import Workers, option
-from restitution.cli.progress import progress_bar
+from restitution.cli.terminal import INTERRUPTED, Commands, progress_bar, report, user_input
 
+_FOLDER = Path("reproduction")
 app = typer.Typer(
     cls=Commands,
     name="restitution",
@@ -55,9 +55,7 @@ for _command in (
 
 @app.command("reproduce")
 def reproduce(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for figures, data and claims.")] = Path(
-        "reproduction"
-    ),
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for figures, data and claims.")] = _FOLDER,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,
     seed: Annotated[int | None, option("Seed of the random inputs.", min=0)] = None,
     workers: Workers = None,
@@ -66,13 +64,8 @@ def reproduce(
     from restitution.paper import reproduction
 
     with user_input(), progress_bar("reproducing") as progress:
-        made = reproduction.reproduce(
-            out,
-            quick=quick,
-            seed=reproduction.DEFAULT_SEED if seed is None else seed,
-            workers=workers,
-            progress=progress,
-        )
+        chosen = reproduction.DEFAULT_SEED if seed is None else seed
+        made = reproduction.reproduce(out, quick=quick, seed=chosen, workers=workers, progress=progress)
     for claim in made.claims:
         print(f"{'holds' if claim.holds else 'does not hold'}: {claim.statement}")
     print(f"{made.solves} impacts, {len(made.files)} files in {made.folder}, {made.seconds:.1f} s")
@@ -83,12 +76,12 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A terminal or file that has no µ is no reason to fail; standard error does the same by default.
         sys.stdout.reconfigure(errors="backslashreplace")
-    warnings.showwarning = lambda message, *_, **__: warn(str(message))
+    warnings.showwarning = lambda message, *_, **__: report("warning", str(message))
     try:
         app()
     except SystemExit as end:
         if end.code == INTERRUPTED and sys.platform != "win32":
-            # What started the command learns that the user stopped it, not that it failed with a code of its own.
+            # By the signal, not by a code, a shell or a script sees that the user stopped the command.
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             sys.stderr.flush()
             os.kill(os.getpid(), signal.SIGINT)

@@ -7,6 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+from restitution.cli.terminal import BadInput
+from restitution.files import TABLES
+
 
 def option(words: str, *names: str, **settings: Any) -> Any:
     """Option with its help, without its default."""
@@ -38,13 +41,33 @@ def axes(incomplete: str) -> list[str]:
     return [f"{name}=" for name in (*INPUTS, *ALIASES) if name.startswith(incomplete)]
 
 
+def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    """Refuse, before any work is done, a file that could not be written in the end."""
+    if path is None:
+        return None
+    if path.suffix.lower() not in suffixes:
+        raise BadInput(f"{option} {path}: must end in {' or '.join(suffixes)}")
+    if not path.parent.is_dir():
+        raise BadInput(f"{option} {path}: no such folder: {path.parent}")
+    if path.is_dir():
+        raise BadInput(f"{option} {path}: is a folder")
+    return path
+
+
+def target(words: str, name: str, *suffixes: str) -> Any:
+    """Option of a file that the command writes."""
+    *most, last = suffixes
+    ends = f"{', '.join(most)} or {last}" if most else last
+    return option(f"{words}: {ends}.", name, metavar="FILE", callback=lambda path: check_target(name, path, suffixes))
+
+
+PICTURES = (".png", ".pdf", ".svg")
 CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
-Plot = Annotated[Path | None, option("Draw the result: .png, .pdf or .svg.", "--plot", metavar="FILE")]
-Picture = Annotated[Path | None, option("Picture: .png, .pdf or .svg.", "--out", metavar="FILE")]
+Plot = Annotated[Path | None, target("Draw the result", "--plot", *PICTURES)]
+Picture = Annotated[Path | None, target("Picture", "--out", *PICTURES)]
 History = Annotated[
-    Path | None,
-    option("Write depth, velocity, force and contact radius over time: .nc or .csv.", "--history", metavar="FILE"),
+    Path | None, target("Write depth, velocity, force and contact radius over time", "--history", *TABLES)
 ]
 Outputs = Annotated[
     list[str] | None,

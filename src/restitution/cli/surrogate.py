@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from restitution.cli import tables
-from restitution.cli.exit_codes import BadInput, user_input
-from restitution.cli.options import Json, Plot, Workers, argument, option
-from restitution.cli.progress import progress_bar
+from restitution.cli.options import Json, Plot, Workers, argument, option, target
+from restitution.cli.terminal import BadInput, progress_bar, report, user_input
+from restitution.files import TABLES, write_table
 
 if TYPE_CHECKING:
     from restitution.case.impact import Case
@@ -29,7 +29,7 @@ def surrogate(
         option("Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", metavar="LOW HIGH"),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
-    out: Annotated[Path | None, option("Save it as .json, or a table of it as .csv or .nc.", metavar="FILE")] = None,
+    out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
     at: Annotated[list[str] | None, option("Evaluate it at a velocity; may be repeated.", metavar="VELOCITY")] = None,
     plot: Plot = None,
     json: Json = False,
@@ -39,10 +39,6 @@ def surrogate(
 
     The velocity of the case file does not matter.
     """
-    from restitution.files import TABLES, write_table
-
-    tables.check_target("--plot", plot, tables.PICTURES)
-    tables.check_target("--out", out, (_SAVED, *TABLES))
     with user_input():
         from restitution.quantities import VELOCITY
 
@@ -58,11 +54,21 @@ def surrogate(
             made.save(out)
         else:
             write_table(made.sample(), out)
+    pieces = made.pieces.edges.size - 1
     if json:
-        tables.write_json(_content(made, rows), made)
+        names = ("velocity", *made.error)
+        content = {"velocity": list(made.velocity), "rtol": made.rtol, "error": made.error, "pieces": pieces}
+        content |= {"values": [dict(zip(names, row, strict=True)) for row in rows], "warnings": made.warnings}
+        tables.write_json(content | {"validity": made.validity.to_dict()})
     else:
-        _print(made, out or source, rows)
-        tables.print_remarks(made.warnings, notes)
+        span = f"{made.velocity[0]:g} to {made.velocity[1]:g} m/s in {pieces} piece{'s' * (pieces > 1)}"
+        print(f"{out or source}: {span}, rtol {made.rtol:g}")
+        errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
+        print(f"largest error: {errors}")
+        if rows:
+            tables.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])
+        report("warning", *made.warnings)
+        report("note", *notes)
     if plot is not None:
         tables.save_picture(made.plot(), plot)
 
@@ -89,33 +95,9 @@ def _build(path: Path, velocity: tuple[float, float], rtol: float, workers: int 
 
 
 def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
-    """Impact of a case; fractional models hold for the contact times of all velocities."""
+    """Impact of a case, whose fractional models hold for the contact times of all velocities."""
     if not case.sections.needs_window:
         return case.impact
     from restitution.impact.problem import for_contact
 
     return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))
-
-
-def _content(made: Surrogate, rows: list[tuple[float, ...]]) -> dict[str, Any]:
-    names = ("velocity", *made.error)
-    return {
-        "velocity": list(made.velocity),
-        "rtol": made.rtol,
-        "error": made.error,
-        "pieces": made.pieces.edges.size - 1,
-        "values": [dict(zip(names, row, strict=True)) for row in rows],
-        "warnings": made.warnings,
-    }
-
-
-def _print(made: Surrogate, path: Path, rows: list[tuple[float, ...]]) -> None:
-    pieces = made.pieces.edges.size - 1
-    print(
-        f"{path}: {made.velocity[0]:g} to {made.velocity[1]:g} m/s in {pieces} piece{'s' if pieces > 1 else ''}, "
-        f"rtol {made.rtol:g}"
-    )
-    errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
-    print(f"largest error: {errors}")
-    if rows:
-        tables.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])

@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from restitution.cli.exit_codes import BadInput, tell, user_input, warn
-from restitution.cli.options import Outputs, Picture, Workers, argument, axes, option
-from restitution.cli.progress import progress_bar
-from restitution.cli.tables import PICTURES, check_target
+from restitution.cli.options import PICTURES, Json, Outputs, Picture, Workers, argument, axes, check_target, option
+from restitution.cli.tables import save_picture, write_json
+from restitution.cli.terminal import BadInput, collected_warnings, progress_bar, report, user_input
+from restitution.files import TABLES, write_table
 
 if TYPE_CHECKING:
     import xarray as xr
 
 # Places of the quantities of the paper's problem, and their options.
 _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
-_RESULTS = (".zarr", ".csv", ".nc")
 _POINTS = 80
 # A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
@@ -26,64 +25,70 @@ _MOST_POINTS = 2000
 _LOG_RATIO = 10.0
 
 
+def _result(path: Path) -> Path:
+    """Refuse what is neither a store, which may exist, nor a table."""
+    if path.suffix.lower() != ".zarr":
+        check_target("--out", path, (".zarr", *TABLES))
+    return path
+
+
 def sweep(
     file: Annotated[Path, argument("SWEEP.toml", "Case file with axes.")],
     out: Annotated[
         Path,
-        option("Zarr store for the results; or a table, .csv or .nc, held in memory.", metavar="RESULT.zarr"),
+        option(
+            "Zarr store for the results; or a table, .csv or .nc, held in memory.",
+            metavar="RESULT.zarr",
+            callback=_result,
+        ),
     ],
     dask: Annotated[
         str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", metavar="ADDRESS")
     ] = None,
     workers: Workers = None,
+    json: Json = False,
 ) -> None:
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
     """
-    if out.suffix.lower() != ".zarr":
-        check_target("--out", out, _RESULTS)
     with user_input():
         from restitution.case.sweep import read_sweep
-        from restitution.files import TABLES, write_table
+        from restitution.doubts import checks
         from restitution.sweeps.run import run
 
         plan = read_sweep(file)
-        there: int | None = None
         is_table = out.suffix.lower() in TABLES
-        start = time.monotonic()
-        with progress_bar("sweeping", rate="impacts/s") as bar:
+        engine = "threads" if dask is None else "dask"
+        # Points done and time, when imports and the store are ready.
+        begun: list[tuple[int, float]] = []
+        with collected_warnings() as warnings, progress_bar("sweeping", rate="impacts/s") as bar:
 
             def progress(done: int, total: int) -> None:
-                nonlocal there, start
-                if there is None:
-                    # Imports and the store are ready.
-                    there, start = done, time.monotonic()
+                if not begun:
+                    begun.append((done, time.monotonic()))
                 bar(done, total)
 
+            target = None if is_table else out
             try:
-                dataset = run(
-                    plan,
-                    out=None if is_table else out,
-                    engine="threads" if dask is None else "dask",
-                    cluster=dask,
-                    workers=workers,
-                    progress=progress,
-                )
+                dataset = run(plan, out=target, engine=engine, cluster=dask, workers=workers, progress=progress)
                 if is_table:
                     write_table(dataset, out)
             except KeyboardInterrupt:
-                if is_table:
-                    raise
-                tell("note", f"{out}: the same command resumes", "cyan")
+                if not is_table:
+                    report("note", f"{out}: the same command resumes")
                 raise
-    seconds = time.monotonic() - start
-    fresh = plan.grid.n_points - (there or 0)
-    print(
-        f"{plan.grid.n_points} impacts in {out}"
-        + (f", {there} of them from before" if there else "")
-        + (f"; {fresh / seconds:.3g} impacts/s in {seconds:.1f} s" if fresh else "")
-    )
+    before, start = begun[0]
+    total, seconds = plan.grid.n_points, time.monotonic() - start
+    fresh = total - before
+    if json:
+        content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
+        write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
+        return
+    resumed = f", {before} of them from before" if before else ""
+    rate = f"; {fresh / seconds:.3g} impacts/s in {seconds:.1f} s" if fresh else ""
+    print(f"{total} impacts in {out}{resumed}{rate}")
+    report("warning", *warnings)
 
 
 def plot(
@@ -96,6 +101,7 @@ def plot(
         list[str] | None,
         option("Nearest value of an axis to show, e.g. radius=5mm; may be repeated.", metavar="AXIS=VALUE"),
     ] = None,
+    json: Json = False,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
     # The path of the current folder has no name.
@@ -108,9 +114,7 @@ def plot(
 
         dataset = open_sweep(result)
         chosen = dict(_slice(dataset, text) for text in at or ())
-        _draw(dataset, target, output or [], x=x, y=y, at=chosen)
-        for message in messages(dataset.attrs).values():
-            warn(message)
+        _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
 
 
 def map_(
@@ -124,15 +128,13 @@ def map_(
     fixed: Annotated[
         list[str] | None,
         option(
-            "Set another quantity, e.g. nu=0.45; may be repeated.",
-            "--set",
-            metavar="NAME=VALUE",
-            autocompletion=axes,
+            "Set another quantity, e.g. nu=0.45; may be repeated.", "--set", metavar="NAME=VALUE", autocompletion=axes
         ),
     ] = None,
     points: Annotated[int, typer.Option(min=2, max=_MOST_POINTS, help="Points along each axis.")] = _POINTS,
     out: Picture = None,
     workers: Workers = None,
+    json: Json = False,
 ) -> None:
     """Draw contours of an output over two quantities of a case.
 
@@ -162,25 +164,31 @@ def map_(
                 if axis.low == axis.high:
                     raise BadInput(f"{option} {text}: low and high must differ")
                 read[place] = _spaced(axis)
-        if case is None and (missing := [name for name in _GROUPS if name not in read]):
-            names = ", ".join(_GROUPS[name] for name in missing)
-            raise BadInput(
-                f"map: {names}: must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
-            )
+        if case is None and (missing := [name for place, name in _GROUPS.items() if place not in read]):
+            advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
+            raise BadInput(f"map: {', '.join(missing)}: {advice}")
         outputs = output or ["restitution_coefficient"]
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
-        with progress_bar("computing", rate="impacts/s") as progress:
+        with collected_warnings() as warnings, progress_bar("computing", rate="impacts/s") as progress:
             dataset = run(plan, workers=workers, progress=progress)
         names = list(plan.grid.axes)
-        _draw(dataset, target, outputs, x=names[0], y=names[1])
+        _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
 
 
-def _draw(dataset: xr.Dataset, target: Path, outputs: list[str], **choice: Any) -> None:
-    from restitution.plot.style import save_figure
+def _draw(
+    dataset: xr.Dataset, target: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
+) -> None:
+    from restitution.doubts import checks
     from restitution.plot.sweep import plot_sweep
 
-    save_figure(plot_sweep(dataset, outputs, **choice), target)
+    save_picture(plot_sweep(dataset, outputs, **choice), target)
+    if in_json:
+        shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
+        content = {"picture": str(target), "outputs": shown, "impacts": dataset["status"].size}
+        write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
+        return
     print(target)
+    report("warning", *warnings)
 
 
 def _assignment(option: str, text: str) -> tuple[str, str]:

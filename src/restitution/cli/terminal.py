@@ -1,4 +1,4 @@
-"""Exit codes of the commands, and the line of an error.
+"""Standard error and exit codes of the commands: errors, warnings, notes and progress.
 
 0: done. 2: bad input, the command line's included. 3: a solver that failed. 70: a mistake in the program, which
 should be reported; `--debug` or RESTITUTION_TRACEBACK=1 shows the traceback. Ctrl-C ends the run by its signal, which
@@ -11,14 +11,16 @@ import errno
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from threading import Timer
 from typing import Any, cast
 
 import typer
 from typer.core import TyperGroup
 
-from restitution.errors import InputTypeError
+from restitution.errors import InputTypeError, RestitutionWarning
 from restitution.impact.status import SolverError
 
 DONE = 0
@@ -27,8 +29,13 @@ SOLVER_FAILED = 3
 BUG = 70
 INTERRUPTED = 130
 
+# Seconds. Loading the compiled kernel from its cache takes about 0.3 s, compiling it 10 s and more.
+_SUSPICIOUS = 1.5
+
 # Errors that input can cause. A TypeError without a field, an AttributeError and the like are mistakes of the program.
 _OF_INPUT = (ValueError, InputTypeError, ArithmeticError, MemoryError, RuntimeError)
+
+_COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 # Base class of the errors for unknown options and missing arguments, which typer does not export.
 _UsageProblem = cast("type[Exception]", typer.BadParameter.__mro__[2])
@@ -50,28 +57,25 @@ def user_input() -> Generator[None]:
 
 
 def _reason(error: BaseException) -> str:
-    text = str(error)
-    if isinstance(error, MemoryError):
-        return "the input needs more memory than there is"
-    if isinstance(error, RecursionError):
-        return "the input is nested too deeply"
-    if isinstance(error, OverflowError):
-        return f"numbers leave the range of a double ({text})"
-    return text or type(error).__name__
+    match error:
+        case MemoryError():
+            return "the input needs more memory than there is"
+        case RecursionError():
+            return "the input is nested too deeply"
+        case OverflowError():
+            return f"numbers leave the range of a double ({error})"
+        case _:
+            return str(error) or type(error).__name__
 
 
-def tell(kind: str, message: str, colour: str) -> None:
-    """Write one line on standard error, coloured where that is a terminal."""
+def report(kind: str, *messages: str) -> None:
+    """Write each message on standard error as a line that begins with its kind: "error", "warning" or "note"."""
     from rich.console import Console
     from rich.text import Text
 
     console = Console(stderr=True, highlight=False)
-    console.print(Text.assemble((f"{kind}:", f"bold {colour}"), " ", message), soft_wrap=True)
-
-
-def warn(message: str) -> None:
-    """Write a warning on standard error."""
-    tell("warning", message, "yellow")
+    for message in messages:
+        console.print(Text.assemble((f"{kind}:", f"bold {_COLOURS[kind]}"), " ", message), soft_wrap=True)
 
 
 def exit_code(command: Callable[[], Any]) -> int:
@@ -86,23 +90,22 @@ def exit_code(command: Callable[[], Any]) -> int:
         # Without any argument, typer shows the help alone.
         if message := " ".join(problem.format_message().split()):
             where = problem.ctx.command_path if getattr(problem, "ctx", None) else "restitution"
-            tell("error", f"{message} (see: {where} --help)", "red")
+            report("error", f"{message} (see: {where} --help)")
         return BAD_INPUT
     except BadInput as error:
-        for line in str(error).split("\n"):
-            tell("error", line, "red")
+        report("error", *str(error).split("\n"))
         return BAD_INPUT
     except SolverError as error:
-        tell("error", str(error), "red")
+        report("error", str(error))
         return SOLVER_FAILED
     except OSError as error:
         if error.errno == errno.EINTR:
             raise
         reason = error.strerror or str(error) or type(error).__name__
-        tell("error", f"{error.filename}: {reason}" if error.filename else reason, "red")
+        report("error", f"{error.filename}: {reason}" if error.filename else reason)
         return BAD_INPUT
     except (KeyboardInterrupt, typer.Abort):
-        tell("error", "interrupted; every file written is whole", "red")
+        report("error", "interrupted; every file written is whole")
         return INTERRUPTED
     except (typer.Exit, SystemExit):
         raise
@@ -114,16 +117,66 @@ def exit_code(command: Callable[[], Any]) -> int:
         return _show(error, f"{what}; {hint}", BUG)
 
 
-def debugging() -> bool:
-    """Whether tracebacks are wanted."""
-    return os.environ.get("RESTITUTION_TRACEBACK", "") not in ("", "0")
-
-
 def _show(error: Exception, message: str, code: int) -> int:
-    if debugging():
+    if os.environ.get("RESTITUTION_TRACEBACK", "") not in ("", "0"):
         traceback.print_exception(error)
-    tell("error", " ".join(message.split()), "red")
+    report("error", " ".join(message.split()))
     return code
+
+
+@contextmanager
+def collected_warnings() -> Generator[list[str]]:
+    """Yield a list that has the warnings of the block after its end, each once."""
+    messages: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RestitutionWarning)
+        yield messages
+    messages += dict.fromkeys(str(one.message) for one in caught)
+
+
+@contextmanager
+def compilation() -> Generator[None]:
+    """Print a note on a terminal if the block takes long because the kernel is compiled."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    timer = Timer(_SUSPICIOUS, _explain)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _explain() -> None:
+    from restitution.impact.exact import is_ready
+
+    if not is_ready():
+        report("note", "compiling the kernel, as the first solve after an installation does")
+
+
+@contextmanager
+def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], None]]:
+    """Yield a function of (done, total) that draws a bar with the time left, on a terminal only.
+
+    `rate` is the unit of the speed that is shown, such as "impacts/s".
+    """
+    from rich.console import Console
+    from rich.progress import Progress, ProgressColumn, Task
+    from rich.text import Text
+
+    class RateColumn(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            speed = task.finished_speed or task.speed
+            return Text(f"{speed:.3g} {rate}" if speed and rate else "")
+
+    console = Console(stderr=True)
+    columns = (*Progress.get_default_columns(), RateColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        # Until the first report the kernel is loaded or compiled.
+        task = bar.add_task("preparing the kernel", total=None)
+        yield lambda done, total: bar.update(task, description=words, completed=done, total=total)
 
 
 @contextmanager
