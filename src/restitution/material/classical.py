@@ -1,7 +1,4 @@
-"""Classical models of springs and dashpots as materials.
-
-All share the parameters `poisson_ratio`, `bulk_modulus`, `density` and `name` of `standard_solid`.
-"""
+"""Classical models of springs and dashpots as materials."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import math
 from typing import Annotated
 
 from restitution.material import models
-from restitution.material.conversion import bulk_from_poisson_ratio, series_connection, shear_from_tension
+from restitution.material.conversion import series_connection, shear_from_tension, static_bulk_modulus
 from restitution.material.models import ONE_BULK, material_model
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -66,7 +63,8 @@ def standard_solid(
     0.45
     """
     shear = PronySeries(equilibrium_modulus, [branch_modulus], [viscosity / branch_modulus])
-    return _material(shear, poisson_ratio, bulk_modulus, density, name)
+    bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
+    return Material(shear, bulk, density=density, name=name)
 
 
 @material_model(("shear_modulus", "youngs_modulus"), ONE_BULK)
@@ -104,7 +102,8 @@ def elastic(
     else:
         tension = PronySeries(youngs_modulus)
         shear = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
-    return _material(shear, poisson_ratio, bulk_modulus, density, name)
+    bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
+    return Material(shear, bulk, density=density, name=name)
 
 
 @material_model()
@@ -166,7 +165,10 @@ def kelvin_voigt(
     PronySeries(2.0, parallel_viscosity=6.0)
     """
     shear = PronySeries(shear_modulus, parallel_viscosity=viscosity)
-    return _material(shear, poisson_ratio, bulk_modulus, density, name, bulk_viscosity)
+    bulk = static_bulk_modulus(shear_modulus, poisson_ratio, bulk_modulus)
+    if bulk < math.inf:
+        bulk = PronySeries(bulk, parallel_viscosity=bulk_viscosity)
+    return Material(shear, bulk, density=density, name=name)
 
 
 @material_model()
@@ -237,20 +239,5 @@ def generalised_maxwell(
     2
     """
     shear = PronySeries(equilibrium_modulus, branch_moduli, relaxation_times)
-    return _material(shear, poisson_ratio, bulk_modulus, density, name)
-
-
-def _material(
-    shear: PronySeries,
-    poisson_ratio: float | None,
-    bulk_modulus: float | None,
-    density: float | None,
-    name: str | None,
-    bulk_viscosity: float = 0.0,
-) -> Material:
-    if poisson_ratio is not None:
-        bulk_modulus = bulk_from_poisson_ratio(shear.equilibrium_modulus, poisson_ratio)
-    assert bulk_modulus is not None
-    with_dashpot = bulk_viscosity > 0 and bulk_modulus < math.inf
-    bulk = PronySeries(bulk_modulus, parallel_viscosity=bulk_viscosity) if with_dashpot else bulk_modulus
+    bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
     return Material(shear, bulk, density=density, name=name)

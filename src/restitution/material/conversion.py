@@ -57,6 +57,14 @@ def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     return float(shear_modulus * bulk_factor(number)) if number < 0.5 else math.inf
 
 
+def static_bulk_modulus(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:
+    """Bulk modulus [Pa] of a static Poisson ratio, or as it is given."""
+    if poisson_ratio is not None:
+        return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
+    assert bulk_modulus is not None
+    return bulk_modulus
+
+
 def bulk_factor(ratio: ArrayLike) -> Any:
     """Ratio K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of Poisson ratios nu in [-1, 0.5]; infinite for 1/2."""
     nu = np.asarray(ratio)

@@ -10,12 +10,11 @@ from typing import Annotated, Any, NamedTuple, ParamSpec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution import quantities
 from restitution.checks import nonnegative, positive
 from restitution.errors import InputError
 from restitution.material import models
-from restitution.material.conversion import bulk_from_poisson_ratio
-from restitution.material.prony import EXTREME, PronySeries, in_range
+from restitution.material.conversion import static_bulk_modulus
+from restitution.material.prony import PronySeries, in_range
 from restitution.material.viscoelastic import Material, time_window
 from restitution.quantities import CONSTANTS
 
@@ -48,8 +47,8 @@ class PronyApproximation(NamedTuple):
 class FractionalModel:
     """Springpot V s^alpha, with a spring G_1 in series and a spring G_inf in parallel.
 
-    The Carson transform is G_inf + G_1 V s^alpha/(G_1 + V s^alpha). Under their usual names: `springpot`,
-    `fractional_kelvin_voigt`, `fractional_maxwell` and `fractional_zener`.
+    The Carson transform is G_inf + G_1 V s^alpha/(G_1 + V s^alpha). `springpot`, `fractional_kelvin_voigt`,
+    `fractional_maxwell` and `fractional_zener` make it under its usual names.
 
     Parameters
     ----------
@@ -69,8 +68,7 @@ class FractionalModel:
     Examples
     --------
     >>> model = fractional_zener(1e6, 1e9, relaxation_time=1e-3, exponent=0.4)
-    >>> approximation = model.prony((1e-6, 1e-3), rtol=1e-6)
-    >>> approximation.error < 1e-6
+    >>> model.prony((1e-6, 1e-3), rtol=1e-6).error < 1e-6
     True
     """
 
@@ -80,15 +78,12 @@ class FractionalModel:
     series_modulus: float = math.inf
 
     def __post_init__(self) -> None:
-        nonnegative("equilibrium_modulus", self.equilibrium_modulus, "Pa")
-        positive("coefficient", self.coefficient, "Pa s^exponent")
-        quantities.CONSTANTS["exponent"].check(self.exponent)
-        in_range("equilibrium_modulus", self.equilibrium_modulus, EXTREME, "Pa")
-        in_range("coefficient", self.coefficient, EXTREME, "Pa s^exponent")
+        CONSTANTS["exponent"].check(self.exponent)
+        in_range("equilibrium_modulus", nonnegative("equilibrium_modulus", self.equilibrium_modulus, "Pa"), "Pa")
+        in_range("coefficient", positive("coefficient", self.coefficient, "Pa s^exponent"), "Pa s^exponent")
         if self.series_modulus != math.inf:
-            stiffness = float(positive("series_modulus", self.series_modulus, "Pa"))
-            in_range("series_modulus", stiffness, EXTREME, "Pa")
-            digits = (math.log10(self.coefficient) - math.log10(stiffness)) / self.exponent
+            in_range("series_modulus", positive("series_modulus", self.series_modulus, "Pa"), "Pa")
+            digits = (math.log10(self.coefficient) - math.log10(self.series_modulus)) / self.exponent
             if not abs(digits) <= 100.0:
                 raise InputError("relaxation_time", f"1e{digits:.0f}", "must be in [1e-100, 1e+100] s", "s")
 
@@ -105,8 +100,8 @@ class FractionalModel:
     def relaxation_modulus(self, time: ArrayLike) -> Any:
         """Relaxation modulus G(t) [Pa] at the times t >= 0 [s], any shape.
 
-        G_inf + G_1 E_alpha(-(t/tau)^alpha), or G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in series. The
-        Mittag-Leffler function is a quadrature of its spectrum, to 1e-12.
+        G_inf + G_1 E_alpha(-(t/tau)^alpha) with the Mittag-Leffler function to 1e-12, or
+        G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in series.
 
         Examples
         --------
@@ -161,7 +156,7 @@ class FractionalModel:
             Shortest and longest time [s] that matter.
         rtol
             Admissible error of R(t) relative to R(t), and of the complex modulus relative to its magnitude, in
-            [1e-10, 0.1]. The error of the loss modulus may be larger where it is small; see `loss_error`.
+            [1e-10, 0.1]. The error of a small loss modulus may be larger; see `loss_error`.
 
         Examples
         --------
@@ -170,23 +165,17 @@ class FractionalModel:
         """
         low, high = time_window(window)
         for time in (low, high):
-            in_range("window", time, EXTREME, "s")
-        tolerance = float(quantities.CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
-        points = 2 + math.ceil(12.0 * math.log10(high / low))
-        times = np.geomspace(low, high, points)
+            in_range("window", time, "s")
+        tolerance = float(CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
+        times = np.geomspace(low, high, 2 + math.ceil(12.0 * math.log10(high / low)))
         relaxation, dynamic = self.relaxation_modulus(times), self.carson_transform(1j / times)
-        coarseness = 1.5
-        for _ in range(40):
+        for coarseness in 1.5 * 0.93 ** np.arange(40):
             series = self._discretised(low, high, tolerance, coarseness)
             found = series.carson_transform(1j / times)
-            error = max(
-                float(np.abs(series.relaxation_modulus(times) / relaxation - 1.0).max()),
-                float(np.abs(found / dynamic - 1.0).max()),
-            )
-            if error <= tolerance:
-                loss_error = float(np.abs(found.imag / dynamic.imag - 1.0).max())
-                return PronyApproximation(series, error, (low, high), loss_error)
-            coarseness *= 0.93
+            pairs = (series.relaxation_modulus(times), relaxation), (found, dynamic), (found.imag, dynamic.imag)
+            *errors, loss_error = (float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
+            if max(errors) <= tolerance:
+                return PronyApproximation(series, max(errors), (low, high), loss_error)
         raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
     def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
@@ -294,8 +283,8 @@ class FractionalMaterial:
 
     Notes
     -----
-    An impact or an indentation takes a `Material`. The method `within` makes it for a window of time; `for_contact`
-    finds the window of an impact.
+    An impact or an indentation takes a `Material`, which `within` makes for a window of time. `for_contact` finds the
+    window of an impact.
 
     Examples
     --------
@@ -314,9 +303,8 @@ class FractionalMaterial:
         """Material that holds within a window of time [s]; its `assumptions` contain the error."""
         low, high, rtol = Window(*window)
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
-        terms = material.shear.n_branches
-        assumptions = f"{terms} Prony terms stand for the fractional model, relative error {error:.1e}"
-        return replace(material, assumptions=assumptions, derivation="fractional")
+        text = f"{material.shear.n_branches} Prony terms stand for the fractional model, relative error {error:.1e}"
+        return replace(material, assumptions=text, derivation="fractional")
 
     def approximation(self, window: tuple[float, float], rtol: float | None = None) -> tuple[Material, float, float]:
         """Material of Prony series, with the two errors of a `PronyApproximation` within a window of time [s].
@@ -347,10 +335,8 @@ def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, F
         **constants: Any,
     ) -> FractionalMaterial:
         model: FractionalModel = shear(**constants)  # pyright: ignore[reportCallIssue]
-        if poisson_ratio is not None:
-            bulk_modulus = bulk_from_poisson_ratio(model.equilibrium_modulus, poisson_ratio)
-        assert bulk_modulus is not None
-        return FractionalMaterial(model, bulk_modulus, density, name, approximation_rtol)
+        bulk = static_bulk_modulus(model.equilibrium_modulus, poisson_ratio, bulk_modulus)
+        return FractionalMaterial(model, bulk, density, name, approximation_rtol)
 
     constants = models.constants_of(function) | models.constants_of(build)
     build.__name__ = function.__name__

@@ -28,8 +28,8 @@ EXTREME = 1e100
 _NEGLIGIBLE = 1e-60
 
 
-def in_range(name: str, value: float, extreme: float, unit: str) -> None:
-    """Refuse a number that is neither zero nor within an extreme and its reciprocal."""
+def in_range(name: str, value: Any, unit: str, extreme: float = EXTREME) -> None:
+    """Refuse a number >= 0 that is neither zero nor within an extreme and its reciprocal."""
     if value != 0.0 and not 1.0 / extreme <= value <= extreme:
         raise InputError(name, value, f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}", unit)
 
@@ -102,21 +102,17 @@ class PronySeries:
             raise InputError("branch_moduli", moduli.size, f"must be at most {MAX_BRANCHES} branches")
         with np.errstate(over="ignore"):
             glass = equilibrium + float(moduli.sum())
-        in_range("equilibrium_modulus + sum of branch_moduli", glass, EXTREME, "Pa")
-        in_range("parallel_viscosity", dashpot, EXTREME**2, "Pa s")
+        in_range("equilibrium_modulus + sum of branch_moduli", glass, "Pa")
+        in_range("parallel_viscosity", dashpot, "Pa s", EXTREME**2)
         for time in (times.min(), times.max()) if times.size else ():
-            in_range("relaxation_times", float(time), EXTREME, "s")
+            in_range("relaxation_times", float(time), "s")
         self._fill(equilibrium, moduli, times, dashpot)
 
     def _fill(self, equilibrium: float, moduli: Array, times: Array, viscosity: float) -> None:
         moduli.setflags(write=False)
         times.setflags(write=False)
-        self.__dict__.update(
-            equilibrium_modulus=equilibrium,
-            branch_moduli=moduli,
-            relaxation_times=times,
-            parallel_viscosity=viscosity,
-        )
+        self.__dict__.update(equilibrium_modulus=equilibrium, branch_moduli=moduli)
+        self.__dict__.update(relaxation_times=times, parallel_viscosity=viscosity)
 
     @classmethod
     def from_checked(cls, equilibrium: float, moduli: Array, times: Array, viscosity: float = 0.0) -> PronySeries:
@@ -206,12 +202,8 @@ class PronySeries:
         own = self.simplified()
         if own.equilibrium_modulus == 0 and own.parallel_viscosity == 0 and own.n_branches == 0:
             raise InputError("equilibrium_modulus", 0.0, "must be > 0, as nothing else carries a load", "Pa")
-        roots = secular_roots(
-            own.equilibrium_modulus,
-            own.parallel_viscosity,
-            own.branch_moduli[::-1],
-            own.relaxation_times[::-1],
-        )
+        ends = own.equilibrium_modulus, own.parallel_viscosity
+        roots = secular_roots(*ends, own.branch_moduli[::-1], own.relaxation_times[::-1])
         glass = 0.0 if own.parallel_viscosity > 0 else 1.0 / own.instantaneous_modulus
         fluidity = 1.0 / own.flow_viscosity if own.is_liquid else 0.0
         return Retardation(glass, fluidity, 1.0 / roots.slopes[::-1], roots.times[::-1])
@@ -268,8 +260,7 @@ class PronySeries:
         """
         point = np.asarray(s)
         share = point[..., None] / (point[..., None] + 1.0 / self.relaxation_times)
-        value = self.equilibrium_modulus + self.parallel_viscosity * point + share @ self.branch_moduli
-        return value[()]
+        return (self.equilibrium_modulus + self.parallel_viscosity * point + share @ self.branch_moduli)[()]
 
     def simplified(self) -> PronySeries:
         """Same function in its shortest form: no negligible branches, equal times merged, times ascending.
@@ -311,12 +302,8 @@ class PronySeries:
 
     def _key(self) -> tuple[float, float, bytes, bytes]:
         # Adding 0.0 makes one of the two zeros.
-        return (
-            self.equilibrium_modulus,
-            self.parallel_viscosity,
-            (self.branch_moduli + 0.0).tobytes(),
-            self.relaxation_times.tobytes(),
-        )
+        arrays = (self.branch_moduli + 0.0).tobytes(), self.relaxation_times.tobytes()
+        return self.equilibrium_modulus, self.parallel_viscosity, *arrays
 
     def __eq__(self, other: object) -> bool:
         return self._key() == other._key() if isinstance(other, PronySeries) else NotImplemented
