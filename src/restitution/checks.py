@@ -148,6 +148,16 @@ def single(name: str, value: Numeric, unit: str = "") -> float:
     return value
 
 
+def single_positive(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a float, refusing an array and all that is not finite and above zero."""
+    return single(name, positive(name, value, unit), unit)
+
+
+def single_nonnegative(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a float, refusing an array and all that is not finite and at least zero."""
+    return single(name, nonnegative(name, value, unit), unit)
+
+
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing all outside the closed interval [low, high]."""
     array = number(name, value, unit)

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restitution.errors import InputError
+from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
@@ -130,3 +130,16 @@ def test_window_is_checked():
 def test_elastic_material_does_not_change():
     material = Material(1.0, math.inf, shift=Arrhenius(300.0, 1e5))
     assert material.at(310.0).shear == material.shear
+
+
+def test_units_are_converted_and_arrays_refused():
+    units = pytest.importorskip("pint").UnitRegistry()
+    law = WLF(
+        units.Quantity(25.0, "degC"), 8.6, 200.0 * units.K, temperature_range=[units.Quantity(0.0, "degC"), 400.0]
+    )
+    assert law == WLF(298.15, 8.6, 200.0, temperature_range=(273.15, 400.0))
+    assert Arrhenius(300.0, 100.0 * units.kJ / units.mol) == Arrhenius(300.0, 1e5)
+    assert Material(1.0, 2.0, density=1.1 * units.g / units.cm**3).density == pytest.approx(1100.0)
+    for wrong in (lambda: law.factor([300.0, 310.0]), lambda: WLF([300.0, 310.0], 8.6, 200.0)):
+        with pytest.raises(InputTypeError, match="must be a single number"):
+            wrong()

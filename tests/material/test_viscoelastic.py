@@ -111,7 +111,7 @@ def test_wave_speed_is_that_of_the_modulus_that_acts():
         ((math.inf, 1.0), {}, ValueError, "shear = inf Pa"),
         (("steel", 1.0), {}, TypeError, "shear = 'steel'"),
         (([1.0, 2.0], 1.0), {}, TypeError, "a PronySeries"),
-        ((1.0, 1.0), {"density": 0.0}, ValueError, "density = 0 kg/m3"),
+        ((1.0, 1.0), {"density": 0.0}, ValueError, r"density = 0 kg/m\^3"),
     ],
 )
 def test_bad_input_is_named(arguments, keywords, error, message):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import finite, positive
+from restitution.checks import finite, single, single_positive
 from restitution.errors import InputError
 from restitution.material.models import exactly_one
 from restitution.material.prony import PronySeries
@@ -50,7 +50,7 @@ def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
     5.0
     """
-    number = float(quantities.check("poisson_ratio", ratio))
+    number = single("poisson_ratio", quantities.check("poisson_ratio", ratio))
     if shear_modulus == 0 and number < 0.5:
         wanted = "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
         raise InputError("poisson_ratio", number, wanted)
@@ -74,7 +74,7 @@ def bulk_factor(ratio: ArrayLike) -> Any:
 
 def tension_factor(poisson_ratio: float) -> float:
     """Ratio E/G = 2(1 + nu) [-] of a Poisson ratio nu in (-1, 0.5]."""
-    number = float(finite("poisson_ratio", poisson_ratio))
+    number = single("poisson_ratio", finite("poisson_ratio", poisson_ratio))
     if not -1.0 < number <= 0.5:
         raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
     return 2.0 * (1.0 + number)
@@ -191,14 +191,14 @@ def shear_and_bulk(
         shear = shear_from_tension(series, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is None:
         return shear, _constant_bulk(bulk_modulus)
-    factor = bulk_factor(float(quantities.check("poisson_ratio", poisson_ratio)))
+    factor = bulk_factor(quantities.check("poisson_ratio", poisson_ratio))
     return shear, math.inf if math.isinf(factor) else shear.scaled(factor)
 
 
 def _constant_bulk(value: float | None) -> float:
     if isinstance(value, float) and np.isposinf(value):
         return value
-    return float(positive("bulk_modulus", value, "Pa"))
+    return single_positive("bulk_modulus", value, "Pa")
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import nonnegative, positive
+from restitution.checks import single_nonnegative, single_positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
@@ -186,8 +186,8 @@ def fit_prony(
     """
     if not isinstance(data, RelaxationTable | DynamicTable):
         raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
-    allowed = float(positive("misfit", misfit))
-    weights = float(positive("loss_weight", loss_weight)), float(nonnegative("smoothing", smoothing))
+    allowed = single_positive("misfit", misfit)
+    weights = single_positive("loss_weight", loss_weight), single_nonnegative("smoothing", smoothing)
     problem = _Problem(data, liquid, *weights)
     *coarser, times = map(problem.grid, _DENSITIES)
     moduli = problem.solve(times)

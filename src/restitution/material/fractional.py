@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, ParamSpec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative, positive
+from restitution.checks import nonnegative, positive, single
 from restitution.errors import InputError
 from restitution.material import models
 from restitution.material.conversion import static_bulk_modulus
@@ -166,7 +166,7 @@ class FractionalModel:
         low, high = time_window(window)
         for time in (low, high):
             in_range("window", time, "s")
-        tolerance = float(CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
+        tolerance = single("rtol", CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
         times = np.geomspace(low, high, 2 + math.ceil(12.0 * math.log10(high / low)))
         relaxation, dynamic = self.relaxation_modulus(times), self.carson_transform(1j / times)
         for coarseness in 1.5 * 0.93 ** np.arange(40):

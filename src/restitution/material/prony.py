@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution import checks
-from restitution.checks import nonnegative, positive
+from restitution.checks import nonnegative, positive, single_nonnegative, single_positive
 from restitution.errors import InputError
 from restitution.material.secular import secular_roots
 from restitution.pictures import draw
@@ -91,8 +90,8 @@ class PronySeries:
         *,
         parallel_viscosity: float = 0.0,
     ) -> None:
-        equilibrium = _scalar("equilibrium_modulus", equilibrium_modulus, "Pa")
-        dashpot = _scalar("parallel_viscosity", parallel_viscosity, "Pa s")
+        equilibrium = single_nonnegative("equilibrium_modulus", equilibrium_modulus, "Pa")
+        dashpot = single_nonnegative("parallel_viscosity", parallel_viscosity, "Pa s")
         moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
         times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
         if moduli.ndim != 1 or times.shape != moduli.shape:
@@ -292,8 +291,8 @@ class PronySeries:
         >>> PronySeries(1.0, [2.0], [3.0]).scaled(2.0, time_factor=0.1)
         PronySeries(2.0, [4.0], [0.30000000000000004])
         """
-        factor = _scalar("factor", factor, "")
-        stretch = _scalar("time_factor", positive("time_factor", time_factor), "")
+        factor = single_nonnegative("factor", factor)
+        stretch = single_positive("time_factor", time_factor)
         # The new series refuses numbers that overflow.
         with np.errstate(over="ignore"):
             moduli, times = self.branch_moduli * factor, self.relaxation_times * stretch
@@ -316,7 +315,3 @@ class PronySeries:
         dashpot = f", parallel_viscosity={self.parallel_viscosity!r}" if self.parallel_viscosity > 0 else ""
         branches = f", {moduli!r}, {times!r}" if moduli else ""
         return f"PronySeries({self.equilibrium_modulus!r}{branches}{dashpot})"
-
-
-def _scalar(name: str, value: Any, unit: str) -> float:
-    return checks.single(name, nonnegative(name, value, unit), unit)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import positive, within
+from restitution.checks import positive, single_positive, within
 from restitution.errors import InputError
 
 Array = NDArray[np.float64]
@@ -40,21 +40,25 @@ class Shift(Protocol):
 class _Law(ABC):
     """Formula for the shift factor, with a reference temperature and a range of temperatures."""
 
+    _units: ClassVar[dict[str, str]]
+
     reference_temperature: float
     temperature_range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        reference = float(positive("reference_temperature", self.reference_temperature, "K"))
+        for name, unit in self._units.items():
+            self.__dict__[name] = single_positive(name, getattr(self, name), unit)
         if self.temperature_range is None:
             return
-        low, high = (float(positive("temperature_range", limit, "K")) for limit in self.temperature_range)
-        if not low <= reference <= high or low == high:
-            wanted = f"must ascend and hold {reference:g} K, the reference_temperature"
+        low, high = (single_positive("temperature_range", limit, "K") for limit in self.temperature_range)
+        if not low <= self.reference_temperature <= high or low == high:
+            wanted = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
             raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")
+        self.__dict__["temperature_range"] = low, high
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K]."""
-        number = float(positive("temperature", temperature, "K"))
+        number = single_positive("temperature", temperature, "K")
         if self.temperature_range is not None:
             _within(number, *self.temperature_range, "the range of the law")
         _within(number, *self._ends, f"where the shift factor is between 1e-{_DECADES:g} and 1e{_DECADES:g}")
@@ -105,13 +109,10 @@ class WLF(_Law):
     restitution.errors.InputError: temperature = 500 K: must be in [202, 400] K, the range of the law
     """
 
+    _units: ClassVar[dict[str, str]] = {"reference_temperature": "K", "c1": "", "c2": "K"}
+
     c1: float
     c2: float
-
-    def __post_init__(self) -> None:
-        positive("c1", self.c1)
-        positive("c2", self.c2, "K")
-        super().__post_init__()
 
     @property
     def _ends(self) -> tuple[float, float]:
@@ -154,11 +155,9 @@ class Arrhenius(_Law):
     0.274377
     """
 
-    activation_energy: float
+    _units: ClassVar[dict[str, str]] = {"reference_temperature": "K", "activation_energy": "J/mol"}
 
-    def __post_init__(self) -> None:
-        positive("activation_energy", self.activation_energy, "J/mol")
-        super().__post_init__()
+    activation_energy: float
 
     @property
     def _slope(self) -> float:
@@ -223,7 +222,7 @@ class ShiftTable:
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K] within the table."""
-        number = float(positive("temperature", temperature, "K"))
+        number = single_positive("temperature", temperature, "K")
         _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
         return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution import checks
-from restitution.checks import nonnegative, positive
+from restitution.checks import nonnegative, single_positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import (
     NOTHING,
@@ -105,9 +104,9 @@ class Material:
             raise InputError("shear", 0.0, "must not be zero throughout", "Pa")
         incompressible = isinstance(bulk, int | float) and bulk == math.inf
         bulk = math.inf if incompressible else _series("bulk", bulk)
-        density = None if density is None else _positive("density", density, "kg/m3")
+        density = None if density is None else single_positive("density", density, "kg/m^3")
         if temperature is not None:
-            temperature = _positive("temperature", temperature, "K")
+            temperature = single_positive("temperature", temperature, "K")
         elif shift is not None:
             temperature = shift.reference_temperature
         window = None if window is None else time_window(window)
@@ -232,14 +231,10 @@ class Material:
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:
     """Shortest and longest time [s] of a window, which must ascend."""
-    low, high = (_positive("window", time, "s") for time in window)
+    low, high = (single_positive("window", time, "s") for time in window)
     if low >= high:
         raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
     return low, high
-
-
-def _positive(name: str, value: Any, unit: str) -> float:
-    return checks.single(name, positive(name, value, unit), unit)
 
 
 def _series(name: str, value: Any) -> PronySeries:
