@@ -11,13 +11,16 @@ from collections import ChainMap
 from collections.abc import Callable, Container, Iterable, Mapping
 from difflib import get_close_matches
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from restitution import checks
 from restitution.checks import Numeric
 from restitution.errors import InputError, InputTypeError
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class Dimension(NamedTuple):
@@ -294,6 +297,14 @@ def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
 def needs(outputs: Iterable[str], wanted: Container[str]) -> bool:
     """Whether outputs, or those that they derive from, are among the wanted."""
     return any(name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs)
+
+
+def dataset(dimension: str, columns: Mapping[str, tuple[Any, Quantity]], attributes: dict[str, Any]) -> xarray.Dataset:
+    """Return columns of values and their quantity as a Dataset over the column `dimension`."""
+    import xarray as xr
+
+    data = {name: (dimension, values, quantity.attributes) for name, (values, quantity) in columns.items()}
+    return xr.Dataset(data, attrs=attributes).set_coords(dimension)
 
 
 def key_of(name: str) -> str:

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from restitution.checks import nonnegative, positive, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
-from restitution.impact.result import ImpactResult, dataset
+from restitution.impact.result import ImpactResult
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
-from restitution.quantities import INPUTS, LENGTH, NUMBER, OUTPUTS, TIME, Quantity
+from restitution.quantities import INPUTS, LENGTH, NUMBER, OUTPUTS, TIME, Quantity, dataset
 from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from restitution.impact.batch import Batch, shaped, solve_columns
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
-from restitution.quantities import BODY, BUDGET, HISTORY, OUTPUTS, Quantity, derived
+from restitution.quantities import BODY, BUDGET, HISTORY, OUTPUTS, dataset, derived
 from restitution.validity import COLUMNS, Validity, numbers, report
 
 if TYPE_CHECKING:
@@ -409,21 +409,3 @@ class ImpactResult:
             "warnings": self.warnings,
             "validity": self.validity.to_dict(),
         }
-
-
-def dataset(dimension: str, columns: dict[str, tuple[Any, Quantity]], attributes: dict[str, Any]) -> xarray.Dataset:
-    """Columns of one length as a Dataset.
-
-    Parameters
-    ----------
-    dimension : str
-        Name of the column that is the index.
-    columns : dict of str to tuple
-        Values and quantity of each column.
-    attributes : dict
-        Attributes of the whole.
-    """
-    import xarray as xr
-
-    data = {name: (dimension, values, quantity.attributes) for name, (values, quantity) in columns.items()}
-    return xr.Dataset(data, attrs=attributes).set_coords(dimension)

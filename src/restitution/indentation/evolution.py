@@ -1,13 +1,15 @@
-"""Evolution of the contact: growth (Lee and Radok), shrinkage and end (Ting), recovery of the depth."""
+"""Evolution of the contact: growth (Lee and Radok), shrinkage and end (Ting), recovery of the surface."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
+from restitution.indentation.history import NO_FORCE
 from restitution.kernel.growing import BEYOND_PROFILE, Elements, grow, turning_point
 from restitution.kernel.indentation import Recovery, recover
 from restitution.kernel.memory import TERMS, allocate, quadrature, remember
@@ -25,8 +27,6 @@ Array = NDArray[np.float64]
 
 # Memory of 1 GB.
 _MOST_ELEMENTS = 1 << 20
-# A prescribed force is zero where it is below this share of the largest: rounding of a return to zero.
-_NO_FORCE = 1e-13
 # Rounding of a load over the sum of the moduli and the largest rate, and of a time over the duration.
 _LOAD_ROUNDING = 1e-14
 _TIME_ROUNDING = 4e-16
@@ -36,15 +36,8 @@ class Reloading(InputError):
     """The contact grows again, which the theory excludes; `value` is the time, in units of the duration or in s."""
 
 
-_GROWS = "the contact grows again before it has ended; the theory holds for one loading and one unloading. "
-_GROWS += "Fit a smooth curve to measured data first"
-_RELOADED = "the contact is over and is loaded again, which is outside the theory"
-_RECOVERED = "the contact is over and the recovering surface reaches the indenter again, "
-_RECOVERED += "which is outside the theory"
-
-
 def scratch(contact: Contact) -> Scratch:
-    """Scratch space of a contact; one at a time may use it."""
+    """Scratch space of a contact, for one call at a time."""
     return Scratch(
         np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(contact.moduli.size),
         np.empty((2, TERMS + 1)),
@@ -54,7 +47,7 @@ def scratch(contact: Contact) -> Scratch:
 def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
     """Growing contact and its memory, without the end of contact.
 
-    The tolerance is that of depth and force over the largest; the profile ends at the depth `deepest` [m].
+    The tolerance of depth and force is relative to the largest; the profile ends at the depth `deepest` [m].
     """
     m = contact.values.shape[0]
     by_depth = contact.control == DEPTH
@@ -89,17 +82,14 @@ def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: flo
 
 
 def _turning_segment(contact: Contact, tolerance: float) -> int:
-    """Segment in which a prescribed depth starts to fall; the falls of a fitted function's rounding are none."""
+    """Segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
     ends = contact.values.sum(axis=1)
     highest = np.maximum.accumulate(ends)
     fallen = np.flatnonzero(highest - ends > tolerance)
-    if not fallen.size:
-        return ends.size
-    return int(np.argmax(ends[: fallen[0]])) + 1
+    return int(np.argmax(ends[: fallen[0]])) + 1 if fallen.size else ends.size
 
 
 def _allocated(room: int) -> Elements:
-    """Room for elements; the depth and Pi begin at zero."""
     return Elements(
         np.empty(room), np.empty(room), np.empty(room, dtype=np.int64), np.zeros(room + 1), np.zeros(room + 1),
         np.empty((room, TERMS)), np.empty((room, TERMS)),
@@ -118,30 +108,27 @@ def _elements(
         elements = _allocated(room)
         count = grow(contact, quadrature(), work, segments, turning, tolerance, elements)
         if count == BEYOND_PROFILE:
-            raise InputError(
-                "force", wanted=f"must not press the tip deeper than {deepest:g} m, where the profile ends"
-            )
+            wanted = f"must not press the tip deeper than {deepest:g} m, where the profile ends"
+            raise InputError("force", wanted=wanted)
         if count >= 0:
             return Elements(*(a[: count + 1] if a.shape == (room + 1,) else a[:count] for a in elements))
     raise InputError("history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol")
 
 
 def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
-    """Segments of the shrinking contact and ascending times in them at which to look how it goes on."""
+    """Segments of the shrinking contact, and ascending times in them at which its state is checked."""
     m = contact.values.shape[0]
     low = np.maximum(contact.knots[past.first : m], past.turning)[:, None]
     high = contact.knots[past.first + 1 :, None]
     width = high - low
     fractions = np.linspace(0.0, 1.0, 9)
-    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), fractions, np.inf)
-    inner = np.where(width > 0.0, inner, np.where(fractions == 0.0, 0.0, np.inf))
+    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), width * fractions, np.inf)
+    inner[width[:, 0] == 0.0, 1:] = np.inf
     # A mode answers to a kink within its relaxation time.
     modes = 1.0 / contact.rates
     near = np.where((modes < width) & (modes > 1e-4 * width), modes, np.inf)
-    with np.errstate(invalid="ignore"):
-        offsets = np.concatenate([width * inner, 0.25 * near, near], axis=1)
-    offsets[np.isnan(offsets)] = np.inf
-    times = np.sort(np.minimum(low + offsets, np.where(np.isfinite(offsets), high, np.inf)), axis=1)
+    offsets = np.concatenate([inner, 0.25 * near, near], axis=1)
+    times = np.sort(np.where(np.isfinite(offsets), np.minimum(low + offsets, high), np.inf), axis=1)
     places = np.broadcast_to(np.arange(past.first, m)[:, None], times.shape)
     given = np.isfinite(times)
     return places[given].astype(np.int64), times[given]
@@ -151,20 +138,21 @@ def end_of_force(contact: Contact) -> float:
     """Time at which a prescribed force has fallen to zero; infinite where it does not."""
     ends = contact.values.sum(axis=1)
     falls = np.cumsum(ends < contact.values[:, 0]) > 0
-    zero = np.flatnonzero(falls & (ends <= _NO_FORCE * ends.max()))
+    zero = np.flatnonzero(falls & (ends <= NO_FORCE * ends.max()))
     if not zero.size:
         return math.inf
     n = int(zero[0])
-    later = np.flatnonzero(ends[n + 1 :] > _NO_FORCE * ends.max())
+    later = np.flatnonzero(ends[n + 1 :] > NO_FORCE * ends.max())
     if later.size:
-        raise Reloading("time", float(contact.knots[n + 1 + later[0]]), _RELOADED)
+        wanted = "the contact is over and is loaded again, which is outside the theory"
+        raise Reloading("time", float(contact.knots[n + 1 + later[0]]), wanted)
     return float(contact.knots[n + 1])
 
 
 def shrink_contact(
     contact: Contact, past: Past, work: Scratch, tolerance: float
 ) -> tuple[Past, NDArray[np.int64], Array]:
-    """Find the end of contact, and refuse a contact that grows before; also the places and times of the check."""
+    """Contact with its end, and the segments and times of the checks; one that grows before is refused."""
     places, times = check_points(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, places, times))
@@ -184,7 +172,10 @@ def shrink_contact(
                 if found < 0:
                     break
                 low, high = float(finer[max(found - 1, 0)]), float(finer[found])
-            raise Reloading("time", high, _GROWS)
+            wanted = (
+                "the contact grows again before it has ended; the theory holds for one loading and one unloading. "
+            )
+            raise Reloading("time", high, wanted + "Fit a smooth curve to measured data first")
     return past, places, times
 
 
@@ -200,7 +191,7 @@ def check_recontact(
     """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
     if not innermost_load_rises(contact, past, work, places, times, tolerance, _rounding(contact, past)):
         return
-    # A steep history is where it is only to the rounding of its times.
+    # The rounding of the times moves a steep history.
     rounding_allowance = tolerance + 1e-15 * _largest_rate(contact, past)
 
     def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
@@ -222,7 +213,10 @@ def check_recontact(
                 break
             moments = moments[n - 1] + (moments[n] - moments[n - 1]) * share
             found = caught(np.full(share.size, i), moments)
-        raise Reloading("time", float(moments[found[0]]), _RECOVERED)
+        wanted = (
+            "the contact is over and the recovering surface reaches the indenter again, which is outside the theory"
+        )
+        raise Reloading("time", float(moments[found[0]]), wanted)
 
 
 def _rounding(contact: Contact, past: Past) -> float:
@@ -232,7 +226,7 @@ def _rounding(contact: Contact, past: Past) -> float:
 
 
 def depth_rounding(past: Past) -> tuple[float, float]:
-    """Rounding of the depth that belongs to an instant of the growing contact, where that is steepest, and when."""
+    """Largest change of the depth within the rounding of a time of the growing contact, and that time."""
     elements = past.elements
     if past.total == 0:
         return 0.0, 0.0
@@ -242,7 +236,7 @@ def depth_rounding(past: Past) -> tuple[float, float]:
 
 
 def _largest_rate(contact: Contact, past: Past) -> float:
-    """Largest rate of what is prescribed, about, from where the contact ceases to grow; at least 1."""
+    """Estimate of the largest rate of the prescribed history after the growth of the contact; at least 1."""
     widths = np.diff(contact.knots)[past.first :]
     steps = np.abs(contact.values[past.first :, 1:]).sum(axis=1)
     return float(np.max(np.divide(steps, widths, out=np.zeros_like(steps), where=widths > 0.0), initial=1.0))
@@ -251,7 +245,7 @@ def _largest_rate(contact: Contact, past: Past) -> float:
 def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Array:
     width = contact.knots[places + 1] - contact.knots[places]
     u = np.divide(times - contact.knots[places], width, out=np.ones_like(times), where=width > 0.0)
-    return np.einsum("in,in->i", contact.values[places], u[:, None] ** np.arange(contact.values.shape[1]))
+    return polyval(u, contact.values[places].T, tensor=False)
 
 
 def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What is prescribed: a depth or a force over time, as polynomials between knots."""
+"""Prescribed histories: a depth or a force over time, as polynomials between knots."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyroots, polyval, polyvander
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, nonnegative, positive
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 
 UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].unit}
 
+# A prescribed force is zero below this share of the largest one: rounding of a return to zero.
+NO_FORCE = 1e-13
 _DEGREE = 9
 # Error of a fitted piece over the largest value, and the most pieces.
 _FIT = 2e-14
@@ -40,7 +43,7 @@ class History:
     Attributes
     ----------
     knots : array, shape (m + 1,)
-        Times [s]; two equal ones enclose a jump.
+        Times [s]; two equal ones are a jump.
     coefficients : array, shape (m, n)
         The value between knots i and i + 1 is `sum_j coefficients[i, j] u^j`, with u from 0 to 1.
 
@@ -72,10 +75,8 @@ class History:
         InputError
             If these are not two columns of equal length with ascending times.
         """
-        t, v = (
-            np.atleast_1d(finite("time", time, "s")),
-            np.atleast_1d(finite(name, values, UNITS.get(name, ""))),
-        )
+        t = np.atleast_1d(finite("time", time, "s"))
+        v = np.atleast_1d(finite(name, values, UNITS.get(name, "")))
         if t.ndim != 1 or t.shape != v.shape or t.size < 2:
             wanted = f"must be two columns of equal length >= 2, not of shapes {t.shape}, {v.shape}"
             raise InputError(f"time, {name}", wanted=wanted)
@@ -101,8 +102,7 @@ class History:
         function : callable
             Maps an array of times [s] to depths [m] or forces [N].
         time : array, shape (n,)
-            Times [s], n >= 2: the first and the last are where the history begins and ends, and where the function
-            has kinks it should have a time, which makes it exact there.
+            Times [s], n >= 2: the ends of the history, and the kinks of the function, at which it is exact then.
         name : str
             What messages call the function.
 
@@ -114,19 +114,24 @@ class History:
         t = np.unique(np.atleast_1d(finite("time", time, "s")))
         if t.size < 2:
             raise InputError("time", wanted="must hold at least two times, between which the history is given")
-        function = _for_arrays(function, t[:2])
-        edges = _first_pieces(t)
-        at_times = _checked_values(function, t, name)
+        for_arrays = _for_arrays(function, t[:2])
+
+        def values_at(times: Array) -> Array:
+            return np.asarray(finite(name, for_arrays(times.ravel()), UNITS.get(name, ""))).reshape(times.shape)
+
+        edges, at_times = _first_pieces(t), values_at(t)
         lows, highs = edges[:-1], edges[1:]
         found: list[tuple[Array, Array]] = []
         scale = float(np.max(np.abs(at_times)))
         pieces = 0
         while lows.size:
-            values = _values(function, lows, highs, _NODES, name)
-            exact = _values(function, lows, highs, _BETWEEN, name)
+            width, ends = (highs - lows)[:, None], highs[:, None]
+            values, exact = (
+                values_at(np.minimum(lows[:, None] + width * nodes, ends)) for nodes in (_NODES, _BETWEEN)
+            )
             scale = max(scale, float(np.max(np.abs(values))), float(np.max(np.abs(exact))))
-            fit = np.asarray(np.linalg.solve(np.vander(_NODES, increasing=True), values.T).T, dtype=np.float64)
-            error = np.max(np.abs(fit @ np.vander(_BETWEEN, _DEGREE + 1, increasing=True).T - exact), axis=1)
+            fit = np.asarray(np.linalg.solve(polyvander(_NODES, _DEGREE), values.T).T)
+            error = np.max(np.abs(polyval(_BETWEEN, fit.T) - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
             good = error <= _FIT * scale
             found.append((lows[good], fit[good]))
@@ -159,17 +164,13 @@ class History:
     def __call__(self, time: ArrayLike) -> Any:
         """Value at the times [s]; behind a jump at its time."""
         piece, u, _ = self._place(time)
-        return np.einsum("...n,...n->...", self.coefficients[piece], u[..., None] ** self._powers)[()]
+        return polyval(u, np.moveaxis(self.coefficients[piece], -1, 0), tensor=False)[()]
 
     def rate(self, time: ArrayLike) -> Any:
         """Rate of change at the times [s]; behind a kink at its time."""
         piece, u, width = self._place(time)
-        slopes = self.coefficients[piece][..., 1:] * self._powers[1:]
-        return (np.einsum("...n,...n->...", slopes, u[..., None] ** self._powers[:-1]) / width)[()]
-
-    @property
-    def _powers(self) -> NDArray[np.int64]:
-        return np.arange(self.coefficients.shape[1])
+        slopes = polyder(np.moveaxis(self.coefficients[piece], -1, 0))
+        return (polyval(u, slopes, tensor=False) / width)[()]
 
     def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
         t = np.asarray(finite("time", time, "s"))
@@ -181,9 +182,9 @@ class History:
         return piece, (t - self.knots[piece]) / width, width
 
     def cut(self) -> History:
-        """Same history with knots also where it changes sign and where it turns."""
+        """Same history with further knots at its changes of sign and its turns."""
         widths = np.diff(self.knots)
-        slopes = self.coefficients[:, 1:] * self._powers[1:]
+        slopes = polyder(self.coefficients, axis=1)
         bends = (widths > 0.0) & (_may_change_sign(self.coefficients) | _may_change_sign(slopes))
         if not np.any(bends):
             return self
@@ -194,8 +195,8 @@ class History:
             turns = _zeros(slopes[n]) if bends[n] else []
             places = [0.0, *sorted(set(zeros + turns)), 1.0]
             for low, high in pairwise(places):
-                piece = restricted(c, low, high)
-                # Rounding must not leave a value of either sign where the history is zero.
+                piece = _restricted(c, low, high)
+                # A zero of the history must not become a small value by rounding.
                 if low in zeros:
                     piece[0] = 0.0
                 if high in zeros:
@@ -203,6 +204,46 @@ class History:
                 pieces.append(piece)
             knots.append(self.knots[n] + widths[n] * np.array(places[:-1]))
         return History(np.append(np.concatenate(knots), self.stop), np.array(pieces))
+
+
+def contact_part(history: History, name: str) -> History:
+    """History from first touch on; one that starts in contact or never touches is refused."""
+    history = history.cut()
+    ends = history.coefficients.sum(axis=1)
+    # A piece does not change its sign within, and its middle is far from the rounding of its ends.
+    middles = polyval(0.5, history.coefficients.T)
+    touching = np.flatnonzero(np.where(np.diff(history.knots) > 0.0, middles, ends) > 0.0)
+    first = float(history.coefficients[0, 0])
+    if first > 0.0:
+        advice = "a curve that begins in contact needs its contact point: " if name == "depth" else ""
+        wanted = f"must be <= 0 at the start; {advice}subtract an offset, or begin with a step, two points at one time"
+        raise InputError(name, first, wanted, UNITS[name])
+    if not touching.size:
+        raise InputError(name, float(ends.max()), "must rise above 0; the bodies do not touch", UNITS[name])
+    start = int(touching[0])
+    if name == "force":
+        least = np.minimum(ends, history.coefficients[:, 0])
+        negative = least < -NO_FORCE * ends.max()
+        if np.any(negative):
+            n = int(np.argmax(negative))
+            wanted = f"must be >= 0, as there is no adhesion; it is not at time = {history.knots[n + 1]:g} s"
+            raise InputError("force", float(least[n]), wanted, "N")
+    coefficients = history.coefficients[start:].copy()
+    coefficients[0, 1] += coefficients[0, 0] if history.knots[start + 1] == history.knots[start] else 0.0
+    coefficients[0, 0] = 0.0
+    return History(history.knots[start:], coefficients)
+
+
+def graded(history: History) -> History:
+    """History with more and more knots towards first touch, so that creep there keeps its relative accuracy."""
+    n = 0 if history.knots[1] > history.knots[0] else 1
+    low, high = history.knots[n], history.knots[n + 1]
+    fractions = np.concatenate([[0.0], 10.0 ** np.arange(-18, 1)])
+    pieces = [_restricted(history.coefficients[n], *ends) for ends in pairwise(fractions)]
+    return History(
+        np.concatenate([history.knots[:n], low + (high - low) * fractions[:-1], history.knots[n + 1 :]]),
+        np.concatenate([history.coefficients[:n], pieces, history.coefficients[n + 1 :]]),
+    )
 
 
 def ramp(value: float, duration: float) -> History:
@@ -275,7 +316,7 @@ def sine_arch(peak: float, duration: float) -> History:
 
 
 def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array], Any]:
-    """Function as it is where it maps arrays, else applied to one time after the other."""
+    """Function that maps arrays; one that does not is applied to one time after the other."""
     try:
         if np.shape(function(times)) == times.shape:
             return function
@@ -284,17 +325,8 @@ def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array
     return np.vectorize(function, otypes=[object])
 
 
-def _checked_values(function: Callable[[Array], Any], times: Array, name: str) -> Array:
-    return np.asarray(finite(name, function(times), UNITS.get(name, "")), dtype=np.float64)
-
-
-def _values(function: Callable[[Array], Any], lows: Array, highs: Array, nodes: Array, name: str) -> Array:
-    t = lows[:, None] + (highs - lows)[:, None] * nodes
-    return _checked_values(function, np.minimum(t, highs[:, None]).ravel(), name).reshape(t.shape)
-
-
 def _first_pieces(t: Array) -> Array:
-    """Edges of the pieces to begin with: enough of them that nothing is missed, and as few as that allows."""
+    """Edges of the pieces to begin with: about `_FIRST_PIECES` of them, between given times."""
     if t.size > _FIRST_PIECES:
         return t[np.unique(np.linspace(0, t.size - 1, _FIRST_PIECES + 1).astype(np.intp))]
     parts = -(-_FIRST_PIECES // (t.size - 1))
@@ -303,7 +335,7 @@ def _first_pieces(t: Array) -> Array:
 
 
 def _middles(t: Array, lows: Array, highs: Array) -> Array:
-    """Where to cut pieces: at the given time nearest to the middle, for kinks stand there, else in the middle."""
+    """Times at which pieces are cut: the given time nearest to the middle, a possible kink, or else the middle."""
     middles = 0.5 * (lows + highs)
     after = np.searchsorted(t, middles)
     before, behind = t[np.maximum(after - 1, 0)], t[np.minimum(after, t.size - 1)]
@@ -318,11 +350,11 @@ def _errors_at(t: Array, values: Array, lows: Array, highs: Array, fit: Array) -
     inside = (t >= lows[piece]) & (t <= highs[piece])
     t, values, piece = t[inside], values[inside], piece[inside]
     u = (t - lows[piece]) / (highs[piece] - lows[piece])
-    return piece, np.abs(np.einsum("ij,ij->i", fit[piece], u[:, None] ** np.arange(_DEGREE + 1)) - values)
+    return piece, np.abs(polyval(u, fit[piece].T, tensor=False) - values)
 
 
 def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
-    """Leave out points that lie on the line through their neighbours: sampled straight lines cost one piece each."""
+    """Points without those on the line through their neighbours, so that a sampled straight line is one piece."""
     if t.size < 3:
         return t, v
     tolerance = 4.0 * np.finfo(np.float64).eps * np.max(np.abs(v))
@@ -339,7 +371,7 @@ def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _may_change_sign(c: Array) -> NDArray[np.bool_]:
-    """Which of the polynomials over [0, 1] may change sign within: where their Bernstein coefficients do not agree."""
+    """Whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
     degree = c.shape[1] - 1
     rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
     bernstein = c @ np.array(rows).T
@@ -347,20 +379,18 @@ def _may_change_sign(c: Array) -> NDArray[np.bool_]:
 
 
 def _zeros(c: Array) -> list[float]:
-    """Places in (0, 1) at which a polynomial with coefficients c changes sign."""
+    """Places in (0, 1) at which a polynomial changes sign."""
     if not np.any(c[1:]):
         return []
-    roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
+    roots = polyroots(np.trim_zeros(c, "b"))
     real = roots.real[np.abs(roots.imag) < 1e-9]
     places = np.sort(real[(real > 0.0) & (real < 1.0)])
     edges = np.concatenate([[0.0], places, [1.0]])
-    signs = np.sign(np.polynomial.polynomial.polyval(0.5 * (edges[:-1] + edges[1:]), c))
-    return [
-        float(place) for place, before, after in zip(places, signs[:-1], signs[1:], strict=True) if before * after < 0
-    ]
+    signs = np.sign(polyval(0.5 * (edges[:-1] + edges[1:]), c))
+    return places[signs[:-1] * signs[1:] < 0.0].tolist()
 
 
-def restricted(c: Array, u0: float, u1: float) -> Array:
+def _restricted(c: Array, u0: float, u1: float) -> Array:
     """Coefficients over [u0, u1] of a polynomial given over [0, 1]."""
     shifted = c.copy()
     for start in range(c.size - 1):

@@ -17,7 +17,7 @@ from restitution.contact.contact import Contact
 from restitution.contact.profile import Profile
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
-from restitution.quantities import HISTORY
+from restitution.quantities import HISTORY, dataset
 from restitution.validity import Validity, validity
 
 if TYPE_CHECKING:
@@ -38,21 +38,17 @@ _SHARES = np.linspace(0.0, 1.0, 9)
 
 
 class IndentationStatus(IntEnum):
-    """How an indentation ended; the `message` of each member says what happened."""
+    """How an indentation ended, with a `message` for each member."""
 
     SEPARATED = 0
     IN_CONTACT = 1
 
     @property
     def message(self) -> str:
-        """What happened."""
-        return _MESSAGES[self]
-
-
-_MESSAGES = {
-    IndentationStatus.SEPARATED: "the contact ended within the prescribed history",
-    IndentationStatus.IN_CONTACT: "the bodies were still in contact when the prescribed history ended",
-}
+        """What happened, in words."""
+        if self == IndentationStatus.SEPARATED:
+            return "the contact ended within the prescribed history"
+        return "the bodies were still in contact when the prescribed history ended"
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +60,13 @@ class IndentationResult:
     time : array, shape (n,)
         Times t [s] at which the columns below are given.
     indentation_depth, indentation_velocity, force, contact_radius : array, shape (n,)
-        Depth d of the tip below the undeformed surface [m], its rate [m/s], normal force F [N], contact radius a [m]. At a
-        jump or a kink of the history: what is behind it. After the contact F = a = 0; under a prescribed force d then is the
-        imprint that recovers.
+        Depth d of the tip below the undeformed surface [m], its rate [m/s], normal force F [N], contact radius a [m].
+        At a jump or a kink of the history: the values behind it. After the contact F = a = 0; under a prescribed force
+        d is then the depth of the recovering imprint.
     contact_end_time : float
         Time [s] at which the contact ends; infinite where it outlasts the history.
     turning_time : float
-        Time [s] at which the contact radius has become largest: from there on it stays or shrinks.
+        Time [s] at which the contact radius has become largest; it stays or shrinks from there on.
     status : IndentationStatus
         Whether the contact ended.
     contact : Contact
@@ -80,7 +76,7 @@ class IndentationResult:
     rtol : float
         Tolerance of depth, force and contact radius, over their largest value.
     error : float
-        Stated error of the same: the tolerance, and what the table of the profile leaves where one is needed.
+        Stated error of the same: the tolerance, and the error of the table of the profile if it needs one.
     """
 
     time: Array = field(repr=False)
@@ -126,10 +122,10 @@ class IndentationResult:
         times : array_like, optional
             Times [s] within the prescribed history.
         n_points : int
-            Number of even times where none are given; those of the prescribed knots, of the turning and of the end of the
-            contact come on top.
+            Number of even times if none are given. The knots of the history, the turning and the end of the contact are
+            added to them.
         before : bool
-            At a kink or a jump give what is before it, not what is behind.
+            Whether a kink or a jump gives the values before it, not those behind it.
 
         Returns
         -------
@@ -155,13 +151,13 @@ class IndentationResult:
 
     @cached_property
     def max_force(self) -> float:
-        """Largest normal force [N], which need not be at one of the times."""
-        return _largest(self._solution, 2)[0]
+        """Largest normal force [N], which may lie between the times."""
+        return _largest(self._solution, 2)
 
     @cached_property
     def max_indentation_depth(self) -> float:
         """Largest depth during contact [m]."""
-        return _largest(self._solution, 0)[0]
+        return _largest(self._solution, 0)
 
     @property
     def max_contact_radius(self) -> float:
@@ -170,7 +166,7 @@ class IndentationResult:
 
     @cached_property
     def residual_indentation_depth(self) -> float:
-        """Depth [m] at which the contact ends: the imprint that is left, and recovers; NaN where it does not end."""
+        """Depth [m] at which the contact ends, that is, of the imprint, which recovers; NaN if it does not end."""
         if not math.isfinite(self.contact_end_time):
             return math.nan
         return float(self._solution.at([self.contact_end_time])[0][0])
@@ -182,9 +178,9 @@ class IndentationResult:
 
     @property
     def dissipated_work(self) -> float:
-        """Area of the loop of force over depth [J], all of which is dissipated in the end; NaN where it is not closed.
+        """Area of the loop of force over depth [J]; NaN if it is not closed.
 
-        A part of it is still stored as the contact ends, and is dissipated while the imprint recovers.
+        A part of this energy is still stored when the contact ends, and dissipates while the imprint recovers.
         """
         return self.work if self.status == IndentationStatus.SEPARATED else math.nan
 
@@ -192,7 +188,7 @@ class IndentationResult:
     def validity(self) -> Validity:
         """Assumptions of the theory, each with its number, its limit and advice.
 
-        The time of the contact is that from first touch to its end, or to the end of the history.
+        The contact lasts from first touch to its end, or to the end of the history.
         """
         speeds = np.abs(self.indentation_velocity)
         stop = min(self.contact_end_time, self.history_given.stop)
@@ -222,86 +218,70 @@ class IndentationResult:
         return {name: getattr(self, name) for name in names} | {"validity": self.validity.to_dict()}
 
     def _dataset(self, times: Array, columns: tuple[Array, ...]) -> xarray.Dataset:
-        import xarray as xr
+        values = {"time": times} | dict(zip(COLUMNS, columns, strict=True))
+        found = dataset(
+            "time", {name: (one, HISTORY[name]) for name, one in values.items()},
+            {"prescribed": self.prescribed, "rtol": self.rtol},
+        )  # fmt: skip
+        found["time"].attrs["long_name"] = "time"
+        return found
 
-        data = {
-            name: ("time", values, HISTORY[name].attributes) for name, values in zip(COLUMNS, columns, strict=True)
-        }
-        time = ("time", times, {**HISTORY["time"].attributes, "long_name": "time"})
-        return xr.Dataset(data, coords={"time": time}, attrs={"prescribed": self.prescribed, "rtol": self.rtol})
 
-
-def _largest(solution: Solution, column: int) -> tuple[float, float]:
-    """Largest value of a column of `Solution.at` up to the end of contact, and its time [s]."""
+def _largest(solution: Solution, column: int) -> float:
+    """Largest value of a column of `Solution.at` up to the end of contact."""
     breaks = solution.breaks
     low, high = breaks[:-1, None], breaks[1:, None]
     times = np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]])
-    best, moment = -np.inf, float(breaks[0])
-    # Values jump at kinks: also what is before one.
+    # Values jump at kinks: also those before one.
     knots = solution.history.knots
     knots = knots[(knots > breaks[0]) & (knots <= breaks[-1])]
-    if knots.size:
-        values = solution.at(knots, before=True)[column]
-        best, moment = float(values.max()), float(knots[np.argmax(values)])
+    best = float(np.max(solution.at(knots, before=True)[column], initial=-np.inf))
     for _ in range(6):
         values = solution.at(times)[column]
         n = int(np.argmax(values))
-        if values[n] > best:
-            best, moment = float(values[n]), float(times[n])
+        best = max(best, float(values[n]))
         times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
-    return best, moment
+    return best
 
 
 def _loop_work(solution: Solution, rtol: float) -> float:
-    """Work [J] int F dd until the end of contact, or of the history; steps of the history are integrated by themselves."""
-    breaks = solution.breaks
+    """Work [J] int F dd until the end of contact or of the history; its steps are integrated by themselves."""
 
-    def power(low: Array, high: Array) -> Array:
-        half = 0.5 * (high - low)
-        times = (low + half)[:, None] + half[:, None] * _NODES
-        _, rate, force, _ = solution.at(times.ravel())
+    def power(times: Array) -> Array:
+        _, rate, force, _ = solution.at(times)
         # Under a force the rate may be infinite at touch, where the product vanishes.
-        product = np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
-        return half * (product.reshape(times.shape) @ _WEIGHTS)
+        return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
 
     steps = [_step_work(solution, place, rtol) for place in solution.steps]
-    return _adaptive(power, breaks[:-1], breaks[1:], rtol, sum(map(abs, steps))) + sum(steps)
+    return _integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
 
 
 def _step_work(solution: Solution, place: int, rtol: float) -> float:
     """Work [J] of a step: over the depth under a prescribed one, else over the force by parts."""
     depth, force = solution.through(place, np.array([0.0, 1.0]))
     column = 1 if solution.by_depth else 0
-
-    def values(low: Array, high: Array) -> Array:
-        half = 0.5 * (high - low)
-        fractions = (low + half)[:, None] + half[:, None] * _NODES
-        return half * (solution.through(place, fractions.ravel())[column].reshape(fractions.shape) @ _WEIGHTS)
-
     # At both ends force and depth may be powers of each other.
     fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
     edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
-    mean = _adaptive(values, edges[:-1], edges[1:], rtol, 0.0)
+    mean = _integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
     if solution.by_depth:
         return float((depth[1] - depth[0]) * mean)
     return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
 
 
-def _adaptive(panels: Callable[[Array, Array], Array], low: Array, high: Array, rtol: float, scale: float) -> float:
-    """Integral by panels, each of which is halved until its two halves agree with it.
+def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
+    """Integral by Gauss panels between edges, each of which is halved until its two halves agree with it.
 
-    Parameters
-    ----------
-    panels : callable
-        Integrals over intervals, from their lower and upper ends.
-    low, high : array, shape (n,)
-        The intervals to begin with.
-    rtol : float
-        Error over the sum of the sizes of all.
-    scale : float
-        Size of what is added to the integral elsewhere.
+    `rtol` is its error over the sum of the sizes of the panels and of `scale`, which is added elsewhere.
     """
-    span, most = float(high[-1] - low[0]), _MOST_PANELS + 2 * low.size
+
+    def panels(low: Array, high: Array) -> Array:
+        half = 0.5 * (high - low)
+        nodes = (low + half)[:, None] + half[:, None] * _NODES
+        return half * (function(nodes.ravel()).reshape(nodes.shape) @ _WEIGHTS)
+
+    low, high = edges[:-1], edges[1:]
+    span, most = float(edges[-1] - edges[0]), _MOST_PANELS + 2 * low.size
     whole = panels(low, high)
     scale += float(np.sum(np.abs(whole)))
     total = 0.0
@@ -310,7 +290,7 @@ def _adaptive(panels: Callable[[Array, Array], Array], low: Array, high: Array, 
         left, right = panels(low, middle), panels(middle, high)
         share = (high - low) / span
         good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
-        # Narrower ones are lost in the rounding of their ends; so many are noise, which halving does not end.
+        # Narrower panels are lost in the rounding of their ends; so many are noise, which halving does not end.
         good |= (share <= 1e-12) | (low.size > most)
         total += float(np.sum((left + right)[good]))
         bad = ~good

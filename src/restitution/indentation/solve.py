@@ -1,17 +1,18 @@
-"""Indentation under a prescribed depth or force, and its solution, which can be sampled at any time."""
+"""Solution of an indentation under a prescribed depth or force, in SI and in dimensionless numbers."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, positive, within
 from restitution.contact.contact import Contact
+from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.indentation.evolution import (
@@ -23,10 +24,14 @@ from restitution.indentation.evolution import (
     scratch,
     shrink_contact,
 )
-from restitution.indentation.history import UNITS, History
+from restitution.indentation.history import UNITS, History, contact_part, graded
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.indentation.scaling import contact_part, scaled_contact, scaled_retardation
 from restitution.kernel.indentation import sample, through_jump
+from restitution.kernel.memory import allocate
+from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.prescribed import DEPTH, FORCE
+from restitution.kernel.prescribed import Contact as ScaledContact
+from restitution.material.prony import PronySeries, Retardation
 from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -36,6 +41,8 @@ Prescribed = History | ArrayLike | Callable[[Any], Any]
 _POINTS = 401
 # Share of the tolerance for the elements, as errors of the past add up.
 _ELEMENT_SHARE = 0.05
+# Squares of depths, radii and forces must be normal numbers.
+_SMALLEST, _LARGEST = 1e-150, 1e150
 
 
 def indent(
@@ -57,18 +64,19 @@ def indent(
     profile : Profile
         Profile of the indenter, with scalar parameters.
     depth : History, array, callable or float
-        Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`, `hold`,
-        `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth function
-        that maps times to depths, or one number, which is held from the first time on.
+        Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`,
+        `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
+        function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
         Normal force F >= 0 [N], in its place.
     time : array, optional
-        Times [s] at which the result is given, ascending; for an array of values the times that belong to them, for a
-        function also where it may have kinks. About 400 times where a `History` is given alone.
+        Times [s] of the result, ascending: for an array of values those of the values; for a function they should
+        include its kinks. About 400 times if a `History` is given alone.
     counter_material : Material, optional
         Material of the indenter; rigid where left out.
     rtol : float
-        Error of force, depth and contact radius over their largest value, and of times over the duration, in [1e-11, 1e-2].
+        Error of force, depth and contact radius over their largest value, and of times over the duration; in
+        [1e-11, 1e-2].
 
     Returns
     -------
@@ -78,14 +86,14 @@ def indent(
     Raises
     ------
     InputError
-        If an argument is out of its range or of another type. If the contact grows again once it has shrunk, the field
-        is `time` and the value the time: the theory excludes reloading.
+        If an argument is out of its range or of another type. If the contact grows again once it has shrunk, which the
+        theory excludes, the field is `time` and the value the time.
 
     Notes
     -----
-    While the contact grows, `F = 2 int E*(t - t') dPi` (Lee and Radok 1960); while it shrinks, with t1 the instant at which
-    the growing contact had the same radius, `int_t1^t E*(t - t') dd = 0` and `F = 2 int_0^t1 E*(t - t') dPi` (Ting 1966).
-    Quasi-static, small strain, no adhesion, no friction.
+    While the contact grows, `F = 2 int E*(t - t') dPi` (Lee and Radok 1960). While it shrinks,
+    `int_t1^t E*(t - t') dd = 0` and `F = 2 int_0^t1 E*(t - t') dPi`, where the growing contact had the same radius at
+    t1 (Ting 1966). Quasi-static, small strain, no adhesion, no friction.
 
     Examples
     --------
@@ -103,8 +111,7 @@ def indent(
     if np.ndim(profile.contact_radius(0.0)):
         raise InputError("profile", wanted="has arrays for parameters; an indentation has one profile")
     if (depth is None) == (force is None):
-        wanted = "exactly one of the two must be given: depth= or force="
-        raise InputError("depth, force", wanted=wanted)
+        raise InputError("depth, force", wanted="exactly one of the two must be given: depth= or force=")
     rtol = float(within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
@@ -120,11 +127,11 @@ def indent(
     return IndentationResult(
         times, *columns, end, solution.turning_time,
         IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT,
-        contact, name, prescribed, rtol, rtol + solution.path_error, solution,
+        contact, name, prescribed, rtol, rtol + solution.units.error, solution,
     )  # fmt: skip
 
 
-# Many indentations of one material are the rule, and its reduced modulus takes longer than one of them.
+# A user indents one material many times, and its reduced modulus takes longer than one indentation.
 @lru_cache(maxsize=32)
 def _contact(material: Material, profile: Profile, counter_material: Material | None) -> Contact:
     return Contact(material, profile, counter_material)
@@ -146,32 +153,30 @@ def _step(name: str, value: float, time: ArrayLike | None) -> History:
     """One value, which prevails at once from the first time on."""
     value = float(positive(name, value, UNITS[name]))
     if time is None:
-        wanted = f"must be given with {name} as a number, which is held from its first to its last value"
-        raise InputError("time", wanted=wanted)
+        raise InputError("time", wanted=f"must be given with {name} as a number, which is held from first to last")
     times = np.atleast_1d(finite("time", time, "s"))
     first, last = float(times.min()), float(times.max())
     return History.from_points([first, first, last], [0.0, value, value], name=name)
 
 
-class Solution:
-    """Exact solution under a prescribed history, in SI.
+class Units(NamedTuple):
+    """Dimensionless units in SI, the time of first touch [s], and the error of forces by the table of the profile.
 
-    Parameters
-    ----------
-    contact : Contact
-        Materials and profile.
-    history : History
-        What is prescribed.
-    name : str
-        Which quantity: "depth" or "force".
-    rtol : float
-        Error of force, depth and contact radius over the largest, and of the end of contact over the duration.
-
-    Raises
-    ------
-    InputError
-        If the history is outside the theory.
+    The units are the duration of the history from first touch on [s], the largest depth [m] or a bound of it, the
+    contact radius there [m], and `2 E radius length` [N] with a modulus E typical of the duration. The error is
+    relative to the largest force, and 0 for power laws.
     """
+
+    touch: float
+    time: float
+    length: float
+    radius: float
+    force: float
+    error: float
+
+
+class Solution:
+    """Exact solution under a prescribed history of the `name` "depth" or "force", in SI."""
 
     def __init__(self, contact: Contact, history: History, name: str, rtol: float) -> None:
         self.history, self._profile = history, contact.profile
@@ -181,7 +186,7 @@ class Solution:
         deepest = float(np.min(contact.profile.max_depth))
         if self.by_depth:
             _check_depth(part, deepest, contact.reduced_modulus.parallel_viscosity)
-        self._contact, self.units = scaled_contact(contact, part, name)
+        self._contact, self.units = _scaled_contact(contact, part, name)
         work = scratch(self._contact)
         past = grow_contact(self._contact, work, tolerance, deepest)
         rounding, moment = depth_rounding(past)
@@ -192,17 +197,12 @@ class Solution:
         try:
             past, places, times = shrink_contact(self._contact, past, work, rtol)
             if self.by_depth and past.end < 1.0:
-                creep = scaled_retardation(contact.reduced_modulus, self.units)
+                creep = _scaled_retardation(contact.reduced_modulus, self.units)
                 check_recontact(self._contact, past, work, places, times, rtol, creep)
         except Reloading as error:
             raise Reloading("time", float(self._time(error.value)), error.wanted, "s") from None
         self._past = past
         self._recovery = recover_depth(self._contact, past, work, tolerance)
-
-    @property
-    def path_error(self) -> float:
-        """Error of forces, over the largest, that the table of the profile leaves."""
-        return self.units.error
 
     @property
     def turning_time(self) -> float:
@@ -232,13 +232,10 @@ class Solution:
     def breaks(self) -> Array:
         """Times [s] between which force and depth are smooth, from first touch to the end of contact or history."""
         last = min(self._past.end, 1.0)
-        parts = [
-            self._past.elements.starts,
-            self._contact.knots,
-            [self._past.turning, last],
-            self._recovery.starts,
-        ]
-        knots = np.unique(np.concatenate(parts))
+        ends = [self._past.turning, last]
+        knots = np.unique(
+            np.concatenate([self._past.elements.starts, self._contact.knots, ends, self._recovery.starts])
+        )
         return self._time(knots[knots <= last])
 
     @property
@@ -249,25 +246,17 @@ class Solution:
 
     def through(self, place: int, fractions: Array) -> tuple[Array, Array]:
         """Depth [m] and force [N] on the way through the step at this place, at fractions of it in [0, 1]."""
-        columns = np.empty((2, fractions.size))
         order = np.argsort(fractions)
-        sorted_columns = np.empty((2, fractions.size))
-        through_jump(
-            self._contact,
-            self._past,
-            self._recovery,
-            scratch(self._contact),
-            place,
-            fractions[order],
-            sorted_columns,
-        )
-        columns[:, order] = sorted_columns
-        return columns[0] * self.units.length, columns[1] * self.units.force
+        columns = np.empty((2, fractions.size))
+        work = scratch(self._contact)
+        through_jump(self._contact, self._past, self._recovery, work, place, fractions[order], columns)
+        depth, force = columns[:, np.argsort(order)]
+        return depth * self.units.length, force * self.units.force
 
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
         """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
 
-        At a kink or a jump what is behind it, or what is before.
+        At a kink or a jump the values behind it, or those before it.
         """
         t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
         start, stop = self.history.start, self.history.stop
@@ -275,10 +264,8 @@ class Solution:
             worst = float(t.min() if t.min() < start else t.max())
             wanted = f"must be in [{start:g}, {stop:g}] s, where the history is given"
             raise InputError("time", worst, wanted, "s")
-        order = np.argsort(t, kind="stable") if np.any(t[1:] < t[:-1]) else None
-        if order is not None:
-            t = t[order]
-        units = self.units
+        order = np.argsort(t, kind="stable")
+        t, units = t[order], self.units
         early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))
         sampled = np.empty((4, t.size - early))
         inside = np.minimum((t[early:] - units.touch) / units.time, 1.0)
@@ -286,7 +273,7 @@ class Solution:
             inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
-        # Next to nothing is a small number of either sign; there is no adhesion.
+        # A force near zero may have either sign by rounding; there is no adhesion.
         np.maximum(sampled[2], 0.0, out=sampled[2])
         if early:
             free = np.zeros((4, early))
@@ -294,11 +281,8 @@ class Solution:
                 free[0], free[1] = self.history(t[:early]), self.history.rate(t[:early])
                 free[:, t[:early] == units.touch] = 0.0
             sampled = np.concatenate([free, sampled], axis=1)
-        if order is not None:
-            unsorted = np.empty_like(sampled)
-            unsorted[:, order] = sampled
-            sampled = unsorted
-        return sampled[0], sampled[1], sampled[2], sampled[3]
+        depth, rate, force, radius = sampled[:, np.argsort(order)]
+        return depth, rate, force, radius
 
     def _moment(self, scaled: float) -> float:
         """Time [s]; at a knot of the history the knot itself, without the rounding of the units."""
@@ -322,3 +306,84 @@ def _check_depth(part: History, deepest: float, dashpot: float) -> None:
     if dashpot > 0.0 and jumps.size:
         wanted = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
         raise InputError("depth", wanted=wanted)
+
+
+def _largest_depth(series: PronySeries, profile: Profile, force: float, duration: float) -> float:
+    """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
+    integral = 0.5 * force * float(series.creep_compliance(duration))
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if exponent is not None and coefficient is not None:
+        p, c = float(exponent), float(coefficient)
+        return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
+    most = float(profile.max_depth)
+    low, high = -300.0, math.log(min(most, 1e100))
+    if float(profile.force_integral_at_depth(min(math.exp(high), most))) < integral:
+        return most
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if float(profile.force_integral_at_depth(min(math.exp(middle), most))) < integral:
+            low = middle
+        else:
+            high = middle
+    return min(math.exp(high), most)
+
+
+def _scaled_contact(bodies: Contact, history: History, name: str) -> tuple[ScaledContact, Units]:
+    """Dimensionless contact, and its units; the history is prescribed from first touch on."""
+    series, profile = bodies.reduced_modulus, bodies.profile
+    by_depth = name == "depth"
+    touch, duration = history.start, history.stop - history.start
+    peak = float(history.coefficients.sum(axis=1).max())
+    depth = peak if by_depth else _largest_depth(series, profile, peak, duration)
+    path, radius, error = _path(profile, depth)
+    moduli, times = series.branch_moduli, series.relaxation_times
+    typical = series.equilibrium_modulus + float(moduli @ np.minimum(1.0, times / duration))
+    typical += series.parallel_viscosity / duration
+    with np.errstate(over="ignore", under="ignore"):
+        force = 2.0 * typical * radius * depth
+    if not all(_SMALLEST < value < _LARGEST for value in (depth, radius, force)):
+        wanted = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of "
+        wanted += f"{force:.3g} N; each must be in [{_SMALLEST:g}, {_LARGEST:g}]"
+        raise InputError(name, peak, wanted, UNITS[name])
+    units = Units(touch, duration, depth, radius, force, error)
+    rates = duration / times
+    glass, compliances, recoveries = 0.0, np.empty(0), np.empty(0)
+    if not by_depth:
+        creep = _scaled_retardation(series, units)
+        glass = creep.instantaneous_compliance
+        recoveries = 1.0 / creep.retardation_times
+        compliances = creep.branch_compliances * recoveries
+        if creep.fluidity > 0.0:
+            recoveries = np.append(recoveries, 0.0)
+            compliances = np.append(compliances, creep.fluidity)
+        history = graded(history)
+    knots = (history.knots - touch) / duration
+    segments = 0 if by_depth else knots.size - 1
+    contact = ScaledContact(
+        DEPTH if by_depth else FORCE, knots, history.coefficients / (depth if by_depth else units.force),
+        series.equilibrium_modulus / typical, moduli / typical, rates, series.parallel_viscosity / typical / duration,
+        float(np.min(1.0 / rates, initial=1.0)), glass, compliances, recoveries,
+        allocate(recoveries, segments), allocate(recoveries, segments), path,
+    )  # fmt: skip
+    return contact, units
+
+
+def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
+    """Creep compliance in units of length radius/force and of the duration."""
+    creep = series.retardation
+    modulus = 0.5 * units.force / (units.radius * units.length)
+    return Retardation(
+        creep.instantaneous_compliance * modulus,
+        creep.fluidity * modulus * units.time,
+        creep.branch_compliances * modulus,
+        creep.retardation_times / units.time,
+    )
+
+
+def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
+    """Profile in units of the depth, the contact radius there [m], and the error of the table."""
+    radius = float(profile.contact_radius(depth))
+    if profile.path_exponent is not None:
+        return power_path(float(profile.path_exponent)), radius, 0.0
+    table = path_table(profile, depth)
+    return table_path(scaled(table, depth, radius)), radius, table.error
