@@ -232,7 +232,7 @@ def several_times(terms: xr.Dataset) -> Claim:
     for nu in terms["poisson_ratio"].values:
         for count in terms["terms"].values:
             at = float(ends.sel(poisson_ratio=nu, terms=count))
-            numbers[f"e at p3 = 100, nu = {nu:g}, relaxation times: {count}"] = at
+            numbers[f"e at p3 = 100, nu = {nu:g}, relaxation times: {count:g}"] = at
     holds = bool((ends.isel(terms=slice(1, None)) < ends.isel(terms=0)).all())
     one, *_, last = (float(ends.sel(poisson_ratio=0.5, terms=count)) for count in terms["terms"].values)
     return Claim(

@@ -163,7 +163,9 @@ def contour_map(
         shading = ax.pcolormesh(x, y, z, cmap=_paler(cmap), norm=norm, shading="gouraud", rasterized=True)
         if colorbar is not None:
             bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
-            ticks = _apart(levels, shading.norm)
+            place = ax.get_subplotspec()
+            height = 72.0 * figure.get_figheight() / (place.get_gridspec().nrows if place else 1)
+            ticks = _apart(levels, shading.norm, 9.0 / height)
             bar.set_ticks(ticks, labels=[words(level) for level in ticks], fontsize=7.5)
             bar.ax.minorticks_off()
     finite = z[np.isfinite(z)]
@@ -175,7 +177,12 @@ def contour_map(
     figure.draw_without_rendering()
     spacing = round(2.0 / 72.0 * figure.dpi)
     where: Any = list(labels_at) or False
-    ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=where)
+    frame = ax.get_window_extent()
+    for text in ax.clabel(lines, fmt=fmt, fontsize=8, inline=True, inline_spacing=spacing, manual=where):
+        box = text.get_window_extent()
+        if box.x0 < frame.x0 or box.x1 > frame.x1 or box.y0 < frame.y0 or box.y1 > frame.y1:
+            # A label across the frame would be hard to read.
+            text.remove()
     return ax
 
 
@@ -189,8 +196,8 @@ def _paler(cmap: str, share: float = 0.35) -> Any:
     return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 
-def _apart(levels: Sequence[float], norm: Any, share: float = 0.025) -> list[float]:
-    """Leave out levels whose ticks on a colour bar would overlap, the larger magnitudes first."""
+def _apart(levels: Sequence[float], norm: Any, share: float) -> list[float]:
+    """Leave out levels less than a share of a colour bar apart; of two such levels the larger magnitude stays."""
     kept: list[float] = []
     for level in sorted(levels, key=abs, reverse=True):
         place = float(norm(level))

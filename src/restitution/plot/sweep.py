@@ -40,20 +40,18 @@ _WIDTH_OF_VALUE = 1.3
 
 
 class Layout(NamedTuple):
-    """Which dimension of a sweep goes where; None where there is no such dimension."""
+    """Kind of a picture ("curves", "map", "bands" or "draws") and the dimension of the sweep for each role.
+
+    y is the ordinate of a map, or the parameter of a family of curves. Each panel shows one value of `slices`. Only the
+    middle value of a dimension in `rest` is shown.
+    """
 
     kind: str
-    """"curves", "map", "bands" or "draws"."""
     x: str | None
-    """Abscissa."""
     y: str | None
-    """Ordinate of a map, or the parameter of a family of curves."""
     slices: str | None
-    """Each panel shows one of its values."""
     draws: str | None
-    """Random draws."""
     rest: tuple[str, ...]
-    """Only the value in the middle is shown."""
 
 
 def plot_sweep(
