@@ -287,10 +287,8 @@ class Grid:
     def points(self, index: Index) -> Points:
         """Return the points of a chunk."""
         region = self.region(index)
-        along = [
-            axis.columns(dim, part.start, part.stop)
-            for (dim, axis), part in zip(self.axes.items(), region, strict=True)
-        ]
+        axes = zip(self.axes.items(), region, strict=True)
+        along = [axis.columns(dimension, part.start, part.stop) for (dimension, axis), part in axes]
         return Points(tuple(part.stop - part.start for part in region), along, self.fixed)
 
     def corners(self) -> Iterator[dict[str, Array]]:

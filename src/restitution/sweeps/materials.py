@@ -1,4 +1,4 @@
-"""Materials of a sweep: what axes set of them, and the reduced moduli that come of it."""
+"""Materials of a sweep: the quantities that axes set, and the reduced moduli that follow."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
-from restitution.impact.scaling import viscosity_unit
 from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_standard_solid
@@ -21,6 +20,9 @@ from restitution.material.viscoelastic import Material, reduced_standard_solid
 Array = NDArray[Any]
 HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
 Columns = dict[str, NDArray[Any]]
+Places = NDArray[np.intp]
+Series = tuple[Array, Array, Array, Array]
+"""Reduced moduli of n impacts: the first four columns of `Batch`."""
 
 _OBJECTS = ("material", "counter_material")
 _SOLID = (
@@ -28,51 +30,16 @@ _SOLID = (
     "p2", "p3",
 )  # fmt: skip
 MATERIAL_NAMES = (*_OBJECTS, *_SOLID, "temperature", "branch_moduli", "relaxation_times")
-"""What axes set of materials; the last two with the number of the branch, as in `relaxation_times[0]`."""
+"""Quantities of materials that axes set; the last two have the number of the branch, as in `relaxation_times[0]`."""
 
 _RIVALS = (
     ("branch_modulus", "p2"),
     ("viscosity", "relaxation_time", "p3"),
     ("poisson_ratio", "bulk_modulus"),
 )
+# Attributes of a Prony series, in the order of `Series`.
+_SERIES = ("equilibrium_modulus", "parallel_viscosity", "branch_moduli", "relaxation_times")
 _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(\d+)\]")
-
-
-class SeriesRows(NamedTuple):
-    """Reduced moduli of n impacts.
-
-    Attributes
-    ----------
-    equilibria, viscosities : array, shape (n,)
-        [Pa], [Pa s].
-    moduli, times : array, shape (n, n_branch)
-        [Pa], [s].
-    """
-
-    equilibria: Array
-    viscosities: Array
-    moduli: Array
-    times: Array
-
-
-class Bodies(NamedTuple):
-    """What the dimensionless viscosity p3 takes beside the material.
-
-    Attributes
-    ----------
-    masses, velocities : array, shape (n,)
-        [kg], [m/s].
-    radii : array, shape (n,), or None
-        [m]; None where the profile is no parabola.
-    """
-
-    masses: Array
-    velocities: Array
-    radii: Array | None
-
-    def at(self, places: NDArray[np.intp]) -> Bodies:
-        """Return those of some impacts."""
-        return Bodies(*(None if column is None else column[places] for column in self))  # pyright: ignore[reportArgumentType]
 
 
 def check_names(names: tuple[str, ...]) -> None:
@@ -83,55 +50,36 @@ def check_names(names: tuple[str, ...]) -> None:
             raise InputError("axes", wanted=f"{' and '.join(both)} set the same; leave all but one out")
 
 
+def is_standard_solid(material: Material) -> bool:
+    """Whether a material has one branch, no dashpot in parallel, and a constant bulk modulus."""
+    return material.shear.n_branches == 1 and material.shear.parallel_viscosity == 0.0 and not _relaxes(material.bulk)
+
+
+def _relaxes(bulk: PronySeries | float) -> TypeGuard[PronySeries]:
+    return isinstance(bulk, PronySeries) and bool(bulk.branch_moduli.any() or bulk.parallel_viscosity > 0.0)
+
+
 def material_rows(
-    impact: Impact,
-    columns: Columns,
-    held: HeldElastic,
-    bodies: Bodies,
-    tick: Callable[[int], None],
-    *,
-    strict: bool,
-) -> Iterator[tuple[NDArray[np.intp], SeriesRows]]:
-    """Yield the reduced moduli of impacts whose materials differ from those of one by columns.
+    impact: Impact, columns: Columns, n: int, held: HeldElastic, tick: Callable[[int], None], *, strict: bool
+) -> Iterator[tuple[Places, Series]]:
+    """Yield the reduced moduli of n impacts whose materials differ from those of one by columns, with their places.
 
-    Parameters
-    ----------
-    impact : Impact
-        What is varied.
-    columns : dict of str to array, shape (n,)
-        Quantities of the material.
-    held : {"bulk_modulus", "poisson_ratio"}
-        What stays where the shear modulus at equilibrium changes.
-    bodies : Bodies
-        The bodies of the n impacts.
-    tick : callable
-        Called now and then with 0; ends the work by raising.
-    strict : bool
-        Whether materials that are not admissible raise, rather than being left out.
-
-    Yields
-    ------
-    tuple of array and SeriesRows
-        Places among the n, and the moduli there.
+    `held` stays constant while the equilibrium shear modulus changes. `tick` is called now and then with 0, and ends
+    the work by raising. Materials that are not admissible are left out; with `strict` they raise.
     """
-    n = bodies.masses.size
     objects = {name: column for name, column in columns.items() if name in _OBJECTS}
     if objects:
-        numbers = {name: column for name, column in columns.items() if name not in _OBJECTS}
         for places, values in combinations(objects, n):
-            rest = {name: column[places] for name, column in numbers.items()}
+            rest = {name: column[places] for name, column in columns.items() if name not in _OBJECTS}
             changed = _with_materials(impact, tuple(values.items()))
-            for inner, rows in material_rows(changed, rest, held, bodies.at(places), tick, strict=strict):
+            for inner, rows in material_rows(changed, rest, places.size, held, tick, strict=strict):
                 yield places[inner], rows
         return
-    if not columns:
-        yield np.arange(n), _repeated([impact.reduced_modulus], [n])
-        return
-    solid = _solid_rows(impact, columns, held, bodies)
+    solid = _solid_rows(impact, columns, n, held)
     if solid is not None:
         yield np.arange(n), solid
         return
-    found: dict[int, list[tuple[NDArray[np.intp], PronySeries]]] = {}
+    found: dict[int, list[tuple[Places, PronySeries]]] = {}
     for places, values in combinations(columns, n):
         tick(0)
         try:
@@ -142,29 +90,19 @@ def material_rows(
             continue
         found.setdefault(series.n_branches, []).append((places, series))
     for members in found.values():
-        places = np.concatenate([place for place, _ in members])
-        yield places, _repeated([series for _, series in members], [place.size for place, _ in members])
+        counts = [places.size for places, _ in members]
+        equilibria, viscosities, moduli, times = (
+            np.repeat(np.array([getattr(series, name) for _, series in members]), counts, axis=0) for name in _SERIES
+        )
+        yield np.concatenate([places for places, _ in members]), (equilibria, viscosities, moduli, times)
 
 
 def changed_impact(impact: Impact, values: dict[str, Any], held: HeldElastic) -> Impact:
-    """Return the impact with other materials.
-
-    Parameters
-    ----------
-    impact : Impact
-        A single impact.
-    values : dict
-        Quantities of the material, by name.
-    held : {"bulk_modulus", "poisson_ratio"}
-        What stays where the shear modulus at equilibrium changes.
-
-    Returns
-    -------
-    Impact
+    """Return a single impact with other materials, from quantities of the material by name.
 
     Raises
     ------
-    ValueError
+    InputError
         If a quantity does not belong to the material, or is out of range.
 
     Examples
@@ -210,29 +148,16 @@ def _reduced(impact: Impact, items: tuple[tuple[str, float], ...], held: HeldEla
     return changed_impact(impact, dict(items), held).reduced_modulus
 
 
-def _repeated(series: list[PronySeries], counts: list[int]) -> SeriesRows:
-    columns = (
-        [one.equilibrium_modulus for one in series],
-        [one.parallel_viscosity for one in series],
-        [one.branch_moduli for one in series],
-        [one.relaxation_times for one in series],
-    )
-    return SeriesRows(*(np.repeat(np.array(column), counts, axis=0) for column in columns))
-
-
 def _changed(material: Material, values: dict[str, float], held: HeldElastic) -> Material:
     shear, bulk = material.shear, material.bulk
     equilibrium = values.get("equilibrium_modulus", shear.equilibrium_modulus)
     moduli, times = np.array(shear.branch_moduli), np.array(shear.relaxation_times)
-    if "p3" in values:
-        raise InputError("axes", wanted="p3 belongs to a rigid parabola on a standard solid, which this is not")
     if any(name in values for name in ("branch_modulus", "viscosity", "relaxation_time", "p2")):
         if moduli.size != 1:
-            raise InputError(
-                "axes",
-                wanted=f"branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are "
-                f"{moduli.size}; use branch_moduli[0], relaxation_times[0] and so on",
+            why = (
+                f"branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are {moduli.size}; "
             )
+            raise InputError("axes", wanted=f"{why}use branch_moduli[0], relaxation_times[0] and so on")
         eta = values.get("viscosity", moduli[0] * times[0])
         moduli[0] = values.get("branch_modulus", equilibrium / values["p2"] if "p2" in values else moduli[0])
         times[0] = values.get("relaxation_time", eta / moduli[0])
@@ -255,42 +180,29 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
 
 
 def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | float:
-    """Bulk relaxation with another modulus at equilibrium, its course over time being kept."""
-    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0.0)
-    if not relaxes or np.isinf(modulus):
+    """Bulk relaxation with another equilibrium modulus and the same course over time."""
+    if not _relaxes(bulk) or np.isinf(modulus):
         return modulus
-    assert isinstance(bulk, PronySeries)
     if bulk.equilibrium_modulus == 0.0:
-        raise InputError(
-            "axes", wanted="bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
-        )
+        wanted = "bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
+        raise InputError("axes", wanted=wanted)
     return bulk.scaled(modulus / bulk.equilibrium_modulus)
 
 
-def _solid_rows(impact: Impact, columns: Columns, held: HeldElastic, bodies: Bodies) -> SeriesRows | None:
+def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> Series | None:
     """Reduced moduli of standard solids in closed form; None where it does not apply."""
     material, shear, bulk = impact.material, impact.material.shear, impact.material.bulk
-    relaxes = isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0.0)
-    others = set(columns) - set(_SOLID)
-    if (
-        impact.counter_material is not None
-        or relaxes
-        or others
-        or shear.n_branches != 1
-        or shear.parallel_viscosity > 0.0
-    ):
+    is_solid = impact.counter_material is None and is_standard_solid(material)
+    if not is_solid or not columns or not columns.keys() <= set(_SOLID):
         return None
-    one = np.ones(bodies.masses.size)
+    one = np.ones(n)
     equilibrium = columns.get("equilibrium_modulus", shear.equilibrium_modulus * one)
-    if not np.all(equilibrium > 0.0) or ("p3" in columns and bodies.radii is None):
+    if not np.all(equilibrium > 0.0):
         return None
     eta = float(shear.branch_moduli[0] * shear.relaxation_times[0]) * one
     branch = columns.get("branch_modulus", float(shear.branch_moduli[0]) * one)
     if "p2" in columns:
         branch = equilibrium / columns["p2"]
-    if "p3" in columns:
-        assert bodies.radii is not None
-        eta = columns["p3"] * viscosity_unit(equilibrium, bodies.masses, bodies.velocities, bodies.radii)
     time = columns.get("relaxation_time", columns.get("viscosity", eta) / branch)
     if "poisson_ratio" in columns:
         ratio = columns["poisson_ratio"]
@@ -300,23 +212,13 @@ def _solid_rows(impact: Impact, columns: Columns, held: HeldElastic, bodies: Bod
     else:
         ratio = material.poisson_ratio * one
     reduced = reduced_standard_solid(ratio, equilibrium, branch, time)
-    return SeriesRows(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times)
+    return reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times
 
 
 def combinations(columns: Columns, n: int) -> Iterator[tuple[NDArray[np.intp], dict[str, Any]]]:
-    """Yield every combination of values that occurs, with the places where it does.
+    """Yield the places of every combination of values that occurs in n rows, and the values by name.
 
-    Parameters
-    ----------
-    columns : dict of str to array, shape (n,)
-        Numbers, or objects, which are told apart by identity.
-    n : int
-        Number of places.
-
-    Yields
-    ------
-    tuple of array and dict
-        Places in ascending order; values by name.
+    Objects are distinguished by identity. Places ascend.
 
     Examples
     --------

@@ -24,9 +24,8 @@ from restitution.errors import InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
-from restitution.sweeps.batches import Assembly
+from restitution.sweeps.assembly import Assembly, Template
 from restitution.sweeps.grid import Grid, Index
-from restitution.sweeps.varied import Template
 from restitution.validity import COLUMNS
 
 Array = NDArray[Any]

@@ -20,12 +20,12 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.assembly import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
 from restitution.sweeps.cluster import check_cluster, connected, run_on_dask
 from restitution.sweeps.dataset import Memory
 from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.materials import HeldElastic
 from restitution.sweeps.plan import Interrupted, Plan
-from restitution.sweeps.varied import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
 
 if TYPE_CHECKING:
     import xarray as xr
