@@ -72,7 +72,7 @@ class Tally:
     def _keep(self, kind: str, value: float, row: Numbers) -> None:
         known = self._worst.get(kind)
         # Of equal values the row decides, so that the order does not.
-        if known is None or (value, _sorting(row)) > (known[0], _sorting(known[1])):
+        if known is None or value > known[0] or (value == known[0] and _sorting(row) > _sorting(known[1])):
             self._worst[kind] = value, row
 
     def checked(self, kind: str) -> int:
@@ -125,7 +125,7 @@ class Tally:
 
 
 def _sorting(row: Numbers) -> list[float]:
-    return [float(np.nan_to_num(one[0])) for one in row]
+    return np.nan_to_num(np.concatenate(row)).tolist()
 
 
 def checks(attributes: Mapping[str, Any]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from restitution.impact.status import Status
 from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
 from restitution.sweeps.assembly import Assembly, Template
 from restitution.sweeps.grid import Grid, Index
-from restitution.validity import COLUMNS
+from restitution.validity import COLUMNS, Numbers, together
 
 Array = NDArray[Any]
 Tick = Callable[[int], None]
@@ -137,11 +137,14 @@ class Plan:
                 counted += places.size
             if wanted or tally is not None:
                 most = None if wanted else _MOST_MATERIALS
+                compared: dict[bool, list[Numbers]] = {}
                 for places, numbers, is_own in self.assembly.validity(columns, n, found, tick, most):
                     for name in wanted:
                         results[name][start + places] = getattr(numbers, name)
+                    compared.setdefault(is_own, []).append(numbers)
+                for is_own, rows in compared.items():
                     if tally is not None:
-                        tally.add(numbers, with_material=is_own)
+                        tally.add(together(rows), with_material=is_own)
             # Points that are not admissible are done too.
             tick(n - counted)
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}
