@@ -1,4 +1,4 @@
-"""Prescribed indentations against other ways to the same: elements, Tamaas; their errors at random, and their speed.
+"""Prescribed indentations compared with elements and with Tamaas; errors of random indentations; speed.
 
 Install Tamaas beside this package with `pip install tamaas` (written for version 2.9.0) and run as
 `python validation/indentation.py`; prints tables and writes them to `indentation.md` beside this file. Without Tamaas
@@ -27,14 +27,15 @@ integral equations (to 1e-11) is not repeated here.
 
 ## Foundation of elements
 
-The body as N independent elements to the largest contact radius, each with a memory of its own, exact for a depth
-that is linear within a step, 4 N steps: no Lee-Radok, no Ting, no t1. An element that would pull has left. Largest
-difference of the force over the largest force, and of the end of contact over its time.
+Here the body consists of N independent elements up to the largest contact radius. Each has its own memory, which is
+exact for a depth that is linear within one of the 4 N steps. This method uses neither Lee and Radok's nor Ting's
+equation. An element that would pull leaves the contact. The table has the largest difference of the force relative to
+the largest force, and the difference of the end of contact relative to its time.
 
 {elements}
 
-The force converges to the exact one, in the last case slowly in the first steps only, in which a dashpot under so
-blunt a tip meets many elements at once; the end of contact is found to a step.
+The force converges to the exact one. In the last case it converges slowly in the first steps, in which many elements
+with a dashpot come into contact at once. The end of contact is known to one step.
 
 ## Tamaas
 
@@ -42,26 +43,27 @@ blunt a tip meets many elements at once; the end of contact is found to a step.
 
 ## Error over tolerance
 
-{count} random indentations a row: 1 to 12 terms with relaxation times over eight decades, solids and liquids, a
-dashpot in parallel in a third of them; parabola, cone, r^n with n of 0.7, 3.3 and 8, sphere; triangles, trapezoids,
-sine arches. Largest difference of force, depth and contact radius, over their largest values, from the solution at
-rtol 1e-11, over the tolerance.
+A row has {count} random indentations: solids and liquids with 1 to 12 terms, relaxation times over eight decades, and
+a dashpot in parallel in a third of them; parabola, cone, sphere, and $r^n$ with $n$ = 0.7, 3.3 and 8; triangles,
+trapezoids and sine arches. The error is the largest difference of force, depth and contact radius from the solution at
+rtol 1e-11, relative to their largest values.
 
 {errors}
 
 ## Speed
 
-One thread, best of {repeats}, rtol 1e-8, 1000 times: from the history to the arrays of the result. The machine was
-shared with other work; another has other numbers.
+The time from the history to the arrays of the result, on one thread, for 1000 times at rtol 1e-8; the best of
+{repeats} calls. Other work ran on the same machine.
 
 {speed}
 """
 
 TAMAAS = """\
-Tamaas {version} (`MaxwellViscoelastic`, non-periodic, {n} x {n} points, free side {side:g}) presses a parabola (R = 1) with
-prescribed force on an incompressible standard solid (shear modulus {equilibrium:g} in the end and {glass:g} at once,
-relaxation time {tau:g}). Compared is the root mean square radius of the pressure, `(int p r^2 dA/F)^(1/2)`, which on our
-side is `2 int E*(t - t') a^3/3 dd/F` up to t1; steps extrapolated to none from three runs that differ by factors of two.
+Tamaas {version} (`MaxwellViscoelastic`, non-periodic, {n} x {n} points, free side {side:g}) presses a parabola (R = 1)
+with a prescribed force on an incompressible standard solid (shear modulus {equilibrium:g} in the end and {glass:g} at
+once, relaxation time {tau:g}). The table compares the root mean square radius of the pressure,
+`(int p r^2 dA/F)^(1/2)`, which is `2 int E*(t - t') a^3/3 dd/F` up to t1 for this package. The last columns
+extrapolate to steps of length zero, from three runs whose steps differ by factors of two.
 
 {table}
 """
@@ -121,7 +123,7 @@ def elements_table(counts: list[int]) -> str:
         result = rs.indent(half_space(series), profile, depth=depths, time=knots)
         for count in counts:
             times, forces, end = by_elements(series, profile, knots, depths, count)
-            # Where a dashpot makes the force jump, the elements tell what is before.
+            # If a dashpot makes the force jump, the elements give the force before it.
             known = result.sample(times, before=True).force.values
             worst = float(np.abs(forces - known).max()) / result.max_force
             late = abs(end - result.contact_end_time) / result.contact_end_time

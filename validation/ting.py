@@ -2,9 +2,9 @@
 
 Run as `python validation/ting.py`; prints a table and writes it to `ting.md` beside this file. Takes a minute or two.
 
-The prescribed history is a chain of straight lines and steps. E*(t) is the Prony series itself and J*(t) its inverse by
-the roots of the characteristic function (`brentq`). Integrals are closed forms where they are sums of exponentials, and
-Gauss quadrature on panels that shrink towards both ends elsewhere. Equal contact is found by `brentq`.
+The prescribed history is a chain of straight lines and steps. E*(t) is the Prony series itself, and J*(t) its inverse
+by the roots of the characteristic function (`brentq`). Integrals of sums of exponentials are closed forms, the others
+Gauss quadratures on panels that shrink towards both ends. `brentq` finds the time of equal contact.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ import restitution as rs
 TEXT = """\
 ## Random histories against a direct solution of the integral equations
 
-Made by `validation/ting.py`: {count} random histories a row of straight lines, a fifth of them with a step, a part of them
-begun above the surface; 1 to 8 terms with relaxation times over eleven decades, solids and liquids, a dashpot in parallel
-in some; parabola, cone, r^0.7, r^3.3, sphere. The reference uses E*(t) itself, closed forms, quadrature on graded panels
-and `brentq`. Errors are over the largest value. The error of the
-force is less the change of the force between the doubles next to the time: right after a sudden turn fast terms change the
-force by more than 1e-10 within the rounding of a time. The last row of a
-block is the residual of Ting's condition `int_t1^t E* d' dt' = 0` over E*(0) and the largest depth.
+`validation/ting.py` makes this table. A row has {count} random histories of straight lines. A fifth of them have a
+step, and some begin above the surface. The materials have 1 to 8 terms with relaxation times over eleven decades; they
+are solids and liquids, some with a dashpot in parallel. The profiles are a parabola, a cone, $r^{{0.7}}$, $r^{{3.3}}$
+and a sphere. The reference uses $E^*(t)$ itself, closed forms, quadrature on graded panels and `brentq`. Errors are
+relative to the largest value. Right after a sudden turn, fast terms change the force by more than $10^{{-10}}$ within
+the rounding of a time, so the change of the force between neighbouring doubles is subtracted from its error. The last
+row of a block is the residual of Ting's condition $\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and
+the largest depth.
 
 {table}
 """
@@ -93,7 +94,7 @@ def relaxed(series: rs.PronySeries, low: float, high: float) -> float:
 
 
 class UnderDepth:
-    """Force and radius under a prescribed depth; the past is a function of the depth, which only rises before it falls."""
+    """Force and radius under a prescribed depth, which only rises before it falls."""
 
     def __init__(self, series: rs.PronySeries, profile: Any, time: Any, depth: Any) -> None:
         self.series, self.profile, self.dashpot = series, profile, series.parallel_viscosity

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from restitution.citation.bibliography import entries
+from restitution.citation.cite import entries
 
 REFERENCES = Path(__file__).resolve().parents[2] / "docs" / "theory" / "references.md"
 REQUIRED = {

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.citation.bibliography import entries
-from restitution.citation.cite import citations, cite
+from restitution.citation.cite import citations, cite, entries
 from restitution.impact.bounces import Bounces
 from restitution.impact.result import ImpactResult
 

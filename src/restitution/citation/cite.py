@@ -1,14 +1,15 @@
-"""What to cite for a problem: which sources its methods, materials and profiles come from."""
+"""Sources of the methods, materials and profiles of a problem, in BibTeX."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from functools import singledispatch
+from functools import cache, singledispatch
+from importlib.resources import files
 from typing import Any
 
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
-from restitution.citation.bibliography import entries
 from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
@@ -26,13 +27,16 @@ from restitution.sweeps.plan import Plan
 
 Reason = tuple[str, str]
 
+_ENTRY = re.compile(r"^@\w+\{(?P<key>\w+),\n.*?^\}$", re.DOTALL | re.MULTILINE)
+
 _CONTACT = (
     ("lee1960", "contact of viscoelastic bodies while it grows"),
     ("ting1966", "contact of viscoelastic bodies while it shrinks"),
     ("graham1967", "contact of viscoelastic bodies while it shrinks"),
     ("popov2015", "method of dimensionality reduction"),
 )
-_METHODS = {
+_METHODS: dict[str, tuple[Reason, ...]] = {
+    "": (),
     "exact": (("hairer1996", "collocation by Radau IIA"),),
     "elements": (("willert", "elements with explicit Euler"),),
     "reference": (("virtanen2020", "integration by SciPy"), ("hairer1996", "Radau IIA")),
@@ -50,7 +54,7 @@ _PROFILES: dict[type[Profile], tuple[Reason, ...]] = {
         ("sneddon1965", "transform of the profile"),
     ),
 }
-# Of the materials of the library, where the numbers come from; in the order in which `source` names them.
+# Sources of the numbers of the library's materials, in the order in which `source` names them.
 _SOURCES = {
     "aluminium": ("en1999",),
     "brass": ("kaye1995",),
@@ -70,6 +74,16 @@ _DERIVATIONS = {
     "fit": ("lawson1974", "Prony fit by non-negative least squares"),
 }
 _OWN = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
+
+
+@cache
+def entries() -> dict[str, str]:
+    """BibTeX entries by their keys, in alphabetical order."""
+    from importlib.metadata import version
+
+    text = files("restitution.citation").joinpath("references.bib").read_text(encoding="utf-8")
+    text = text.replace("VERSION", version("restitution"))
+    return {match["key"]: match[0] for match in _ENTRY.finditer(text)}
 
 
 def cite(*subjects: Any) -> str:
@@ -101,7 +115,7 @@ def cite(*subjects: Any) -> str:
       title = {Modeling the evolution of the dynamic mechanical properties of a commercial epoxy during ...},
       journal = {Journal of Applied Polymer Science},
       volume = {76},
-      pages = {495},
+      pages = {495--508},
       year = {2000}
     }
     """
@@ -132,46 +146,44 @@ def _reasons(subject: Any) -> Iterator[Reason]:
     raise TypeError(f"subject = {subject!r}: must be an Impact, a result, a Case, a Material or a profile")
 
 
-@_reasons.register
-def _(subject: Impact) -> Iterator[Reason]:
+def _problem(method: str, *contacts: Impact | IndentationResult | IndentationCase) -> Iterator[Reason]:
     yield _OWN[0]
-    yield from _contact(subject)
+    yield from _METHODS[method]
+    for contact in contacts:
+        yield from _CONTACT
+        yield from _reasons(contact.profile)
+        for material in (contact.material, contact.counter_material):
+            if material is not None:
+                if _is_standard_solid(material):
+                    yield "willert", "impact on the compressible standard solid"
+                yield from _reasons(material)
+
+
+@_reasons.register(Impact)
+@_reasons.register(IndentationResult)
+@_reasons.register(IndentationCase)
+def _(subject: Any) -> Iterator[Reason]:
+    return _problem("", subject)
 
 
 @_reasons.register
 def _(subject: ImpactResult) -> Iterator[Reason]:
-    yield _OWN[0]
-    yield from _METHODS[subject.method]
-    for impact in subject.impact if isinstance(subject.impact, list) else [subject.impact]:
-        yield from _contact(impact)
+    return _problem(subject.method, *(subject.impact if isinstance(subject.impact, list) else [subject.impact]))
 
 
 @_reasons.register
 def _(subject: Bounces) -> Iterator[Reason]:
-    yield _OWN[0]
-    yield from _METHODS["exact"]
-    yield from _contact(subject.impact)
-
-
-@_reasons.register(IndentationResult)
-@_reasons.register(IndentationCase)
-def _(subject: IndentationResult | IndentationCase) -> Iterator[Reason]:
-    yield _OWN[0]
-    yield from _contact(subject)
+    return _problem("exact", subject.impact)
 
 
 @_reasons.register
 def _(subject: Case) -> Iterator[Reason]:
-    yield _OWN[0]
-    yield from _METHODS[subject.sections.solver.method]
-    yield from _contact(subject.impact)
+    return _problem(subject.sections.solver.method, subject.impact)
 
 
 @_reasons.register
 def _(subject: Plan) -> Iterator[Reason]:
-    yield _OWN[0]
-    yield from _METHODS["exact"]
-    yield from _contact(subject.template.prepare({}).impact)
+    return _problem("exact", subject.template.prepare({}).impact)
 
 
 @_reasons.register
@@ -189,22 +201,9 @@ def _(subject: Material) -> Iterator[Reason]:
     if subject.derivation is not None:
         yield _DERIVATIONS[subject.derivation]
     shift = subject.shift
-    if shift is not None and subject.temperature != shift.reference_temperature:
-        if isinstance(shift, WLF):
-            yield "williams1955", "time-temperature shift"
-            yield "ferry1980", "time-temperature shift"
-        elif isinstance(shift, Arrhenius):
-            yield "ferry1980", "time-temperature shift"
-
-
-def _contact(subject: Impact | IndentationResult | IndentationCase) -> Iterator[Reason]:
-    yield from _CONTACT
-    yield from _reasons(subject.profile)
-    materials = [part for part in (subject.material, subject.counter_material) if part is not None]
-    for material in materials:
-        if _is_standard_solid(material):
-            yield "willert", "impact on the compressible standard solid"
-        yield from _reasons(material)
+    if isinstance(shift, (WLF, Arrhenius)) and subject.temperature != shift.reference_temperature:
+        for key in ("williams1955", "ferry1980") if isinstance(shift, WLF) else ("ferry1980",):
+            yield key, "time-temperature shift"
 
 
 def _is(material: Material, known: Material) -> bool:

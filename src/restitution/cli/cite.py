@@ -22,8 +22,7 @@ def cite(
     Without a case, the program and the paper that it reproduces.
     """
     with user_input():
-        from restitution.citation.bibliography import entries
-        from restitution.citation.cite import citations, cite
+        from restitution.citation.cite import citations, cite, entries
 
         subjects = [_read(case) for case in cases or []]
         if json:

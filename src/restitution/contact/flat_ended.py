@@ -43,8 +43,8 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
     Notes
     -----
     With ``a = b/cos(theta)``: ``d = g(a) = b cot(alpha) theta/cos(theta)``,
-    ``Pi = (cot(alpha)/2) b^2 (theta/cos^2(theta) + tan(theta))`` (Ejike 1969; Popov, Hess and Willert,
-    Handbook of Contact Mechanics, 2019).
+    ``Pi = (cot(alpha)/2) b^2 (theta/cos^2(theta) + tan(theta))`` (Popov, Hess and Willert, Handbook
+    of Contact Mechanics, 2019).
 
     Examples
     --------
@@ -121,8 +121,8 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
 
     Notes
     -----
-    ``g = x sqrt(x^2 - b^2)/R``, ``Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R)`` (Ejike 1981; Popov, Hess and
-    Willert, Handbook of Contact Mechanics, 2019).
+    ``g = x sqrt(x^2 - b^2)/R``, ``Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R)`` (Popov, Hess and Willert,
+    Handbook of Contact Mechanics, 2019).
 
     Examples
     --------
