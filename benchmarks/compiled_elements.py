@@ -1,7 +1,7 @@
-"""The paper's element method once more, compiled: equations (7) to (9) in plain loops, in units m = R = v0 = Ginf = 1.
+"""The paper's element method, compiled: equations (7) to (9) in plain loops, in units m = R = v0 = Ginf = 1.
 
-`restitution.impact.elements` is the same in NumPy, for reading. Here it is as fast as loops over its elements can be, so
-that nothing but the method is compared.
+`restitution.impact.elements` is the same in NumPy. Here it is as fast as loops over its elements can be, so that the
+benchmarks compare the methods only.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Of these files pytest takes the tests; the rest are scripts."""
+"""Settings of pytest for the benchmarks; files that are not tests are scripts."""
 
 from pathlib import Path
 

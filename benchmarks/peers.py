@@ -1,4 +1,4 @@
-"""Other ways to the same number: the paper's elements, SciPy's integrators, LAMMPS. Times and errors of each."""
+"""Times and errors of the paper's elements, of SciPy's integrators and of LAMMPS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Impacts by which speed is measured: random ones of the domains for which targets are stated."""
+"""Random impacts for the measurement of speed, from the domains with a stated target."""
 
 from __future__ import annotations
 

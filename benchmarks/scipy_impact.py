@@ -1,8 +1,8 @@
 """The equations of one impact for SciPy's `solve_ivp`, in as few operations as NumPy allows.
 
-A parabola on a Prony series without dashpot, in units of mass and impact velocity, with a = s. Of the equations of
-`restitution.impact.reference` these are what e takes: no contact time, no peaks, no events but the turning point, and
-tolerances that are free to choose. So nothing is counted against SciPy but the integration.
+A parabola on a Prony series without dashpot, in units of mass and impact velocity, with a = s. These are the equations
+of `restitution.impact.reference` without contact time, peaks and events other than the turning point, with free
+tolerances. So only the integration counts against SciPy.
 """
 
 from __future__ import annotations

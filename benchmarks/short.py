@@ -1,7 +1,7 @@
-"""How fast impacts are solved on this machine: `python benchmarks/short.py`, with `--quick` for a first look.
+"""Speed of this machine: `python benchmarks/short.py`, with `--quick` for a first look.
 
 Mean, median and worst time over the paper's plane and for a long Prony series, on one thread in its own processor
-time; the mean on all cores; SciPy beside. The errors are measured against solves at rtol 1e-11.
+time; the mean on all cores; SciPy for comparison. The errors refer to solves at rtol 1e-11.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How long it takes until the first number is there: importing, compiling, loading what was compiled."""
+"""Time to the first result: import, compilation, loading of compiled code."""
 
 from __future__ import annotations
 

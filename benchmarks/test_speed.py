@@ -1,7 +1,7 @@
-"""The same impacts by this package and by other ways, through pytest-benchmark: `pytest benchmarks/test_speed.py`.
+"""The same impacts by this package and by other methods, with pytest-benchmark: `pytest benchmarks/test_speed.py`.
 
-For comparing two versions of the code (`--benchmark-save`, `--benchmark-compare`); the page on benchmarks is made by
-`run.py`.
+Two versions of the code are compared with `--benchmark-save` and `--benchmark-compare`. `run.py` makes the page on
+benchmarks.
 """
 
 import numpy as np

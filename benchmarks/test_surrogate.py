@@ -1,4 +1,4 @@
-"""Surrogates: error, size and time of a query beside that of the kernel, all on one thread and in one run.
+"""Surrogates: error, size and time of a query, and the time of the kernel, on one thread in one run.
 
 `pytest benchmarks/test_surrogate.py` writes `surrogate.md`, the table of the page on surrogates.
 """

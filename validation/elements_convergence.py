@@ -22,10 +22,10 @@ N_ELEMENTS = [100, 200, 400, 800, 1600, 3200]
 INTRODUCTION = """\
 # Convergence of the element scheme
 
-Made by `validation/elements_convergence.py`. The scheme of the paper, eqs. (7) to (9), with explicit Euler
-and the automatic time step, against the reduced equations by SciPy's Radau method at `rtol = 1e-11`
-("exact"). The declared order is 1; the order in each line is that between it and the line before. The
-estimated error is the one that `solve_elements` reports, from half as many elements and twice the time step.
+Made by `validation/elements_convergence.py`. The table compares the scheme of the paper, eqs. (7) to (9), with
+explicit Euler and the automatic time step, with the reduced equations by SciPy's Radau method at `rtol = 1e-11`
+("exact"). The declared order is 1. The order in each line refers to the line before. The estimated error is that of
+`solve_elements`, from half as many elements and twice the time step.
 
 | nu | p2 | p3 | elements | time steps | e | relative error | estimated | order |
 |---|---|---|---|---|---|---|---|---|

@@ -22,13 +22,13 @@ Made by `validation/fractional_volterra.py`. The integrals
     approach  F = 2 int_0^t E*(t - t') dPi(t')
     rebound   int_t1^t E*(t - t') d'(t') dt' = 0,    F = 2 int_0^t1 E*(t - t') dPi(t')
 
-by product integration: d and Pi are linear between the time steps, the integral of the kernel is exact (a power of
-time, or the Mittag-Leffler function of order 1/2, erfcx), and the motion follows by velocity Verlet. Parabola and cone,
-incompressible, m = v0 = R = 1. The rows "quadrature" give e with that many steps in the contact, extrapolated by the
-order 2 - alpha of the power-law kernel (2 for the bounded one) from half as many. The rows "Prony" give
-e by `rs.solve` with a series of that error within a window of time of 1e-4 to 10 contact times, and the row
-"chosen" that by `rs.for_contact`, which chooses the window; the last columns are differences relative to the
-finest quadrature.
+are evaluated by product integration: d and Pi are linear between the time steps, the integral of the kernel is
+exact (a power of time, or the Mittag-Leffler function of order 1/2, erfcx), and the motion follows by velocity
+Verlet. Parabola and cone are incompressible with m = v0 = R = 1. The rows "quadrature" hold e for each number of
+steps in the contact, extrapolated from half the number by the order 2 - alpha of the power-law kernel (2 for the
+bounded one). The rows "Prony" hold e by `rs.solve` with a series of the given error over a window of 1e-4 to 10
+contact times. In the row "chosen", `rs.for_contact` chooses the window. The last columns are differences relative
+to the finest quadrature.
 
 | material | profile | by | e | contact time | difference of e | of contact time |
 |---|---|---|---|---|---|---|

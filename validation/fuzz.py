@@ -1,8 +1,8 @@
-"""Damaged input through the command line: how it ends, how long it takes, what it prints.
+"""Damaged input through the command line: exit code, time and messages.
 
 Seeds are case files, sweeps, tables, decks and a saved surrogate. Each mutant is a seed with a few random changes; it
-runs in this process through the commands of `restitution`. An end is good if its code is 0, 2 or 3, with at least one
-line `error:` for 2 and 3. Anything else is a fault and is printed with what repeats it.
+runs in this process through the commands of `restitution`. A good end has the exit code 0, 2 or 3, with
+at least one line `error:` for 2 and 3. Any other end is a fault and is printed with the command that repeats it.
 
     python validation/fuzz.py --runs 3000 --seed 1 --out validation/fuzz.md
 """

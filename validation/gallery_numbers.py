@@ -1,8 +1,8 @@
-"""Numbers that examples of the gallery compare themselves with, from SciPy alone.
+"""Reference values of the gallery, from SciPy alone.
 
 The reduced modulus comes from partial fractions with zeros by Brent's method, the impact from SciPy's implicit Radau
-integration of the equations of docs/theory/impact.md at rtol 1e-11. Nothing of the package is used but its data
-files. It takes half a minute.
+integration of the equations of docs/theory/impact.md at rtol 1e-11. Only the data files of the package are
+used. It takes half a minute.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""Error of the exact method against its tolerance, over the paper's plane and wider domains and for random materials on
-all profiles (those of `endurance.py`); some five minutes on two cores.
+"""Error of the exact method over its tolerance, for the paper's plane, wider domains and random materials.
+
+The materials and profiles are those of `endurance.py`. It takes some five minutes on two cores.
 """
 
 from concurrent.futures import ProcessPoolExecutor

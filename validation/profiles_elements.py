@@ -1,4 +1,4 @@
-"""Brute force against the exact method: e of the element scheme for every profile, over the number of elements.
+"""The element scheme against the exact method: e for every profile, over the number of elements.
 
 Run as `python validation/profiles_elements.py`; prints a table and writes it to `profiles_elements.md` beside
 this file. Takes about two minutes.
@@ -34,11 +34,11 @@ PROFILES = {
 INTRODUCTION = """\
 # Every profile by elements
 
-Made by `validation/profiles_elements.py`. The elements of the paper with explicit Euler know the transform g(x)
-of a profile; the exact method knows the contact radius over the depth. nu = 0.3, p2 = 0.1, p3 = 1 in units of
-m = v0 = Ginf = 1. Relative errors of e with that many elements; the order between the last two; what is
-left after the first order is extrapolated away; relative errors of the contact time and of the largest force
-with the most elements. The last element of a sharp tip leaves late, by the depth of its width.
+Made by `validation/profiles_elements.py`. The elements of the paper with explicit Euler use the transform g(x) of a
+profile; the exact method uses the contact radius over the depth. nu = 0.3, p2 = 0.1, p3 = 1 in units of m = v0 =
+Ginf = 1. The columns are the relative errors of e for each number of elements, the order between the last two, the
+error after extrapolation of the first order, and the relative errors of the contact time and of the largest force
+for the largest number. The last element of a sharp tip leaves late, because of its width.
 
 """
 

@@ -1,4 +1,4 @@
-"""Bouncing balls in REBOUND with the e(v) of this package, against `rs.bounces`, whose contacts take time.
+"""Bouncing balls in the N-body code REBOUND with e(v) of this package, compared with `rs.bounces`.
 
 Install REBOUND beside this package with `pip install rebound` (written for version 5.2) and run as
 `python validation/rebound.py`; prints tables and writes them to `rebound.md` beside this file. Takes half a
@@ -28,34 +28,35 @@ STEP = 2e-6
 """Time step [s]; collisions are found at the end of one."""
 
 INTRODUCTION = """\
-# REBOUND: instantaneous collisions
+# The N-body code REBOUND: instantaneous collisions
 
-Made by `validation/rebound.py` with REBOUND {version}. Its spheres are hard and their collisions take no time: a
-function that the user sets gives e for the impact velocity, here by `rs.solve`. A rubber ball (R = {radius:g} m,
+Made by `validation/rebound.py` with REBOUND {version}. Its spheres are hard and their collisions take no time. A
+function of the user gives e for the impact velocity, here `rs.solve`. A rubber ball (R = {radius:g} m,
 {density:g} kg/m3, Ginf = G1 = 1 MPa, eta = 100 Pa s, nu = 0.45) falls {height:g} m onto a rigid wall.
 """
 
 BOUNCES = """
 ## A dropped ball
 
-Heights and times of the touches: REBOUND with a time step of {step:g} s (it finds a collision at the end of the
-step in which spheres overlap); the parabolas of a hard ball with the same e(v), by hand; `rs.bounces`, with the
-weight during the contact, contacts that take time, and flights that begin below the surface.
+The table compares the heights and times of the touches from three sources. REBOUND has a time step of {step:g} s
+and finds a collision at the end of the step in which spheres overlap. The parabolas are those of a hard ball with
+the same e(v). In `rs.bounces` the weight acts during the contact, contacts have a duration, and flights begin below
+the surface.
 
 {table}
 
-REBOUND and the parabolas agree within what a time step leaves. The soft ball of `rs.bounces` rises less, by the
-imprint that it leaves from and by its weight; it is later by the times in contact, less what the lower flights save. The
-hard ball bounces for ever, with an e that grows towards 1 as it slows; the soft one rests after {count}
-touches: {ended}.
+REBOUND and the parabolas agree within the error of a time step. The soft ball of `rs.bounces` rises less, because
+it starts from its imprint and because of its weight. It is later by the contact times, minus the time that its
+lower flights save. The hard ball bounces for ever, and its e tends to 1 as the velocity decreases. The soft ball
+rests after {count} touches: {ended}.
 """
 
 PAIR = """
 ## Two balls
 
-A ball of R = {radius:g} m meets one at rest of half the size head on, both of the rubber above: velocities [m/s] after the
-collision by REBOUND with e of `rs.collision`, and by the motion itself: the impulse of the contact force over time from
-`result.sample`.
+A ball of R = {radius:g} m collides head on with a ball of half its size at rest. Both are of the rubber above. The
+table compares the velocities [m/s] after the collision: by REBOUND with e of `rs.collision`, and by the impulse of
+the contact force over time from `result.sample`.
 
 {table}
 """

@@ -20,11 +20,11 @@ MATERIALS, VELOCITIES = 30, 10_000
 HEAD = f"""\
 # Error of surrogates
 
-Made by `validation/surrogate_error.py`: {MATERIALS} random materials (1 to 5 branches, relaxation times over five decades,
-moduli over four) under a parabola, a cone or a sphere, tolerances of 1e-8 to 1e-4, velocities of
-{RANGE[0]:g} to {RANGE[1]:g} m/s.
-The last columns are the largest error at {VELOCITIES} random velocities over the stated one; one is the limit. The exact
-solves have a tolerance of rtol/10^6, but not below 1e-12. One piece takes 41 solves; a piece that was halved counts too.
+Made by `validation/surrogate_error.py`: {MATERIALS} random materials (1 to 5 branches, relaxation times over five
+decades, moduli over four) under a parabola, a cone or a sphere, tolerances of 1e-8 to 1e-4, velocities of
+{RANGE[0]:g} to {RANGE[1]:g} m/s. The last columns are the largest error at {VELOCITIES} random velocities over the
+stated one; one is the limit. The exact solves have a tolerance of rtol/10^6, but not below 1e-12. One piece takes
+41 solves; a piece that was halved counts too.
 
 | profile | branches | rtol | pieces | stated for e | e | contact time | largest force |
 |---|---|---|---|---|---|---|---|

@@ -1,4 +1,4 @@
-"""Every example of the gallery runs, and its number is the one that its source gives."""
+"""Every example of the gallery runs, and its number is that of its source."""
 
 import ast
 import os

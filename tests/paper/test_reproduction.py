@@ -1,3 +1,5 @@
+"""The files, figures and claims of the reproduction."""
+
 import json
 import re
 from pathlib import Path

@@ -1,3 +1,5 @@
+"""Pictures of bounces: flights, axes and the page."""
+
 import math
 from types import SimpleNamespace
 from typing import Any

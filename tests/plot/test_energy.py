@@ -1,3 +1,5 @@
+"""Pictures of energies over time and in a bar."""
+
 from types import SimpleNamespace
 
 import numpy as np

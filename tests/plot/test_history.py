@@ -1,3 +1,5 @@
+"""Panels over the history of a contact."""
+
 import numpy as np
 import pytest
 import xarray as xr

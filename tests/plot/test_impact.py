@@ -1,3 +1,5 @@
+"""The page of an impact for each method."""
+
 import matplotlib
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""Prefixes of units and labels of axes."""
+
 import numpy as np
 import pytest
 import xarray as xr

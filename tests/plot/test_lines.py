@@ -1,3 +1,5 @@
+"""Families of curves and contour maps."""
+
 from itertools import pairwise
 
 import numpy as np

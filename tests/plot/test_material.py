@@ -1,3 +1,5 @@
+"""Pictures of relaxation functions and shift factors."""
+
 import numpy as np
 
 from restitution.material.fit import DynamicTable, RelaxationTable

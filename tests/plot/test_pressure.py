@@ -1,4 +1,4 @@
-"""Pressure pictures of made-up contacts whose pressure is known."""
+"""Pictures of the pressure of artificial contacts."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,3 +1,5 @@
+"""Settings, colours and files of figures."""
+
 import struct
 from pathlib import Path
 

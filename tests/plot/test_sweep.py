@@ -1,4 +1,4 @@
-"""Figures of sweeps: what goes where, in which units, and that the right numbers are drawn."""
+"""Figures of sweeps: layout, units and values."""
 
 from pathlib import Path
 from typing import Any

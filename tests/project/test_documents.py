@@ -1,4 +1,4 @@
-"""What the documents say is run or compared: code, case files, links, versions, names."""
+"""The code, case files, links, versions and names in the documents are run or compared."""
 
 import importlib.metadata
 import re

@@ -1,4 +1,4 @@
-"""The recipes of docs/development/extending.md: one place each, usable from Python, case files, sweeps and pictures."""
+"""The recipes of docs/development/extending.md work in Python, case files, sweeps and pictures."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""The lock file names public addresses only and belongs to the dependencies that are declared."""
+"""The lock file has public addresses only and belongs to the declared dependencies."""
 
 import re
 import tomllib
