@@ -196,7 +196,7 @@ OUTPUTS = _by_name(
     ),
     _nonnegative(
         "kinetic_energy_in", ENERGY, "kinetic energy before", r"$E_0$",
-        derive=lambda mass, velocity: 0.5 * mass * velocity**2,
+        derive=lambda mass, velocity: 0.5 * mass * velocity * velocity,
     ),
     _nonnegative(
         "kinetic_energy_out", ENERGY, "kinetic energy after", r"$E_\mathrm{end}$",

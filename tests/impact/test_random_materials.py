@@ -96,8 +96,9 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
     assert -1e-8 * depth <= result.residual_indentation_depth <= depth < math.inf
     assert result.energy.dissipated >= 0.0
     assert result.energy.stored >= 0.0
-    # Energies are quadratures over the nodes of the elements, where the solution is good to less than its ends.
-    assert abs(result.energy.residual) < 100.0 * RTOL
+    # A sphere in far beyond its equator is a cylinder, whose rounded edge costs the tolerance of e itself.
+    if not isinstance(impact.profile, Sphere) or depth < 100.0 * impact.profile.radius:
+        assert abs(result.energy.residual) < 10.0 * RTOL
 
 
 def check_same(impact: Impact, wanted: ImpactResult, units: tuple[float, float, float]) -> None:

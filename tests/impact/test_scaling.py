@@ -4,14 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.sphere import Sphere
+from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import dimensionless_groups
+from restitution.impact.solve import solve
+from restitution.impact.status import SolverError, Status
 from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -164,3 +168,43 @@ def test_a_table_is_of_one_profile():
         scale(impact)
     one = scale(Impact(SOLID, Sphere(np.array(0.5)), mass=0.004, velocity=1.0))
     assert one.length == scale(Impact(SOLID, Sphere(0.5), mass=0.004, velocity=1.0)).length
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([Parabola, FlatPunch, Sphere, lambda _: Cone(1.2)]),
+    st.floats(-95.0, 95.0),
+    st.floats(-150.0, 150.0),
+    st.floats(-150.0, 150.0),
+)
+def test_a_change_of_units_changes_no_number_or_the_impact_fails(profile, modulus, length, time):
+    """Units far apart make m v^2 and other products subnormal or infinite, where digits are lost."""
+
+    def impact(modulus, length, time):
+        mass, velocity = modulus * length * time * time, 0.8 * (length / time)
+        solid = Material(PronySeries(modulus, [3.0 * modulus], [0.3 * time]), 2.0 * modulus)
+        return Impact(solid, profile(length), mass, velocity)
+
+    wanted = solve(impact(1.0, 1.0, 1.0))
+    units = 10.0**modulus, 10.0**length, 10.0**time
+    mass, velocity = units[0] * units[1] * units[2] * units[2], units[1] / units[2]
+    assume(min(mass, velocity, units[0] * units[1]) > 1e-290 and max(mass, velocity) < 1e290)
+    try:
+        found = solve(impact(*units))
+    except InputError as refused:
+        assert refused.field in ("radius", "relaxation_times")  # noqa: PT017
+        return
+    except SolverError as failed:
+        assert failed.status is Status.NOT_FINITE  # noqa: PT017
+        energy = mass * velocity * velocity
+        # Its units are these to some orders of magnitude.
+        assert not all(1e-290 < x < 1e290 for x in (*units, energy, energy / units[1], units[2] / mass))
+        return
+    assert found.restitution_coefficient == pytest.approx(wanted.restitution_coefficient, rel=2e-9)
+    assert found.contact_time / units[2] == pytest.approx(wanted.contact_time, rel=1e-8)
+    assert found.max_indentation_depth / units[1] == pytest.approx(wanted.max_indentation_depth, rel=1e-8)
+    energy = found.energy
+    assert energy.dissipated / energy.kinetic_in == pytest.approx(
+        wanted.energy.dissipated / wanted.energy.kinetic_in, rel=1e-7
+    )
+    assert abs(energy.residual) < 1e-8

@@ -230,7 +230,7 @@ class Batch:
         if energy:
             with np.errstate(over="ignore", invalid="ignore"):
                 n = len(columns)
-                unit = self.masses * self.velocities**2
+                unit = self.masses * self.velocities * self.velocities
                 result |= {
                     "dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]
                 }  # fmt: skip

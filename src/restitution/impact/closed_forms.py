@@ -1,8 +1,9 @@
-"""Exact and asymptotic solutions of the impact problem, to check others against.
+"""Exact and asymptotic solutions of the impact problem, against which solvers can be checked.
 
-Contact radius `a = c d^(p/2)` throughout, with the path exponent p: 1 for a parabola (`c = sqrt(R)`), 2 for a
-cone (`c = 2/(pi tan(alpha))`, `alpha` its angle to the surface), 0 for a flat punch (`c = a`), 2/n for
-`g = (x/c)^n`.
+The contact radius is `a = c d^(p/2)` with the path exponent p: 1 for a parabola (`c = sqrt(R)`), 2 for a cone
+(`c = 2/(pi tan(alpha))` with the angle alpha between cone and surface), 0 for a flat punch (`c = a`), 2/n for
+`g = (x/c)^n`. Below, `P = p/2`, and B is the beta function. Each function raises an `InputError` for an input outside
+the stated range.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from restitution.checks import Numeric, nonnegative, positive, within
+from restitution.material.conversion import bulk_factor
 
 HERTZ_TIME_FACTOR = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 """Contact time of an elastic sphere over d_m/v0 [-], 2.9432751843 (Hertz 1882)."""
@@ -27,8 +29,7 @@ MAXWELL_RESTITUTION: Mapping[float, float] = MappingProxyType(
 )
 """e [-] of a parabola on a Maxwell half-space over T0/tau [-].
 
-T0 is the Hertz contact time at the modulus at short times. Eight digits, from two programs independent of
-this package.
+T0 is the Hertz contact time at the instantaneous modulus. Eight digits, from two programs independent of this package.
 """
 
 KELVIN_VOIGT_RESTITUTION: Mapping[float, float] = MappingProxyType(
@@ -36,10 +37,10 @@ KELVIN_VOIGT_RESTITUTION: Mapping[float, float] = MappingProxyType(
 )
 """e [-] of a parabola on an incompressible Kelvin-Voigt half-space over p3 [-].
 
-With the exact rebound (Graham 1967, Ting 1966), `F = (16/3) G sqrt(R) (d^1.5 + 1.5 tau d^0.5 d')` in the
-approach, `F = (16/3) G sqrt(R) (d + tau d')^1.5` in the rebound; p3 = tau where m = R = v0 = G = 1. Not the
-law of Kuwabara and Kono and of Brilliantov and others, which keeps the first formula in the rebound. Seven
-digits, from two programs independent of this package.
+With the exact rebound (Graham 1967, Ting 1966): `F = (16/3) G sqrt(R) (d^1.5 + 1.5 tau d^0.5 d')` in the approach and
+`F = (16/3) G sqrt(R) (d + tau d')^1.5` in the rebound; p3 = tau where m = R = v0 = G = 1. The law of Kuwabara and Kono
+and of Brilliantov and others differs: it keeps the first formula in the rebound. Seven digits, from two programs
+independent of this package.
 """
 
 
@@ -53,29 +54,19 @@ def elastic_max_indentation_depth(
     reduced_modulus : float or array
         Reduced modulus E* [Pa], > 0.
     path_coefficient : float or array
-        c of `a = c d^(p/2)` [m^(1-p/2)], > 0; `sqrt(R)` for a parabola.
+        c [m^(1-p/2)], > 0.
     mass : float or array
         Mass m [kg], > 0.
     velocity : float or array
         Impact velocity v0 [m/s], > 0.
     path_exponent : float or array
-        p of `a = c d^(p/2)` [-], >= 0.
+        p [-], >= 0.
 
     Returns
     -------
     float or array
-        `d_m = [(1+P)(2+P) m v0^2/(4 E* c)]^(1/(2+P))` with `P = p/2`, from
-        `m v0^2/2 = int_0^(d_m) 2 E* int_0^d a dd dd`.
-
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
-
-    Notes
-    -----
-    Exact for a half-space. For the parabola `d_m = (15 m v0^2/(16 E* sqrt(R)))^(2/5)` (H. Hertz, J. reine
-    angew. Math. 92 (1882) 156).
+        `d_m = [(1+P)(2+P) m v0^2/(4 E* c)]^(1/(2+P))`, from `m v0^2/2 = int_0^(d_m) 2 E* int_0^d a dd dd`; for the
+        parabola `(15 m v0^2/(16 E* sqrt(R)))^(2/5)` (H. Hertz, J. reine angew. Math. 92 (1882) 156).
 
     Examples
     --------
@@ -85,7 +76,7 @@ def elastic_max_indentation_depth(
     modulus = np.asarray(positive("reduced_modulus", reduced_modulus, "Pa"))
     coefficient = positive("path_coefficient", path_coefficient)
     energy = positive("mass", mass, "kg") * np.asarray(positive("velocity", velocity, "m/s")) ** 2
-    p = _half(path_exponent)
+    p = nonnegative("path_exponent", path_exponent) / 2
     return _plain(((1 + p) * (2 + p) * energy / (4 * modulus * coefficient)) ** (1 / (2 + p)))
 
 
@@ -99,22 +90,13 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
     velocity : float or array
         Impact velocity v0 [m/s], > 0.
     path_exponent : float or array
-        p of `a = c d^(p/2)` [-], >= 0.
+        p [-], >= 0.
 
     Returns
     -------
     float or array
-        `T = (2/(2+P)) B(1/(2+P), 1/2) d_m/v0` with `P = p/2` and the beta function B; 2.9432751843 d_m/v0
-        for the parabola, pi d_m/v0 for the flat punch.
-
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
-
-    Notes
-    -----
-    Exact for a half-space, from `v^2 = v0^2 [1 - (d/d_m)^(2+P)]`.
+        `T = (2/(2+P)) B(1/(2+P), 1/2) d_m/v0`, from `v^2 = v0^2 [1 - (d/d_m)^(2+P)]`; 2.9432751843 d_m/v0 for the
+        parabola, pi d_m/v0 for the flat punch.
 
     Examples
     --------
@@ -123,11 +105,8 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
     """
     from scipy.special import beta
 
-    p = _half(path_exponent)
-    time = positive("max_indentation_depth", max_indentation_depth, "m") / np.asarray(
-        positive("velocity", velocity, "m/s")
-    )
-    return _plain(2 / (2 + p) * beta(1 / (2 + p), 0.5) * time)
+    p = nonnegative("path_exponent", path_exponent) / 2
+    return _plain(2 / (2 + p) * beta(1 / (2 + p), 0.5) * _time(max_indentation_depth, velocity))
 
 
 def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
@@ -142,28 +121,19 @@ def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, p
     velocity : float or array
         Impact velocity v0 [m/s], > 0.
     path_exponent : float or array
-        p of `a = c d^(p/2)` [-], >= 0.
+        p [-], >= 0.
 
     Returns
     -------
     float or array
-        `F_max = (1 + P/2) m v0^2/d_m` with `P = p/2`; 5/4 m v0^2/d_m for the parabola.
-
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
-
-    Notes
-    -----
-    Exact for a half-space, where `F ~ d^(1+P)`.
+        `F_max = (1 + P/2) m v0^2/d_m`, as `F ~ d^(1+P)`; 5/4 m v0^2/d_m for the parabola.
 
     Examples
     --------
     >>> elastic_max_force(1.0, 1.0, 1.0)
     1.25
     """
-    p = _half(path_exponent)
+    p = nonnegative("path_exponent", path_exponent) / 2
     energy = positive("mass", mass, "kg") * np.asarray(positive("velocity", velocity, "m/s")) ** 2
     return _plain((1 + p / 2) * energy / positive("max_indentation_depth", max_indentation_depth, "m"))
 
@@ -182,38 +152,28 @@ def kelvin_voigt_first_order_restitution(
     velocity : float or array
         Impact velocity v0 [m/s], > 0.
     path_exponent : float or array
-        p of `a = c d^(p/2)` [-], >= 0.
+        p [-], >= 0.
 
     Returns
     -------
     float or array
-        `e = 1 - (1+P) B((1+P)/(2+P), 3/2) tau v0/d_m` with `P = p/2` and the beta function B.
-
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
+        `e = 1 - (1+P) B((1+P)/(2+P), 3/2) tau v0/d_m`, with an error of second order in `tau v0/d_m`.
 
     Notes
     -----
-    The error is of second order in `tau v0/d_m`. At this order the exact rebound and the law of Kuwabara and
-    Kono (Jpn. J. Appl. Phys. 26 (1987) 1230) agree. Any Prony series has this limit where all its relaxation
-    times are much shorter than the contact, with `tau = sum E_k tau_k/E_inf`.
+    To this order the exact rebound and the law of Kuwabara and Kono (Jpn. J. Appl. Phys. 26 (1987) 1230) agree. A
+    Prony series whose relaxation times are all much shorter than the contact has this limit with
+    `tau = sum E_k tau_k/E_inf`.
 
     Examples
     --------
-    Flat punch: `e = 1 - pi D` with `D = tau v0/(2 d_m)`.
-
-    >>> round(kelvin_voigt_first_order_restitution(0.002, 1.0, 1.0, path_exponent=0.0), 9)
+    >>> round(kelvin_voigt_first_order_restitution(0.002, 1.0, 1.0, path_exponent=0.0), 9)  # 1 - 0.001 pi
     0.996858407
     """
     from scipy.special import beta
 
-    p = _half(path_exponent)
-    time = positive("max_indentation_depth", max_indentation_depth, "m") / np.asarray(
-        positive("velocity", velocity, "m/s")
-    )
-    ratio = nonnegative("retardation_time", retardation_time, "s") / time
+    p = nonnegative("path_exponent", path_exponent) / 2
+    ratio = nonnegative("retardation_time", retardation_time, "s") / _time(max_indentation_depth, velocity)
     return _plain(1 - (1 + p) * beta((1 + p) / (2 + p), 1.5) * ratio)
 
 
@@ -234,21 +194,13 @@ def hunter_restitution(
     contact_time : float or array
         Contact time T0 [s] of the elastic impact at `E_0 = E_inf + sum E_k`, > 0.
     path_exponent : float or array
-        p of `a = c d^(p/2)` [-], >= 0.
+        p [-], >= 0.
 
     Returns
     -------
     float or array
-        `e = 1 - (2/(4+P)) T0 sum(E_k/tau_k)/E_0` with `P = p/2`; the factor is 4/9 for the parabola.
-
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
-
-    Notes
-    -----
-    The error is of second order in T0/tau_k. Parabola: S. C. Hunter, J. Mech. Phys. Solids 8 (1960) 219.
+        `e = 1 - (2/(4+P)) T0 sum(E_k/tau_k)/E_0`, with an error of second order in T0/tau_k; the factor is 4/9 for the
+        parabola (S. C. Hunter, J. Mech. Phys. Solids 8 (1960) 219).
 
     Examples
     --------
@@ -259,7 +211,8 @@ def hunter_restitution(
     rates = 1 / np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
     glass = nonnegative("equilibrium_modulus", equilibrium_modulus, "Pa") + moduli.sum()
     loss = np.asarray(positive("contact_time", contact_time, "s")) * float(moduli @ rates) / glass
-    return _plain(1 - 2 / (4 + _half(path_exponent)) * loss)
+    p = nonnegative("path_exponent", path_exponent) / 2
+    return _plain(1 - 2 / (4 + p) * loss)
 
 
 def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
@@ -273,17 +226,9 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
     Returns
     -------
     float or array
-        `e = exp(-2 D acos(D)/sqrt(1-D^2))`, for `D > 1` with `acosh(D)/sqrt(D^2-1)`, `exp(-2)` at `D = 1`.
-
-    Raises
-    ------
-    ValueError
-        If the damping ratio is negative or not finite.
-
-    Notes
-    -----
-    Exact: the linear oscillator that leaves when its force is zero (T. Schwager and T. Poeschel, Granular
-    Matter 9 (2007) 465).
+        `e = exp(-2 D acos(D)/sqrt(1-D^2))`, for `D > 1` with `acosh(D)/sqrt(D^2-1)`, `exp(-2)` at `D = 1`. Exact: a
+        linear oscillator that leaves when its force is zero (T. Schwager and T. Poeschel, Granular Matter 9 (2007)
+        465).
 
     Examples
     --------
@@ -291,7 +236,7 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
     0.298436059
     """
     d = np.asarray(nonnegative("damping_ratio", damping_ratio))
-    # acos(D)/sqrt(1-D^2) is smooth through D = 1 but 0/0 in floating point there.
+    # Smooth through D = 1, but 0/0 in floating point there.
     under, over = np.minimum(d, 1.0), np.maximum(d, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         angle = np.where(d < 1.0, np.arccos(under) / np.sqrt(1 - under**2), np.arccosh(over) / np.sqrt(over**2 - 1))
@@ -310,25 +255,17 @@ def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
     Returns
     -------
     float or array
-        `e = exp(-pi D/sqrt(1-D^2))` for `D < 1`; 0 from there on, where the punch sinks in and never turns.
-
-    Raises
-    ------
-    ValueError
-        If the damping ratio is negative or not finite.
-
-    Notes
-    -----
-    Exact: the force obeys `F'' + F'/tau + omega0^2 F = 0`, and contact lasts half a period.
+        `e = exp(-pi D/sqrt(1-D^2))` for `D < 1`; 0 for `D >= 1`, where the punch sinks in and never turns. Exact: the
+        force obeys `F'' + F'/tau + omega0^2 F = 0`, and the contact lasts half a period.
 
     Examples
     --------
     >>> round(flat_punch_maxwell_restitution(0.6), 9)  # exp(-0.75 pi)
     0.094780225
     """
-    d = np.asarray(nonnegative("damping_ratio", damping_ratio))
-    under = np.where(d < 1, d, 0.0)
-    return _plain(np.where(d < 1, np.exp(-math.pi * under / np.sqrt(1 - under**2)), 0.0))
+    d = np.minimum(nonnegative("damping_ratio", damping_ratio), 1.0)
+    with np.errstate(divide="ignore"):
+        return _plain(np.exp(-math.pi * np.divide(d, np.sqrt(1 - d**2))))
 
 
 def standard_solid_small_p3_slope(nu: Any) -> Numeric:
@@ -342,18 +279,13 @@ def standard_solid_small_p3_slope(nu: Any) -> Numeric:
     Returns
     -------
     float or array
-        `s = (3/2) C1 A (4 E/3)^(2/5)` with `A = (2/3)(1 - nu + nu^2)/(1 - nu)`, `E = 2/(1 - nu)` and C1 of
-        `SMALL_LOSS_FACTOR`; independent of p2.
-
-    Raises
-    ------
-    ValueError
-        If nu is outside [-1, 0.5].
+        `s = (3/2) C1 A (4 E/3)^(2/5)` with `C1 = SMALL_LOSS_FACTOR`; independent of p2.
 
     Notes
     -----
-    All relaxation is much faster than the contact. A is the retardation time `sum E_k tau_k/E_inf` of the
-    reduced modulus over eta/Ginf, E its `E_inf` over Ginf. The error of e is of order p3^2.
+    The relaxation is much faster than the contact. `A = (2/3)(1 - nu + nu^2)/(1 - nu)` is the retardation time
+    `sum E_k tau_k/E_inf` of the reduced modulus over eta/Ginf, and `E = 2/(1 - nu)` is `E_inf/Ginf`. The error of e is
+    of order p3^2.
 
     Examples
     --------
@@ -380,31 +312,24 @@ def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
     float or array
         L, from `hunter_restitution` for the two branches of the reduced modulus.
 
-    Raises
-    ------
-    ValueError
-        If an input is outside its range.
-
     Notes
     -----
-    In units in which m = R = v0 = Ginf = 1, p3 is eta, the relaxation time of the shear is p2 p3, and
-    `L = (4/9) T0 sum(E_k p3/tau_k)/E_0` with T0 the Hertz contact time at E_0. For the bulk modulus K,
-    `G0 = 1 + 1/p2` and `beta = (3K + 4)/(3K + 4 G0)` the branches are `E_1 = 1/p2` at `p2 p3` and
+    In units of m = R = v0 = Ginf = 1, p3 is eta, the relaxation time in shear is p2 p3, and
+    `L = (4/9) T0 sum(E_k p3/tau_k)/E_0` with the Hertz contact time T0 at E_0. For the bulk modulus K, `G0 = 1 + 1/p2`
+    and `beta = (3K + 4)/(3K + 4 G0)`, the branches are `E_1 = 1/p2` at `p2 p3` and
     `E_2 = (27 K^2/4)(1/(3K + 4) - 1/(3K + 4 G0))` at `p2 p3/beta`. The error of e is of order (p2 p3)^-2.
 
     Examples
     --------
-    Incompressible, p2 = 1: `E_0 = 8`, `E_1 = 4`, `T0 = 2.94327... (15/128)^0.4`.
-
-    >>> slope = 4 / 9 * HERTZ_TIME_FACTOR * (15 / 128) ** 0.4 / 2
+    >>> slope = 4 / 9 * HERTZ_TIME_FACTOR * (15 / 128) ** 0.4 / 2  # of E_0 = 8 and E_1 = 4
     >>> round(standard_solid_large_p3_slope(0.5, 1.0) / slope, 12)
     1.0
     """
     nu = np.asarray(within("nu", nu, -1.0, 0.5))
     g1 = 1 / np.asarray(positive("p2", p2))
-    # 1/(3K), finite for the incompressible limit; infinite for nu = -1, where the second branch is none.
+    # Finite for nu = 1/2; infinite for nu = -1, where there is no second branch.
     with np.errstate(divide="ignore", invalid="ignore"):
-        compliance = (1 - 2 * nu) / (2 * (1 + nu))
+        compliance = 1 / (3 * bulk_factor(nu))
         soft, stiff = 1 + 4 * compliance, 1 + 4 * compliance * (1 + g1)
         second = np.where(nu > -1, 3 * g1 / (soft * stiff), 0.0)
         rate = np.where(nu > -1, soft / stiff, 0.0)
@@ -414,7 +339,7 @@ def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
 
 
 def equivalent_incompressible_p3(p3: Any) -> Numeric:
-    """p3 [-] at which an incompressible half-space returns the same e as one with nu = -1 at the given p3.
+    """p3 [-] at which an incompressible half-space has the same e as a half-space with nu = -1 at the given p3.
 
     Parameters
     ----------
@@ -424,17 +349,8 @@ def equivalent_incompressible_p3(p3: Any) -> Numeric:
     Returns
     -------
     float or array
-        `4^(-2/5) p3`, at the same p2.
-
-    Raises
-    ------
-    ValueError
-        If p3 is not finite and > 0.
-
-    Notes
-    -----
-    Exact. Without bulk stiffness (K = 0) the reduced modulus is G(t), incompressible it is 4 G(t): only
-    the time scale `(m^2/(R v0 E*^2))^(1/5)` of the impact differs, by 4^(2/5).
+        `4^(-2/5) p3`, at the same p2. Exact: the reduced modulus is G(t) for K = 0 and 4 G(t) for nu = 1/2, so that
+        only the time scale `(m^2/(R v0 E*^2))^(1/5)` of the impact differs, by 4^(2/5).
 
     Examples
     --------
@@ -456,20 +372,14 @@ def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
     Returns
     -------
     float or array
-        `e` of a [3/6] Pade approximant in x, within 1e-6 of the solution of the equation of motion up to
-        x = 0.5 and within 7e-4 up to x = 3.
-
-    Raises
-    ------
-    ValueError
-        If x is negative or not finite.
+        `e` of a [3/6] Pade approximant in x, within 1e-6 of the solution of the equation of motion up to x = 0.5 and
+        within 7e-4 up to x = 3 (P. Mueller and T. Poeschel, Phys. Rev. E 84 (2011) 021302).
 
     Notes
     -----
-    P. Mueller and T. Poeschel, Phys. Rev. E 84 (2011) 021302. Not the exact rebound of a Kelvin-Voigt
-    half-space (`KELVIN_VOIGT_RESTITUTION`): the law keeps the formula of the approach, and the two agree to
-    first order in b only, `e = 1 - 1.15345 b + ...`. On the incompressible Kelvin-Voigt half-space
-    `rho = (16/3) G sqrt(R)`, `A = eta/G`, so that `b = (3/2) (16/3)^(2/5) p3`.
+    The exact rebound of a Kelvin-Voigt half-space (`KELVIN_VOIGT_RESTITUTION`) differs: this law keeps the formula of
+    the approach, and the two agree to first order in b only, `e = 1 - 1.15345 b + ...`. On the incompressible
+    Kelvin-Voigt half-space `rho = (16/3) G sqrt(R)` and `A = eta/G`, so that `b = (3/2) (16/3)^(2/5) p3`.
 
     Examples
     --------
@@ -482,8 +392,8 @@ def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
     return _plain(numerator / denominator)
 
 
-def _half(path_exponent: Any) -> Any:
-    return nonnegative("path_exponent", path_exponent) / 2
+def _time(depth: Any, velocity: Any) -> Any:
+    return positive("max_indentation_depth", depth, "m") / np.asarray(positive("velocity", velocity, "m/s"))
 
 
 def _plain(value: Any) -> Numeric:

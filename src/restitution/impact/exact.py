@@ -142,9 +142,7 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
         block.viscosities, block.external_forces, block.offsets, block.moduli, block.times, path, work,
         outcomes,
     )  # fmt: skip
-    units = np.stack([block.length, block.time])
-    lost = ~np.all((units > 0.0) & (units < np.inf), axis=0)
-    outcomes[lost, STATUS] = Status.NOT_FINITE
+    outcomes[np.isnan(block.equilibria), STATUS] = Status.NOT_FINITE
 
 
 def _solve_each(

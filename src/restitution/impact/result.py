@@ -1,4 +1,4 @@
-"""Result of one impact or of many."""
+"""Result of one impact or of several."""
 
 from __future__ import annotations
 
@@ -32,22 +32,18 @@ if TYPE_CHECKING:
 
 
 class EnergyBudget(NamedTuple):
-    """Where the kinetic energy went.
+    """Energy budget; the last three are NaN where the body does not separate, and with method "reference".
 
     Attributes
     ----------
     kinetic_in, kinetic_out : float or array
-        Kinetic energy before and after [J].
+        Kinetic energy before and after the impact [J].
     dissipated : float or array
-        What the dashpots of the foundation dissipated while their elements were in contact [J].
+        Energy that the dashpots of the foundation dissipate in contact [J].
     stored : float or array
-        What the foundation still stored as its elements left contact [J].
+        Energy that the elements of the foundation still store when they leave contact [J].
     residual : float or array
         `(kinetic_out + dissipated + stored - kinetic_in - work of the external force)/kinetic_in` [-].
-
-    Notes
-    -----
-    `dissipated`, `stored` and `residual` are NaN where the body does not separate, and of method "reference".
     """
 
     kinetic_in: Numeric
@@ -59,42 +55,40 @@ class EnergyBudget(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ImpactResult:
-    """Result of an impact, or of many impacts; SI units.
+    """Result of one impact or of several, in SI units.
 
     Attributes
     ----------
     restitution_coefficient : float or array
-        e = rebound velocity over impact velocity [-]; 0 where the body does not come back, NaN where the
-        solve failed.
+        e = rebound velocity over impact velocity [-]; 0 where the body does not separate, NaN where the solve failed.
     contact_time : float or array
         Duration of contact [s]; infinite where the body does not separate.
     max_indentation_depth : float or array
-        Largest depth d [m]; of a body that a force captures, the largest of the first approach, while creep
-        may take it on to the residual depth.
+        Largest indentation depth d [m]; of a captured body, the static depth if that is larger than the depth of the
+        first turning point.
     max_force : float or array
         Largest normal force F [N].
     max_contact_radius : float or array
         Largest contact radius a [m].
     residual_indentation_depth : float or array
-        Depth d [m] at separation: the imprint that is left, and recovers. Of a body that does not separate, the depth
-        at which it comes to rest: that at which the relaxed half-space carries the external force; infinite where
-        that is a liquid.
+        Depth d [m] at separation, of an imprint that recovers. Of a body that does not separate, the static depth, at
+        which the relaxed half-space carries the external force; infinite on a liquid.
     status : Status, or array of int
-        How the solve ended.
+        End of the solve.
     impact : Impact or list of Impact
         The problem.
     method : str
-        The method that solved it.
+        The method of solution.
     rtol : float or None
-        Its tolerance; None for the element method, whose error the number of elements sets.
+        The tolerance; None for the element method, whose error follows from the number of elements.
     notes : tuple of str
-        Warnings of the method itself.
+        Warnings of the method.
 
     Notes
     -----
-    A single impact is solved once: the history, the energies and the fields come from the stored solution, so their
-    errors follow `rtol`. Relative to their largest values they stay below some 1000 rtol between the solver's nodes, and
-    the residual of the energy balance below some 10 rtol.
+    A single impact is solved once: history, energies and fields are evaluations of the stored solution. Relative to
+    their largest values, their errors stay below some 1000 rtol between the nodes of the solver, and the residual of
+    the energy balance stays below 10 rtol.
     """
 
     restitution_coefficient: Numeric
@@ -128,7 +122,7 @@ class ImpactResult:
 
     @property
     def outputs(self) -> dict[str, Numeric]:
-        """All outputs of `restitution.quantities.OUTPUTS` by name, SI; some take another solve."""
+        """All outputs of `restitution.quantities.OUTPUTS` by name, in SI; of several impacts by further solves."""
         energies = {"dissipated_energy": self.energy.dissipated, "stored_energy": self.energy.stored}
         found = self._derived(energies | {"max_pressure": self.max_pressure})
         shape = np.shape(self.status)
@@ -140,7 +134,7 @@ class ImpactResult:
 
     @cached_property
     def validity(self) -> Validity:
-        """Report on the assumptions of the theory: the worst of each, its limit, and what to do."""
+        """Report on the assumptions of the theory: the worst value of each, its limit, and advice."""
         return self.validity_on()
 
     def validity_on(self, body_size: Numeric = math.nan) -> Validity:
@@ -171,15 +165,15 @@ class ImpactResult:
 
     @property
     def warnings(self) -> list[str]:
-        """Where the assumptions of the theory are doubtful, with numbers, and the notes of the method."""
+        """Doubtful assumptions of the theory, with numbers, and `notes`."""
         return [*self.validity.warnings, *self.notes]
 
     @property
     def zero_overlap_time(self) -> Numeric:
-        """Time [s] at which the body is back at the undeformed surface; infinite where it never is.
+        """Time [s] at which the body is back at the undeformed surface; infinite where it never returns.
 
-        After separation it flies freely, or under the constant force, from the residual depth with the
-        rebound velocity. The surface may not have recovered by then: `surface_displacement` tells.
+        After separation the body flies freely, or under the constant force, from the residual depth with the rebound
+        velocity. The surface may still be indented then; see `surface_displacement`.
         """
         depth = np.maximum(self.residual_indentation_depth, 0.0)
         speed = np.asarray(self.rebound_velocity)
@@ -195,22 +189,22 @@ class ImpactResult:
     def max_pressure(self) -> Numeric:
         """Largest contact pressure [Pa] over the contact area and over time.
 
-        In the approach of a body that is held, too. Under an elastic parabola that of Hertz, `3 F/(2 pi a^2)` on the
-        axis; relaxation moves it towards the edge. Infinite under a sharp tip, at the edge of a flat face and where a
-        dashpot lies in parallel; NaN for a body that sinks in and of other methods than "exact". The relative error is
-        some 1e-5, and larger under a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. Computed on
-        first use, in some 3 ms for each impact; of several impacts, and of a body that is held, from a second solve.
+        Under an elastic parabola that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the edge.
+        Of a captured body, that of the approach. Infinite under a sharp tip, at the edge of a flat face and with a
+        parallel dashpot; NaN for a body that sinks in and with methods other than "exact". The relative error is some
+        1e-5, and larger under a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. Computed on first
+        use, in some 3 ms for each impact; of several impacts, and of a captured body, by a second solve.
         """
-        solution, shape = self._solution, np.shape(self.status)
         if self.method != "exact":
             return math.nan
-        if isinstance(solution, Solution) and not isinstance(self.impact, list):
-            return math.inf if Batch.from_impact(self.impact).singular[0] else solution.max_pressure
-        return shaped(solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"], shape)
+        if isinstance(self._solution, Solution) and not isinstance(self.impact, list):
+            return math.inf if Batch.from_impact(self.impact).singular[0] else self._solution.max_pressure
+        found = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
+        return shaped(found, np.shape(self.status))
 
     @cached_property
     def energy(self) -> EnergyBudget:
-        """Energy budget [J], and the residual of its balance; of several impacts, from a second solve at `rtol`."""
+        """Energy budget [J] and the residual of its balance; of several impacts by a second solve."""
         solution, shape = self._solution, np.shape(self.status)
         if shape:
             columns = solve_columns(self.impact, self.rtol or 0.0, energy=True)
@@ -236,44 +230,42 @@ class ImpactResult:
         return ImpactFields(self.impact, solution, self.rtol or 0.0)
 
     def _single(self, what: str) -> Solution | Sampled:
-        """The solution of one impact that ended in separation."""
+        """Return the solution of one impact that ended in separation."""
         if self._solution is not None:
             return self._solution
-        shape = np.shape(self.status)
-        if isinstance(self.impact, list) or shape:
-            many = "a list" if isinstance(self.impact, list) else f"an array of shape {shape}"
+        if not isinstance(self.status, Status):
+            many = "a list" if isinstance(self.impact, list) else f"an array of shape {self.status.shape}"
             raise InputError("impact", wanted=f"must be a single one: {what} of one impact, this result is of {many}")
-        assert isinstance(self.status, Status)
         wanted = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
         raise InputError("contact_time", np.inf, wanted, "s")
 
     @cached_property
     def history(self) -> xarray.Dataset:
-        """History over time: depth, velocity, force, contact radius, energies; about 400 points."""
+        """History of depth, velocity, force, contact radius and energies at 401 times."""
         return self.sample()
 
     def sample(self, times: ArrayLike | None = None, *, n_points: int = 401) -> xarray.Dataset:
-        """History at given times, or at as many as wanted.
+        """History at given times, or at a number of times.
 
         Parameters
         ----------
         times : array_like, optional
             Times [s] from 0 to the contact time.
         n_points : int
-            Number of points where no times are given.
+            Number of times if none are given.
 
         Returns
         -------
         xarray.Dataset
-            `indentation_depth`, `indentation_velocity`, `force`, `contact_radius` over `time`, with units, and
-            `kinetic_energy`; with the exact method also `stored_energy`, in the springs of the foundation
-            (elements which have left count with what they had then), and `dissipated_energy`. The three add
-            up to the kinetic energy before the impact and the work of the constant force.
+            `indentation_depth`, `indentation_velocity`, `force`, `contact_radius` and `kinetic_energy` over `time`,
+            with units. With the exact method also `dissipated_energy` and `stored_energy`, in the springs of the
+            foundation and in elements when they left contact. The three energies add up to the kinetic energy before
+            the impact plus the work of the constant force.
 
         Raises
         ------
         InputError
-            If a time lies outside the contact, the result is of more than one impact, or the contact has no end.
+            If a time lies outside the contact, the result is of several impacts, or the body does not separate.
 
         Examples
         --------
@@ -292,11 +284,8 @@ class ImpactResult:
             trajectory = solution.at(times)
             kinetic = 0.5 * self._column("mass") * trajectory.indentation_velocity**2
             trajectory = trajectory._replace(kinetic_energy=kinetic)
-        found = {name: values for name, values in trajectory._asdict().items() if values is not None}
-        return dataset(
-            "time", {name: (values, HISTORY[name]) for name, values in found.items()},
-            {"method": self.method, "rtol": self.rtol or np.nan},
-        )  # fmt: skip
+        columns = {name: (one, HISTORY[name]) for name, one in trajectory._asdict().items() if one is not None}
+        return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Any:
         """Contact pressure p(r, t) [Pa].
@@ -311,22 +300,22 @@ class ImpactResult:
         Returns
         -------
         float or array
-            Pressure; 0 outside the contact and after it. Infinite at an edge that carries a line load (under
-            a flat punch, and in the approach where a dashpot lies in parallel) and under the tip of a cone.
+            Pressure; 0 outside the contact and after it. Infinite at an edge that carries a line load (under a flat
+            punch, and in the approach with a parallel dashpot) and under the tip of a cone.
 
         Raises
         ------
         InputError
-            If the result is of several impacts, of another method than "exact", or of a body that stays.
+            If the result is of several impacts, of a method other than "exact", or the body does not separate.
 
         Notes
         -----
-        The line load of the foundation, `q(x, t) = int E*(t - t') du(x, t')`, by the inverse transform of the
-        method of dimensionality reduction (Popov and Hess 2015). Its integral over the contact is the force.
+        Inverse transform of the line load of the foundation, `q(x, t) = int E*(t - t') du(x, t')`, by the method of
+        dimensionality reduction (Popov and Hess 2015). Its integral over the contact is the force.
 
-        Close to the axis of a power law with an exponent between 1 and 2 the value is too low: at r = 0 by 0.3 % for an
-        exponent of 1.5, by 8 % for 1.2 and by 30 % for 1.1; from a thousandth of the contact radius on it is right.
-        `max_pressure` is not affected.
+        At r = 0 under a power law with an exponent between 1 and 2 the value is too low: by 0.3 % for the exponent
+        1.5, 8 % for 1.2, 30 % for 1.1. It is right from a thousandth of the contact radius on. `max_pressure` is
+        right.
 
         Examples
         --------
@@ -356,18 +345,18 @@ class ImpactResult:
         Returns
         -------
         float or array
-            In contact d - f(r). After separation the imprint and its recovery. Of two deformable bodies, the
-            sum of both displacements.
+            d - f(r) in contact, and the recovering imprint after separation. Of two deformable bodies, the sum of both
+            displacements.
 
         Raises
         ------
         InputError
-            If the result is of several impacts, of another method than "exact", or of a body that stays.
+            As `pressure`.
 
         Notes
         -----
-        Elements of the foundation that have left contact carry no load and creep back with the retardation
-        times of the reduced modulus; the surface is their transform (Popov and Hess 2015).
+        Elements of the foundation that have left contact carry no load and creep back with the retardation times of
+        the reduced modulus. The surface is the transform of their displacement (Popov and Hess 2015).
 
         Examples
         --------
@@ -383,7 +372,7 @@ class ImpactResult:
         return self._fields.surface_displacement(r, t)
 
     def _column(self, name: str) -> Any:
-        """Number of the impacts by name, in the shape of the results."""
+        """Return an input of the impacts by name."""
         if isinstance(self.impact, list):
             return np.array([getattr(impact, name) for impact in self.impact], dtype=np.float64)
         return getattr(self.impact, name)
@@ -399,7 +388,7 @@ class ImpactResult:
         return draw("impact.overview", self, times)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers by name, SI, with the energy budget."""
+        """Return plain numbers by name, in SI, with the energy budget and the validity report."""
         return {name: value for name, value in self.outputs.items() if name not in BUDGET} | {
             "zero_overlap_time": self.zero_overlap_time,
             "energy": self.energy._asdict(),

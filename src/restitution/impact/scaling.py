@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Smaller units lose digits, or vanish in products.
+_SMALLEST = 1e-300
+
 
 class DimensionlessGroups(NamedTuple):
     """The three numbers on which the restitution coefficient of a standard solid depends (Willert et al., eq. 11).
@@ -203,7 +206,7 @@ def power_block(
     # What overflows here comes back from the kernel as a row that failed.
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
-        energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities**2 / coefficients
+        energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities * velocities / coefficients
         glass = equilibria + moduli.sum(axis=1)
         only_viscous = (energy / (viscosities * velocities)) ** (1.0 / (1.0 + 0.5 * p))
         length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
@@ -211,17 +214,28 @@ def power_block(
             duration = (1.5 * length / velocities)[:, None]
             modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
             length = (energy / modulus) ** power
-        time = length / velocities
-        factor = 2.0 * coefficients * length ** (0.5 * p + 2.0) / (masses * velocities**2)
-        scaled = moduli * factor[:, None]
-        external_forces = forces * length / (masses * velocities**2)
+        radius = coefficients * length ** (0.5 * p)
+        time, factor = _units(length, radius, masses, velocities)
         scaled_times = times / time[:, None]
         branches = moduli != 0.0
         return ScaledBlock(
-            np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time, external_forces,
-            np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), scaled[branches], scaled_times[branches], p, None,
-            length, time, coefficients * length ** (0.5 * p),
+            np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
+            forces / (masses * velocities / time), np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
+            (moduli * factor[:, None])[branches], scaled_times[branches], p, None, length, time, radius,
         )  # fmt: skip
+
+
+def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tuple[Array, Array]:
+    """Units of time [s], and the scaled force of a modulus of 1 Pa at depth and radius 1.
+
+    The latter is NaN where a unit of the impact leaves the range of normal numbers, and the impact then fails.
+    """
+    with np.errstate(all="ignore"):
+        time = length / velocities
+        factor = 2.0 * radius * time * (time / masses)
+        energy, force = masses * velocities * velocities, masses * velocities / time
+        units = np.stack(np.broadcast_arrays(length, time, radius, energy, force, factor))
+    return time, np.where(np.all((units > _SMALLEST) & (units < 1.0 / _SMALLEST), axis=0), factor, np.nan)
 
 
 # Error of a profile's table in units of the tolerance of e, and between what: finer ones resolve joints that no impact
@@ -256,21 +270,20 @@ def table_block(
     # What overflows here comes back as a row that failed.
     with np.errstate(over="ignore"):
         depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
-        energy = masses * velocities**2
     # Rounded, so that calls with other impacts of about the same depths find the table made.
     length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
     least = min(_rounded_down(float(depths.min()), 4.0), length)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
     table = _of_profile(_path_table, profile, length, least, error)
-    radius = float(profile.contact_radius(length))
-    time = length / velocities
-    factor = 2.0 * length**2 * radius / energy
     size, n_modes = moduli.shape
-    return ScaledBlock(
-        np.sqrt(depths / length), equilibria * factor, viscosities * factor / time, forces * length / energy,
-        np.arange(size + 1, dtype=np.int64) * n_modes, (moduli * factor[:, None]).ravel(),
-        (times / time[:, None]).ravel(), -1.0, table, np.full(size, length), time, np.full(size, radius),
-    )  # fmt: skip
+    lengths, radii = np.full(size, length), np.full(size, float(profile.contact_radius(length)))
+    time, factor = _units(lengths, radii, masses, velocities)
+    with np.errstate(all="ignore"):
+        return ScaledBlock(
+            np.sqrt(depths / length), equilibria * factor, viscosities * factor / time,
+            forces / (masses * velocities / time), np.arange(size + 1, dtype=np.int64) * n_modes,
+            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table, lengths, time, radii,
+        )  # fmt: skip
 
 
 def _rounded_down(value: float, factor: float) -> float:
@@ -300,7 +313,8 @@ def _force_integrals(profile: Profile) -> tuple[Array, Array]:
     most = min(float(profile.max_depth), 1e100)
     knots = np.linspace(-300.0, math.log(most), math.ceil(300.0 + math.log(most)) + 1)
     # The logarithm of the last depth of a profile may come back as a little more.
-    integrals = profile.force_integral_at_depth(np.minimum(np.exp(knots), most))
+    with np.errstate(all="ignore"):
+        integrals = profile.force_integral_at_depth(np.minimum(np.exp(knots), most))
     return knots, np.log(np.maximum(integrals, 1e-300))
 
 
@@ -324,7 +338,7 @@ def _elastic_depth(
         modulus = equilibria + relaxed + viscosities / duration
         integral = np.exp(np.interp(middle, knots, integrals))
         # The exponent 2/5 of the parabola serves for all.
-        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities**2 + weight * depth
+        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities * velocities + weight * depth
         high = np.where(deep, middle, high)
         low = np.where(deep, low, middle)
     return np.minimum(np.exp(high), most)

@@ -110,7 +110,7 @@ class Solution:
     @property
     def energy_unit(self) -> float:
         """Unit of the energies m v0^2 [J]."""
-        return self.mass * self.velocity**2
+        return self.mass * self.velocity * self.velocity
 
     @cached_property
     def max_pressure(self) -> float:
@@ -233,7 +233,7 @@ class Solution:
         return Trajectory(
             np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
             np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
-            self.radius(motion[:, 3]) * self.units.radius, 0.5 * self.mass * velocity**2,
+            self.radius(motion[:, 3]) * self.units.radius, 0.5 * self.mass * velocity * velocity,
             energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
         )  # fmt: skip
 
@@ -334,7 +334,7 @@ class Sampled(NamedTuple):
 
 def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:
     """Unit of the scaled pressure [Pa]."""
-    return mass * velocity / (units.time * 2.0 * math.pi * units.radius**2)
+    return mass * velocity / (units.time * 2.0 * math.pi * units.radius) / units.radius
 
 
 def within_contact(times: ArrayLike, contact_time: float) -> Array:

@@ -35,6 +35,7 @@ from restitution.kernel.workspace import (
     BACK_LENGTH,
     BACK_START,
     COUPLING,
+    F_,
     LENGTH,
     MODES_,
     N_APPROACH,
@@ -109,17 +110,23 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
             memory[n, 0] = ledger.approach[element - 1, n, WIDTH] if element > 0 else 0.0
         h = work.places[LENGTH, element]
         s, v = read8(table[S_], 1), read8(table[V_], 1)
-        a = radii_and_integrals(problem.path, s, work.vectors[VALUES:])[0]
+        a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
         pace = 2.0 * s
         source = pace * v
         power = problem.viscosity * (a * v * source)
+        if element == 0:
+            # At the first touch a(s) may have an infinite slope: int v dPi by parts, and Y below.
+            power = (problem.viscosity * Pi) * (pace * (read8(table[F_], 1) - problem.external_force))
         for k in range(N + 1):
             rows = memory[3 * k : 3 * k + 3]
             # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
             rate = 1.0 / problem.times[k - 1] if k > 0 else 0.0
             _decay_matrix(scheme, work, pace, rate, h)
             H = _propagated(scheme, work, source, h, rows[0, 0])
-            Y = _propagated(scheme, work, source * a, h, rows[1, 0])
+            if element == 0:
+                Y = Pi - _propagated(scheme, work, rate * (pace * Pi), h, 0.0)
+            else:
+                Y = _propagated(scheme, work, source * a, h, rows[1, 0])
             _decay_matrix(scheme, work, pace, 2.0 * rate, h)
             Z = _propagated(scheme, work, 2.0 * (source * a * H), h, rows[2, 0])
             write8(rows[0], 1, H)
@@ -128,7 +135,10 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
             if k > 0:
                 power = power + (problem.moduli[k - 1] * rate) * ((2.0 * (H * Y) - Z) * pace)
         lost = memory[3 * (N + 1)]
-        write8(lost, 1, lost[0] + h * matvec(scheme.columns, power))
+        dissipated = lost[0] + h * matvec(scheme.columns, power)
+        if element == 0:
+            dissipated = dissipated + problem.viscosity * (v * Pi)
+        write8(lost, 1, dissipated)
     last = work.counts[N_APPROACH]
     x = (work.turning_place[0] - work.places[START, last]) / work.places[LENGTH, last]
     interpolate(scheme, work, ledger.approach[last], min(x, 1.0), ledger.present)
