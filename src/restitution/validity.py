@@ -55,7 +55,7 @@ class Check:
     kind : str
         `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio` or `density`.
     words, value, threshold : str, float or None, float or tuple of float
-        The number that is compared, its worst value (None where it is not known), and its limit, a range for the density.
+        The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
         Whether the assumption is doubtful.
     message, advice : str

@@ -122,8 +122,8 @@ class IndentationResult:
         times : array_like, optional
             Times [s] within the prescribed history.
         n_points : int
-            Number of even times if none are given. The knots of the history, the turning and the end of the contact are
-            added to them.
+            Number of even times if none are given. The knots of the history, the turning and the end of the contact
+            are added to them.
         before : bool
             Whether a kink or a jump gives the values before it, not those behind it.
 
@@ -213,7 +213,8 @@ class IndentationResult:
         """Plain numbers by name, SI."""
         names = (
             "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
-            "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error", "warnings",
+            "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error",
+            "warnings",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {"validity": self.validity.to_dict()}
 

@@ -1,4 +1,4 @@
-"""Construction of surrogates over the velocity: Chebyshev pieces, halved until their error is small enough."""
+"""Construction of surrogates over the velocity by Chebyshev series on pieces, halved down to a small error."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
 from numpy.typing import NDArray
 
 from restitution import validity
@@ -31,24 +32,19 @@ _SMALL = 1e-3
 # The solves are more accurate than `rtol` by this factor, down to the least tolerance.
 _FINER = 1e-4
 _FINEST = 1e-12
-# The tolerance of a solve is that of e. The largest force is off by up to 14 of them, in narrow peaks over the velocity,
-# which few points would miss (validation/surrogate_error.md).
+# The tolerance of a solve is that of e. The error of the largest force has narrow peaks of up to 14 tolerances over
+# the velocity, which few points would find (validation/surrogate_error.md).
 _SOLVER_SHARE = 20.0
 # Velocities this far apart share the table of a profile.
 _TABLE_RATIO = 8.0
 
-# Random points in each piece that only measure the error, and a factor for what lies between them.
+# Random points in each piece that only measure the error, and a factor for the error between them.
 _FRESH = 16
 _BETWEEN_POINTS = 2.0
 
-_ANGLES = np.linspace(0.0, np.pi, DEGREE + 1)
-# Ends included, so that neighbours agree where they meet.
-_NODES = np.cos(_ANGLES)
-# Half-way between the nodes, where the error of the interpolant is largest.
-_BETWEEN = np.cos(0.5 * (_ANGLES[1:] + _ANGLES[:-1]))
-# The first and the last node and coefficient count half.
-_HALVES = np.where(np.arange(DEGREE + 1) % DEGREE == 0, 0.5, 1.0)
-_TO_COEFFICIENTS = 2.0 / DEGREE * _HALVES[:, None] * np.cos(np.outer(np.arange(DEGREE + 1), _ANGLES)) * _HALVES
+# The ends are nodes, so that neighbours agree where they meet. Half-way between the nodes the error is largest.
+_NODES, _BETWEEN = chebpts2(DEGREE + 1), chebpts1(DEGREE)
+_TO_COEFFICIENTS = np.linalg.inv(chebvander(_NODES, DEGREE))
 
 
 def surrogate(
@@ -77,16 +73,16 @@ def surrogate(
     Returns
     -------
     Surrogate
-        Call it with velocities. Its `.error` is twice the one measured at velocities that did not build it, plus that of
-        the solves.
+        Call it with velocities. Its `.error` is twice the error measured at velocities that did not build it, plus
+        that of the solves.
 
     Raises
     ------
     InputError
         If a number is out of range, or the body does not separate at a velocity of the range.
     SolverError
-        If a solve fails, or the tolerance is not met by 512 pieces, or by one of 1/4096 of the range: the message says
-        where, and what error is left.
+        If a solve fails, or if 512 pieces, or one of 1/4096 of the range, miss the tolerance. The message has the
+        velocity and the error.
 
     Examples
     --------
@@ -139,7 +135,7 @@ def surrogate(
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
-    """Solve an impact at an array of speeds."""
+    """Outputs of an impact at an array of speeds."""
     if impacts.profile.path_exponent is not None:
         return Batch.from_impact(impacts).solve(accuracy, workers=workers)
     # The error of a profile's table is relative to its deepest impact: 1e-7 of a shallow one beside one far deeper.
@@ -154,7 +150,7 @@ def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None
 
 
 def _plain(value: Any) -> Any:
-    """Return a description in which an infinite modulus is the text "inf", for JSON has no such number."""
+    """Description with the text "inf" for an infinite modulus, a number that JSON does not have."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -171,7 +167,7 @@ def _deviation(approximate: Array, exact: Array) -> Array:
 
 
 def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, float]) -> None:
-    """Raise where the body does not separate, or a solve failed."""
+    """Raise if the body does not separate, or a solve failed."""
     bad = np.flatnonzero(statuses != Status.SEPARATED)
     if bad.size == 0:
         return
@@ -207,33 +203,27 @@ def build_pieces(
     tolerance: float,
     report: Callable[[int, int], None] | None = None,
 ) -> tuple[Pieces, Array]:
-    """Interpolate functions piece by piece, halving pieces until the error is below the tolerance.
+    """Interpolate functions on pieces of an interval, halved until the error is at most the tolerance.
 
     Parameters
     ----------
     sample : callable
-        Takes points, shape (n,), and returns values, shape (n_function, n).
+        Values, shape (n_function, n), at points, shape (n,).
     deviation : callable
-        Takes approximate and exact values and returns the error of each, in their shape.
-    low, high : float
-        The interval.
-    tolerance : float
-        Largest error allowed.
+        Error of each value, from approximate and exact values.
     report : callable, optional
-        Called with (pieces that meet it, all pieces) after each round.
+        Called with (pieces that meet the tolerance, all pieces) after each round.
 
     Returns
     -------
-    pieces : Pieces
-        The interpolants.
-    error : array, shape (n_function,)
-        Twice the largest error at points that built no interpolant: those half-way between the points that did, and 16
-        random ones in each piece.
+    Pieces, array of shape (n_function,)
+        The interpolants, and twice the largest error at points that built no interpolant: those half-way between the
+        points that did, and 16 random ones in each piece.
 
     Raises
     ------
     NotMet
-        If it is still missed after a piece was halved twelve times, or by 512 pieces.
+        If a piece halved twelve times, or 512 pieces, miss the tolerance.
     """
     rng = np.random.default_rng(20)
     # Pieces as (level, place): place times 2^-level of the interval is where they begin.
@@ -252,8 +242,7 @@ def build_pieces(
         values = sample(points.ravel()).reshape(-1, *points.shape)
         coefficients = values[:, :, : DEGREE + 1] @ _TO_COEFFICIENTS.T
         tested = slice(DEGREE + 1, None)
-        basis = np.cos(np.arange(DEGREE + 1) * np.arccos(local[:, tested])[..., None])
-        approximate = np.einsum("pcd,fpd->fpc", basis, coefficients)
+        approximate = np.einsum("pcd,fpd->fpc", chebvander(local[:, tested], DEGREE), coefficients)
         errors = _BETWEEN_POINTS * np.nan_to_num(deviation(approximate, values[:, :, tested]), nan=np.inf)
         for n, (level, place) in enumerate(open_):
             here = errors[:, n]

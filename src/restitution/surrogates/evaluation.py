@@ -41,20 +41,8 @@ class Pieces(NamedTuple):
 class Table(NamedTuple):
     """Pieces of one function of v > 0, whose logarithm is a Chebyshev series in log v on each piece.
 
-    Attributes
-    ----------
-    low, high : float
-        Ends of the range of v.
-    origin, per_cell : float
-        log v at the first cell, and cells per unit of log v.
-    cells : array of int
-        The piece of each cell; cells are of equal width in log v.
-    middle, inverse : array, shape (n_piece,)
-        Middle of each piece in log v, and the inverse of half its width.
-    coefficients : array, shape (n_piece, degree + 1)
-        Chebyshev coefficients.
-    most : float
-        What the function cannot exceed.
+    `cells` of equal width in log v, `per_cell` for one unit, begin at `origin` and hold the piece of each. A piece has
+    the `middle`, and `inverse` is that of half its width. The function cannot exceed `most`.
     """
 
     low: float
@@ -122,16 +110,8 @@ def scalar_function(one: Table) -> Any:
 class Boxes(NamedTuple):
     """Tensor Chebyshev series of three variables in boxes, ready for look-up.
 
-    Attributes
-    ----------
-    low, scale : array, shape (3,)
-        Corner of the whole, and cells of the finest grid per unit.
-    cells : array of int
-        The box of each cell of the finest grid.
-    middle, inverse : array, shape (n_box, 3)
-        Middle of each box, and the inverse of half its width.
-    coefficients : array, shape (n_box, TERMS, TERMS * TERMS)
-        Tensor Chebyshev coefficients.
+    From the corner `low` on, a grid with `scale` cells for a unit of each variable holds the box of each cell. A box
+    has the `middle`, `inverse` is that of half its width, and `coefficients` have the shape (n_box, TERMS, TERMS**2).
     """
 
     low: Array
@@ -145,14 +125,7 @@ class Boxes(NamedTuple):
 def ready_boxes(low: Array, high: Array, levels: Any, places: Any, coefficients: Any) -> Boxes:
     """Prepare boxes for look-up.
 
-    Parameters
-    ----------
-    low, high : array, shape (3,)
-        Corners of the whole.
-    levels, places : array of int, shape (n_box, 3)
-        Box n begins at `low + (high - low) places[n]/2^levels[n]` and is `(high - low)/2^levels[n]` wide.
-    coefficients : array, shape (n_box, TERMS, TERMS, TERMS)
-        Of products of Chebyshev polynomials in the local variables, which run from -1 to 1.
+    Box n begins at `low + (high - low) places[n]/2^levels[n]` and is `(high - low)/2^levels[n]` wide.
     """
     finest = levels.max(axis=0)
     cells = np.full(tuple(2**finest), -1, dtype=np.int16)
@@ -166,13 +139,13 @@ def ready_boxes(low: Array, high: Array, levels: Any, places: Any, coefficients:
     )  # fmt: skip
 
 
-# Multiplications and additions may be fused: nothing else has to repeat them to the last bit.
+# Multiplications and additions may be fused: no other code has to repeat them to the last bit.
 _FLAGS: dict[str, Any] = {"fastmath": {"contract"}, "forceinline": True}
 
 
 @partial(compiled, **_FLAGS)
 def _polynomials(t: float, terms: Any, variable: int) -> None:
-    """Write the Chebyshev polynomials of one variable into their row; a slice would be counted as a reference."""
+    """Write the Chebyshev polynomials of one variable into their row; a slice would count references."""
     terms[variable, 0] = 1.0
     terms[variable, 1] = t
     for k in range(2, TERMS):

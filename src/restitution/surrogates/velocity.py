@@ -18,7 +18,7 @@ from restitution.checks import finite, one_of, positive, within
 from restitution.errors import InputError
 from restitution.files import whole_file
 from restitution.pictures import draw
-from restitution.quantities import INPUTS
+from restitution.quantities import INPUTS, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
 from restitution.surrogates.evaluation import Pieces, Table, scalar_function, table, value, values
 from restitution.validity import Validity
@@ -66,10 +66,10 @@ class Surrogate:
 
     Notes
     -----
-    The error has two parts. The first is twice the largest difference from the exact method at velocities that built no
-    interpolant: those half-way between the ones that did, and 16 random ones for each piece. The second is the error of
-    the solves: they have a tolerance of `rtol`/10 000, but not below 1e-12, and 20 of these tolerances are added, as the
-    largest force is off by up to 14. The sum is a measurement, not a bound: see `validation/surrogate_error.md`.
+    The error has two parts. The first is twice the largest difference from the exact method at velocities that built
+    no interpolant: those half-way between the ones that did, and 16 random ones for each piece. The second is 20 times
+    the tolerance of the solves, `rtol`/10 000 but at least 1e-12, because the largest force is off by up to 14 of
+    these. The sum is a measurement, not a bound: see `validation/surrogate_error.md`.
     """
 
     velocity: tuple[float, float]
@@ -106,7 +106,7 @@ class Surrogate:
 
         Raises
         ------
-        ValueError
+        InputError
             If a velocity is out of range; nothing is extrapolated.
         """
         return self._evaluate("restitution_coefficient", velocity)
@@ -125,13 +125,13 @@ class Surrogate:
         Parameters
         ----------
         output : {"restitution_coefficient", "contact_time", "max_force"}
-            Which.
+            Name of the output.
 
         Returns
         -------
         function
-            float64 to float64; usable within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, for compiled
-            code called from C has no exceptions.
+            float64 to float64; usable within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because code
+            called from C has no exceptions.
 
         Examples
         --------
@@ -174,28 +174,14 @@ class Surrogate:
         >>> dict(rs.surrogate(ball, velocity=(0.1, 1.0)).sample(50).sizes)
         {'velocity': 50}
         """
-        import xarray as xr
-
         speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
-        attributes = INPUTS["velocity"].attributes | {"scale": "logarithmic"}
-        return xr.Dataset(
-            {name: ("velocity", self._evaluate(name, speeds), QUANTITIES[name].attributes) for name in OUTPUTS},
-            {"velocity": ("velocity", speeds, attributes)},
-        )
+        columns = {name: (self._evaluate(name, speeds), QUANTITIES[name]) for name in OUTPUTS}
+        found = dataset("velocity", {"velocity": (speeds, INPUTS["velocity"])} | columns, {})
+        found["velocity"].attrs["scale"] = "logarithmic"
+        return found
 
     def save(self, path: str | Path) -> Path:
-        """Write a JSON file, whole or not at all.
-
-        Parameters
-        ----------
-        path : path-like
-            The file; replaced if it exists.
-
-        Returns
-        -------
-        pathlib.Path
-            `path`.
-        """
+        """Write a JSON file, whole or not at all, in place of an old one; return its path."""
         units = {"velocity": INPUTS["velocity"], **{name: QUANTITIES[name] for name in OUTPUTS}}
         content = {
             "format": _FORMAT,
@@ -219,11 +205,6 @@ class Surrogate:
     def load(cls, path: str | Path) -> Surrogate:
         """Surrogate from a file that `save` wrote; the same to the last bit.
 
-        Parameters
-        ----------
-        path : path-like
-            The file.
-
         Raises
         ------
         InputError
@@ -242,12 +223,11 @@ class Surrogate:
             wanted = f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
             raise InputError("format_version", stated, wanted, where=str(path))
         try:
-            made = cls._from_content(content)
+            return cls._from_content(content)
         except InputError as error:
             raise error.within(where=str(path)) from None
         except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
             raise InputError("", wanted="is damaged: a part is missing or of another type", where=str(path)) from None
-        return made
 
     @classmethod
     def _from_content(cls, content: dict[str, Any]) -> Surrogate:
@@ -296,7 +276,7 @@ def _hash(content: dict[str, Any]) -> str:
 
 
 def _check_pieces(pieces: Pieces) -> None:
-    """Refuse edges that are not those of an interval halved again and again, or do not fit the coefficients."""
+    """Refuse edges that do not halve an interval again and again, or do not fit the coefficients."""
     edges, coefficients = pieces
     widths = np.diff(edges)
     if edges.ndim != 1 or edges.size < 2 or widths.min() <= 0.0:
