@@ -298,7 +298,7 @@ class Solution:
 
 
 def _check_depth(part: History, deepest: float, dashpot: float) -> None:
-    """Refuse a depth beyond the end of the profile, and a step that a parallel dashpot answers by an infinite force."""
+    """Refuse a depth beyond the end of the profile, and a step on a material with a parallel dashpot."""
     most = float(part.coefficients.sum(axis=1).max())
     if most > deepest:
         raise InputError("depth", most, f"must be <= {deepest:g} m, where the profile ends", "m")
