@@ -2,8 +2,8 @@
 Restitution of a measured epoxy over the velocity
 =================================================
 
-A steel ball hits a block of cured epoxy. Simon, McKenna and Sindt (2000) measured its relaxation in shear over twelve
-decades of time. The bulk modulus of 3 GPa is assumed.
+A steel ball hits a block of cured epoxy near its glass transition. Simon, McKenna and Sindt (2000) measured its
+relaxation in shear over twelve decades of time. The bulk modulus of 3 GPa is assumed.
 """
 
 import math
