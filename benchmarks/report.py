@@ -90,8 +90,8 @@ def machine(results: dict[str, Any]) -> str:
     minutes = results["seconds"] / 60.0
     return (
         f"{found['processor']}, {found['cores']} cores, {found['system']}; {words}. "
-        f"{minutes:.0f} minutes in all; at most {load:.1f} processes were running or waiting on the average of a "
-        "minute, ours included."
+        f"{minutes:.0f} minutes in all; at most {load:.1f} processes were running or waiting, as the mean of "
+        "a minute, this one included."
     )
 
 
@@ -129,7 +129,7 @@ def profiles(results: dict[str, Any]) -> str:
                 f"{row['error']:.1e}",
             ]
         )
-    return _table(("profile", "mean, µs", "over the parabola", "its table, in each call", "largest error of e"), rows)
+    return _table(("profile", "mean, µs", "over the parabola", "table, in each call", "largest error of e"), rows)
 
 
 def line_through(x: Any, y: Any) -> tuple[float, float, float]:
@@ -169,14 +169,14 @@ def costs(results: dict[str, Any]) -> str:
         [["mean, µs", *(f"{t:.1f}" for t in y)]],
     )
     parts = [
-        f"**Terms of the Prony series.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs a term.",
+        f"**Terms of the Prony series.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs per term.",
         terms,
     ]
     digits, y, (offset, slope, off) = tolerance_cost(results)
     # The last is what the errors of the others are measured against.
     measured = results["tolerances"][:-1]
     parts += [
-        f"**Tolerance.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs a digit of rtol.",
+        f"**Tolerance.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs per digit of rtol.",
         _table(
             ("rtol", *(_power(10.0**-x) for x in digits)),
             [
@@ -189,12 +189,12 @@ def costs(results: dict[str, Any]) -> str:
     points, y, (offset, slope, off) = size_cost(results)
     parts += [
         f"**Points of one call.** Within {100 * off:.0f} % a call costs {1e3 * offset:.2f} ms + {MICRO * slope:.1f} µs "
-        "a point.",
+        "per point.",
         _table(
             ("points", *(_power(x) for x in points)),
             [
                 ["time of a call, one thread", *(_duration(t) for t in y)],
-                ["µs a point", *(_us(t / x) for x, t in zip(points, y, strict=True))],
+                ["µs per point", *(_us(t / x) for x, t in zip(points, y, strict=True))],
             ],
         ),
     ]
@@ -206,7 +206,7 @@ def costs(results: dict[str, Any]) -> str:
             ("threads", *(str(row["workers"]) for row in rows)),
             [
                 ["time of a call, s", *(f"{row['seconds']:.3f}" for row in rows)],
-                ["times as fast as one", *(f"{alone / row['seconds']:.2f}" for row in rows)],
+                ["speed relative to one thread", *(f"{alone / row['seconds']:.2f}" for row in rows)],
             ],
         ),
     ]
@@ -225,10 +225,10 @@ def start(results: dict[str, Any]) -> str:
         ]
         for row in found["processes"]
     ]
-    header = ("whole process", "empty cache, s", "of it the processor, s", "from the second one on, s")
+    header = ("whole process", "empty cache, s", "processor time, s", "later processes, s")
     return (
-        f"Importing `restitution` costs {1e3 * found['import']:.1f} ms beyond NumPy (≤ 500 ms); "
-        f"a process that imports NumPy and nothing else takes {found['numpy']:.2f} s.\n\n{_table(header, rows)}"
+        f"The import of `restitution` takes {1e3 * found['import']:.1f} ms more than that of NumPy (≤ 500 ms); "
+        f"a process that imports only NumPy takes {found['numpy']:.2f} s.\n\n{_table(header, rows)}"
     )
 
 
@@ -282,7 +282,7 @@ def equal_accuracy(results: dict[str, Any]) -> str:
         "error of e ≤",
         "method",
         "mean time of an impact",
-        "times ours (least to most)",
+        "relative to this package (range)",
         f"solved, of {count}",
     )
     return _table(header, rows)
@@ -304,7 +304,7 @@ def lammps(results: dict[str, Any]) -> str:
     plane = next(row for row in results["domains"] if row["domain"] == "paper's plane" and row["rtol"] == 1e-8)
     rows.append(["this package, rtol 1e-8", "standard solids, the plane", _us(plane["mean"]), f"{plane['error']:.1e}"])
     for row in found["surrogates"]:
-        words = "a surrogate good to 1e-8, its building included", "the same, asked again"
+        words = "a surrogate with errors below 1e-8, with its construction", "the same, without its construction"
         rows += [
             [name, row["material"], f"{MICRO * row[key]:.2f}", f"{row['error']:.1e}"]
             for name, key in zip(words, ("seconds", "again"), strict=True)
@@ -318,7 +318,7 @@ def lammps(results: dict[str, Any]) -> str:
             f"{query['error']:.1e}",
         ]
     )
-    table = _table(("", "memory", "µs a collision", "error of e"), rows)
+    table = _table(("", "memory", "µs per collision", "error of e"), rows)
     return (
         f"{found['pairs']} pairs, b = {found['loss']:g}; e is {found['law']:.6f} by the law of LAMMPS and "
         f"{found['exact']:.6f} for Kelvin-Voigt bodies.\n\n{table}"
