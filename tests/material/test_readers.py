@@ -373,6 +373,9 @@ DMA = {
     f"1,{math.hypot(3, 2)!r},0.6666666666666667\n10,{math.hypot(4, 1)!r},0.25\n",
     "psi": f"f [Hz],E' [psi],E'' [psi]\n1,{3e6 / PSI!r},{2e6 / PSI!r}\n10,{4e6 / PSI!r},{1e6 / PSI!r}\n",
     "a block above": "Sample: rubber\nOperator;N. N.\nStart 12:00\n\nf;E';E''\n[Hz];[MPa];[MPa]\n1;3;2\n10;4;1\n",
+    "empty cells before, between and behind tabs": "Interval data:\tPoint No.\tFrequency\tStorage Modulus\t"
+    "Loss Modulus\tStatus\n\t\t[Hz]\t[MPa]\t[MPa]\t\n\t1\t1\t3\t2\t\n\t2\t10\t4\t1\tok\n",
+    "tabs at some ends": "\tf\tE'\tE''\t\nHz\tMPa\tMPa\n1\t3\t2\n\t10\t4\t1\n",
     "trailing commas": "f,E',E'',\nHz,MPa,MPa,\n1,3,2,\n10,4,1,\n",
     "German": "Frequenz [Hz];Speichermodul [MPa];Verlustmodul [MPa]\n1;3;2\n10;4;1\n",
     "angular": f"Angular frequency (rad/s),E' (MPa),E'' (MPa)\n{2 * math.pi!r},3,2\n{20 * math.pi!r},4,1\n",

@@ -91,10 +91,10 @@ def read_text(path: Path) -> str:
     raise FileError(str(path), 0, "cannot be read: must be text in UTF-8, UTF-16 or Latin-1")
 
 
-def split_lines(text: str) -> list[Line]:
-    """Lines that are not blank, with their numbers."""
-    lines = (Line(i, line.strip()) for i, line in enumerate(text.splitlines(), 1))
-    return [line for line in lines if line.text]
+def split_lines(text: str, ends: str | None = None) -> list[Line]:
+    """Lines that are not blank, with their numbers, without some characters at both ends (all blanks by default)."""
+    lines = enumerate(text.splitlines(), 1)
+    return [Line(i, line.strip(ends)) for i, line in lines if line and not line.isspace()]
 
 
 def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda name: False) -> Sheet:
@@ -111,7 +111,7 @@ def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda n
     >>> sheet.labels, sheet.units, sheet.numbers(1)
     (['t', 'E'], ['ms', 'MPa'], array([3.5]))
     """
-    lines = split_lines(text)
+    lines = split_lines(text, " ")
     comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
     body = [line for line in lines if not line.text.startswith("#")]
     if not body:
@@ -125,9 +125,12 @@ def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda n
         header, body = above[-1], body[start:]
     else:
         body = body[start + 1 :]
-    names = [_name_and_unit(cell, is_unit, is_name) for cell in _cells(header.text, separator)]
+    first, *rows = (_cells(line.text, separator) for line in (header, *body))
+    if any(len(row) != len(first) for row in rows):
+        # Tabs at both ends separate empty cells only where all lines have them.
+        first, *rows = (_cells(line.text.strip(), separator) for line in (header, *body))
+    names = [_name_and_unit(cell, is_unit, is_name) for cell in first]
     labels, units, unit_line = [name for name, _ in names], [unit for _, unit in names], header.number
-    rows = [_cells(line.text, separator) for line in body]
     if rows and not any(map(_is_number, rows[0])):
         unit_line, below = body[0].number, rows[0]
         if len(below) != len(labels):
