@@ -172,10 +172,11 @@ class FractionalModel:
         for coarseness in 1.5 * 0.93 ** np.arange(40):
             series = self._discretised(low, high, tolerance, coarseness)
             found = series.carson_transform(1j / times)
-            pairs = (series.relaxation_modulus(times), relaxation), (found, dynamic), (found.imag, dynamic.imag)
-            *errors, loss_error = (float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
-            if max(errors) <= tolerance:
-                return PronyApproximation(series, max(errors), (low, high), loss_error)
+            pairs = (series.relaxation_modulus(times), relaxation), (found, dynamic)
+            error = max(float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
+            if error <= tolerance:
+                loss_error = float(np.abs(found.imag / dynamic.imag - 1.0).max())
+                return PronyApproximation(series, error, (low, high), loss_error)
         raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
     def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
@@ -258,7 +259,7 @@ def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:
     keep = weights > weights.max() * 1e-300
     points, weights = points[keep], weights[keep]
     count = min(_TAIL_NODES, points.size)
-    powers = np.vander(points, count + 1, increasing=True)
+    powers = points[:, None] ** np.arange(count + 1)
     triangle = np.linalg.qr(np.sqrt(weights / weights.sum())[:, None] * powers, mode="r")
     # Multiplication by the point, in the basis of the orthogonal polynomials.
     jacobi = np.linalg.solve(triangle[:count, :count].T, triangle[:count, 1:].T)

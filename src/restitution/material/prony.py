@@ -272,13 +272,13 @@ class PronySeries:
         PronySeries(1.0, [5.0], [5.0])
         """
         moduli, times = self.branch_moduli, self.relaxation_times
-        keep = moduli > 0
-        small = moduli.max(initial=0.0) * _NEGLIGIBLE
-        if keep.all() and (times[1:] > times[:-1]).all() and (moduli > small).all():
+        keep = moduli > moduli.max(initial=0.0) * _NEGLIGIBLE
+        if keep.all() and (times[1:] > times[:-1]).all():
             return self
-        # Its share of R(s) is largest at s = 1/tau_k.
-        with np.errstate(over="ignore"):
-            keep &= moduli > _NEGLIGIBLE * self.carson_transform(1.0 / times)
+        if not keep.all():
+            # Its share of R(s) is largest at s = 1/tau_k.
+            with np.errstate(over="ignore"):
+                keep = moduli > _NEGLIGIBLE * self.carson_transform(1.0 / times)
         times, where = np.unique(times[keep], return_inverse=True)
         moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
         return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
