@@ -158,15 +158,15 @@ def test_data_in_tension_become_shear():
 def test_constant_data_give_no_branch_and_a_warning(noise):
     t = np.geomspace(1e-3, 1e3, 25)
     modulus = 1e6 * (1.0 + noise * np.random.default_rng(3).standard_normal(25))
-    with pytest.warns(RestitutionWarning) as told:
+    with pytest.warns(RestitutionWarning) as caught:
         fit = fit_prony(RelaxationTable(t, modulus))
-    assert [one.message.kind for one in told] == ["fit"]
+    assert [one.message.kind for one in caught] == ["fit"]
     assert fit.n_terms == 0
     assert fit.series.equilibrium_modulus == pytest.approx(1e6, rel=0.01)
 
 
 def test_a_small_loss_is_no_noise():
-    """A loss tangent of 0.002, which metals and glasses have, is all that makes them rebound below one."""
+    """Metals and glasses have a loss tangent of about 0.002, which alone makes e smaller than one."""
     omega = np.geomspace(1.0, 1e4, 31)
     storage = 1e9 * (1.0 + 1e-3 * np.log(omega))
     fit = fit_prony(DynamicTable(omega, storage, np.full(31, np.pi / 2 * 1e6)))
@@ -178,19 +178,19 @@ def test_a_small_loss_is_no_noise():
 
 def test_data_that_rise_are_a_constant():
     t = np.geomspace(1.0, 100.0, 9)
-    with pytest.warns(RestitutionWarning, match="^a.csv: ") as told:
+    with pytest.warns(RestitutionWarning, match="^a.csv: ") as caught:
         fit = fit_prony(RelaxationTable(t, np.linspace(2.0, 2.1, 9), source="a.csv"))
-    assert (fit.n_terms, len(told)) == (0, 1)
+    assert (fit.n_terms, len(caught)) == (0, 1)
 
 
 def test_a_poor_fit_gives_a_warning():
     """Loss and storage modulus that contradict each other: no material with a flat E' has a loss of 0.8 E'."""
     omega = np.geomspace(1.0, 1e4, 21)
-    with pytest.warns(RestitutionWarning) as told:
+    with pytest.warns(RestitutionWarning) as caught:
         fit = fit_prony(DynamicTable(omega, np.full(21, 5.0), np.full(21, 4.0)))
     assert fit.misfit > 0.1
-    assert told[0].message.kind == "fit"
-    assert f"{fit.misfit:.3g}" in str(told[0].message)
+    assert caught[0].message.kind == "fit"
+    assert f"{fit.misfit:.3g}" in str(caught[0].message)
 
 
 @pytest.mark.parametrize("table", [relaxation, dynamic])
@@ -211,7 +211,7 @@ def rms(values):
 
 
 def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
-    """The deck holds another program's 27 terms for these data, relative to the highest storage modulus."""
+    """The deck contains 27 terms of another program, relative to the highest storage modulus."""
     folder = shared_reference / "materials"
     data = read_material(folder / "polymer_dma_master_curve.csv")
     other = read_material(folder / "polymer_ansys_prony.MPL").shear.series(
@@ -228,7 +228,7 @@ def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
 
 
 def test_measured_relaxation_polymer_no_worse_than_the_other_fit(shared_reference):
-    """Another program's 31 terms of the same data."""
+    """The file contains 31 terms of another program for the same data."""
     folder = shared_reference / "materials"
     data = read_material(folder / "polymer_relaxation_master_curve.csv")
     other = read_material(folder / "polymer_relaxation_prony.csv").series()

@@ -80,7 +80,7 @@ def test_ice_is_the_average_of_the_measured_crystal():
     ],
 )
 def test_kaye_and_laby_print_all_four_constants(name, shear, bulk):
-    """The same table's rigidity and bulk modulus [GPa], to what its rounding of the other two allows."""
+    """Rigidity and bulk modulus [GPa] of the same table, within the rounding of the other two."""
     material = library.get(name)
     assert material.shear.equilibrium_modulus == pytest.approx(shear * 1e9, rel=2e-3)
     assert material.bulk.equilibrium_modulus == pytest.approx(bulk * 1e9, rel=3e-3)
@@ -102,7 +102,7 @@ def test_polyisobutylene_in_tension_is_what_was_printed(shared_reference):
     assert tension.relaxation_modulus(t) == pytest.approx(printed.relaxation_modulus(t), rel=2e-6)
 
 
-def test_polyisobutylene_shifts_as_ferry_says():
+def test_polyisobutylene_shifts_as_in_ferry():
     """Table 11-II also gives c1 = 16.6, c2 = 104 K at the glass transition, 202 K."""
     material = library.get("polyisobutylene")
     a = material.shift.factor(202.0)

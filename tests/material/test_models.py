@@ -1,4 +1,4 @@
-"""The registry of material models."""
+"""Registry of material models."""
 
 from typing import Annotated
 
@@ -78,6 +78,6 @@ def test_constants_carry_units():
     assert caught.value.field == "equilibrium_modulus"
 
 
-def test_a_list_of_numbers_is_told_from_a_number():
+def test_constants_are_numbers_or_lists():
     constants = constants_of(material_models()["generalised_maxwell"].build)
     assert [one.is_list for one in constants.values()][:3] == [False, True, True]

@@ -1,4 +1,4 @@
-"""The page on materials: its code runs, and what it says of the measured polymers is so."""
+"""Code and numbers on the page about materials."""
 
 import re
 from pathlib import Path

@@ -54,7 +54,7 @@ def test_dma_table_in_many_spellings(text):
     assert data.deformation == "tension"
 
 
-def test_shear_is_told_from_tension():
+def test_deformation_follows_from_the_names_of_the_columns():
     assert parse("f,G_stor,G_loss\nHz,Pa,Pa\n1,3,2\n").deformation == "shear"
     assert parse("t,G\n1,3\n").deformation == "shear"
     assert parse("tau,G_i\ns,Pa\n1,3\n").deformation == "shear"
@@ -194,8 +194,8 @@ def test_one_of_several_materials_of_a_deck_by_its_name():
     assert parse(ANSYS + second, name="1").material() == parse(ANSYS).material()
 
 
-def test_scatter_is_no_rise():
-    """Data that rise by less than a half over what was before are taken as they are."""
+def test_scatter_is_not_a_rise():
+    """Data may rise by up to a half over the lowest value before."""
     assert parse("t,E\n1,3\n2,2\n3,2.9\n").modulus.tolist() == [3.0, 2.0, 2.9]
 
 
@@ -310,7 +310,7 @@ def test_deck_without_constants_asks_for_them():
         ("t,E\0\n1,2\n", "x: cannot be read: must be text"),
     ],
 )
-def test_malformed_text_is_blamed_on_its_line(text, message):
+def test_malformed_text_is_refused_with_the_number_of_its_line(text, message):
     with pytest.raises(ValueError, match=message) as caught:
         parse(text, "x")
     assert "\n" not in str(caught.value)
@@ -331,7 +331,7 @@ def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
 
 
 def test_the_measured_materials(shared_reference):
-    """Counts and end values as they stand in the files."""
+    """Counts and end values that the files contain."""
     folder = shared_reference / "materials"
     dma = read_material(folder / "polymer_dma_master_curve.csv")
     assert isinstance(dma, DynamicTable)
@@ -384,7 +384,7 @@ DMA = {
 
 @pytest.mark.parametrize("text", DMA.values(), ids=DMA)
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp1252"])
-def test_tables_as_laboratories_have_them(tmp_path, text, encoding):
+def test_tables_of_laboratories(tmp_path, text, encoding):
     path = tmp_path / "dma.csv"
     path.write_bytes(text.replace("\n", "\r\n").encode(encoding))
     data = read_material(path)
@@ -405,7 +405,7 @@ def test_assumed_units_and_unused_columns_are_noted():
     assert parse("T,log_aT\n290,1\n310,-1\n").notes == ("unit of T not given: K assumed",)
 
 
-def test_a_workbook_is_to_be_saved_as_csv(tmp_path):
+def test_a_workbook_is_refused_with_advice(tmp_path):
     for start in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
         (tmp_path / "dma.xlsx").write_bytes(start + bytes(100))
         with pytest.raises(InputError, match="CSV"):
@@ -438,7 +438,7 @@ def test_a_workbook_is_to_be_saved_as_csv(tmp_path):
     ids=range(13),
 )
 def test_hostile_texts_are_refused_in_one_line(text):
-    """None of these takes quadratic time or memory, which a minute's limit of the whole suite would show."""
+    """Quadratic time or memory would exceed the limits of the whole suite."""
 
     def series():
         return parse(text, "x").series(instantaneous_modulus=1.0)

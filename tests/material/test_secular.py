@@ -70,7 +70,7 @@ def test_residues_of_two_roots_that_straddle_a_weak_pole(weight):
             assert inverse == pytest.approx(expected, rel=3e-15)
 
 
-def test_offset_from_the_pole_survives_where_float64_cannot_tell_the_root_from_the_pole():
+def test_offset_is_accurate_where_the_root_rounds_to_its_pole():
     """S = 1 + w/(1 - lambda_1/lambda) has its root at lambda_1/(1 + w), the residue's slope at (1 + w)/w."""
     for weight in (1e-3, 1e-16, 1e-30, 1e-200):
         roots = secular_roots(1.0, 0.0, np.array([weight]), np.array([3.0]))
