@@ -327,8 +327,9 @@ class FileSection(MaterialSection):
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
-            bulk_constants = {"bulk_modulus": self.bulk_modulus, "poisson_ratio": self.poisson_ratio}
-            return self.fit.material(**bulk_constants, deformation=self.deformation)
+            return self.fit.material(
+                bulk_modulus=self.bulk_modulus, poisson_ratio=self.poisson_ratio, deformation=self.deformation
+            )
         terms = self.file
         assert isinstance(terms, PronyTerms)
         ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}

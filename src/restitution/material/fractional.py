@@ -228,7 +228,7 @@ def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: flo
     delta = math.pi * (1.0 - exponent) / exponent
     moved = bounded and delta < 0.5 * math.pi
     start, end = (u + math.asinh(u / delta) if moved else u for u in (low, high))
-    w = start + step * np.arange(max(math.ceil((end - start) / step), 0) + 1)
+    w = start + step * np.arange(max(math.ceil((end - start) / step), 0) + 1, dtype=np.float64)
     if not moved:
         return w, np.full(w.size, step)
     size = np.abs(w)
@@ -260,7 +260,7 @@ def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:
     points, weights = points[keep], weights[keep]
     count = min(_TAIL_NODES, points.size)
     powers = points[:, None] ** np.arange(count + 1)
-    triangle = np.linalg.qr(np.sqrt(weights / weights.sum())[:, None] * powers, mode="r")
+    triangle: Any = np.linalg.qr(np.sqrt(weights / weights.sum())[:, None] * powers, mode="r")
     # Multiplication by the point, in the basis of the orthogonal polynomials.
     jacobi = np.linalg.solve(triangle[:count, :count].T, triangle[:count, 1:].T)
     nodes, vectors = np.linalg.eigh(jacobi)

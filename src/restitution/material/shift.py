@@ -47,14 +47,14 @@ class _Law(ABC):
 
     def __post_init__(self) -> None:
         for name, unit in self._units.items():
-            self.__dict__[name] = single_positive(name, getattr(self, name), unit)
+            object.__setattr__(self, name, single_positive(name, getattr(self, name), unit))
         if self.temperature_range is None:
             return
         low, high = (single_positive("temperature_range", limit, "K") for limit in self.temperature_range)
         if not low <= self.reference_temperature <= high or low == high:
             wanted = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
             raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")
-        self.__dict__["temperature_range"] = low, high
+        object.__setattr__(self, "temperature_range", (low, high))
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K]."""
