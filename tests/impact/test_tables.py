@@ -52,8 +52,24 @@ def noisy_tip(seed: int) -> Tabulated:
     return Tabulated(r, 0.5 * r**2 * (1.0 + 10.0 ** random.uniform(-8.0, -3.0) * random.normal(size=r.size)))
 
 
+def stepped_tip(points: int, step: float) -> Tabulated:
+    """Paraboloid whose heights are multiples of the resolution of an instrument: the contact jumps outwards near the tip."""
+    r = np.linspace(0.0, 12.0, points)
+    return Tabulated(r, step * np.round(0.5 * r**2 / step))
+
+
 # Of 600 tips those with the largest errors.
-@pytest.mark.parametrize("profile", [rough_tip(56), rough_tip(86), noisy_tip(84), noisy_tip(85)])
+@pytest.mark.parametrize(
+    "profile",
+    [
+        rough_tip(56),
+        rough_tip(86),
+        noisy_tip(84),
+        noisy_tip(85),
+        stepped_tip(66, 6.498532e-3),
+        stepped_tip(491, 7.369162e-5),
+    ],
+)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
 def test_the_tolerance_holds_on_a_rough_surface(profile: Tabulated, rtol: float) -> None:
     depth = 10.0 ** np.linspace(-1.5, 0.2, 60)

@@ -42,6 +42,7 @@ def _functions(x, y, results, numbers):
     write8(results[4], 0, lanes.where_positive(a, b))
     write8(results[5], 0, lanes.from_lane(3, a, b))
     write8(results[6], 0, (1.0 - a) * 2.0 / (b + 3) - b)
+    write8(results[7], 0, lanes.root(b))
     numbers[0] = lanes.total(a)
     numbers[1] = lanes.largest(a)
     numbers[2] = lanes.smallest(a)
@@ -84,7 +85,7 @@ def test_product_with_columns():
 def test_functions_of_lanes():
     x = np.array([-700.0, -30.5, -1.0, -1e-9, 0.0, 1e-3, 0.4, 3.7])
     y = np.array([1e-300, 2e-9, 0.5, 0.7071, 1.0, 1.4143, 3.0, 1e200])
-    results, numbers = np.zeros((7, 8)), np.zeros(4)
+    results, numbers = np.zeros((8, 8)), np.zeros(4)
     _functions(x, y, results, numbers)
     # NumPy's own functions are exact to an ulp or two.
     assert results[0] == pytest.approx(np.exp(x), rel=4e-16)
@@ -94,6 +95,7 @@ def test_functions_of_lanes():
     assert np.array_equal(results[4], np.where(x > 0.0, y, 0.0))
     assert np.array_equal(results[5], np.concatenate([y[:3], x[3:]]))
     assert results[6] == pytest.approx((1.0 - x) * 2.0 / (y + 3) - y, rel=1e-14, abs=1e-14)
+    assert np.array_equal(results[7], np.sqrt(y))
     assert numbers == pytest.approx([x.sum(), 3.7, -700.0, 1e-3], rel=1e-15)
 
 
@@ -105,7 +107,7 @@ def test_no_lane_that_is_not_finite_is_lost(lane, bad):
     x[lane] = bad
     numbers = np.zeros(4)
     with np.errstate(invalid="ignore"):
-        _functions(x, np.ones(8), np.zeros((7, 8)), numbers)
+        _functions(x, np.ones(8), np.zeros((8, 8)), numbers)
     assert np.isnan(numbers[1])
     assert np.isnan(numbers[2])
 

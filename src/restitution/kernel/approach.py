@@ -14,7 +14,15 @@ from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import crossing, interpolate, tail
-from restitution.kernel.kinks import SPACING, kink_effect, length_beyond, length_correction, next_kink, passed
+from restitution.kernel.kinks import (
+    SPACING,
+    kink_effect,
+    length_beyond,
+    length_correction,
+    missed_approach,
+    next_kink,
+    passed,
+)
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
 from restitution.kernel.outcome import (
     CAPTURED,
@@ -63,6 +71,9 @@ FIRST = 0.35
 # Velocity that a kink inside an element may take, and tail of an element that begins at one, over the tolerance of
 # Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink.
 KINK_EFFECT, KINK_TAIL = 1.0, 4.0
+# The same of what an element may miss where a(s) is rough between its nodes. The table's own error, over it and at least.
+ROUGH = 1.0
+TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12
 _MOST_MISSED = 6
 # Longest element over the length at which a body that brakes as at its start would turn.
 _PAST_TURNING = 1.35
@@ -331,6 +342,9 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             error *= max(tolerance / (KINK_TAIL * accept), 1.0)
         # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
         error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
+        if problem.path.exponent < 0.0:
+            rough = missed_approach(problem, scheme, work, table, h, TABLE_NOISE * accept + LEAST_NOISE)
+            error = max(error, rough / (ROUGH * accept * amplitude))
         if not error <= 1.0:
             h *= shrunk(error, exponent)
             missed = 0

@@ -8,16 +8,20 @@ only as good at its end as it is inside.
 from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.interpolation import crossing, value
-from restitution.kernel.lanes import WIDTH
+from restitution.kernel.dense import combine
+from restitution.kernel.interpolation import crossing, interpolate_lanes, value
+from restitution.kernel.lanes import WIDTH, absolute, largest, read8, total
+from restitution.kernel.path import cells_between, radii_and_integrals
 from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
-from restitution.kernel.workspace import S_, V_, Work
+from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Work
 
 # Distance between nodes over the length of an element, about: as far beyond a kink an element does not see it.
 SPACING = 1.0 / 6.0
 # Tail of z^(p+2) over its value at the end of an element, at most.
 _TAIL = 2e-5
+# Over so many ends of cells of the table a(s) is smooth to an element.
+_FEW_CELLS = 1
 
 
 @inlined
@@ -92,3 +96,52 @@ def length_correction(
     if s > end:
         return crossing(scheme, work, table[S_], end, top)
     return 1.0 + min((end - s) / (v * h), 1.0)
+
+
+@inlined
+def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float) -> float:
+    """Error of the integral of a rate over an element, of its earlier and its later part, less the noise of the table."""
+    early, late = read8(scheme.missed[0], 0) * at_nodes, read8(scheme.missed[1], 0) * between
+    last = total(read8(scheme.c, 1) * early + read8(scheme.between, 0) * late)
+    missed = abs(last) + abs(total(early + late) - last)
+    return h * (missed - noise * largest(absolute(at_nodes)))
+
+
+@compiled
+def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, noise: float) -> float:
+    """Velocity that an element of the approach misses where a(s) is rough between its nodes, less the noise of the table.
+
+    A mode that relaxes within the element acts as a dashpot.
+    """
+    if cells_between(problem.path, table[S_, 0], largest(read8(table[S_], 1))) <= _FEW_CELLS:
+        return 0.0
+    elastic, viscosity = problem.equilibrium, problem.viscosity
+    for k in range(problem.moduli.shape[0]):
+        slow = problem.times[k] / (problem.times[k] + 2.0 * h * table[S_, WIDTH])
+        elastic += problem.moduli[k] * slow
+        viscosity += problem.moduli[k] * (1.0 - slow) * problem.times[k]
+    a, Pi = read8(work.vectors[VALUES], 0), read8(work.vectors[VALUES + 1], 0)
+    at_nodes = 2.0 * read8(table[S_], 1) * (elastic * Pi + viscosity * a * read8(table[V_], 1))
+    s = combine(scheme.at_between, WIDTH + 1, table[S_])
+    v = combine(scheme.at_between, WIDTH + 1, table[V_])
+    a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
+    between = 2.0 * s * (elastic * Pi + viscosity * a * v)
+    return _missed(scheme, h, at_nodes, between, noise)
+
+
+@compiled
+def missed_rebound(
+    problem: Problem, scheme: Scheme, work: Work, table: Any, left: float, h: float, hint: int, noise: float
+) -> float:
+    """The same of an element of the rebound, which starts where the approach was at `left`."""
+    if cells_between(problem.path, table[S_, WIDTH], table[S_, 0]) <= _FEW_CELLS:
+        return 0.0
+    phi = problem.equilibrium
+    for k in range(problem.moduli.shape[0]):
+        phi += problem.moduli[k] * table[MODES_ + 2 * k, 0]
+    u = work.vectors[UNKNOWN]
+    at_nodes = phi * read8(u, 0) * read8(work.vectors[INTEGRAL], 0)
+    interpolate_lanes(scheme, work, work.approach, left - h * read8(scheme.between, 0), hint, work.past[:1])
+    Pi = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[1]
+    between = phi * combine(scheme.at_between_inner, WIDTH, u) * Pi
+    return _missed(scheme, h, at_nodes, between, noise)

@@ -184,6 +184,17 @@ def _at_least(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
     return builder.select(builder.fcmp_ordered(">", x, least), x, least)
 
 
+def root(x: Any) -> Any:
+    """Square roots."""
+    return np.sqrt(x)
+
+
+@operation(root, LANES, LanesType)
+def _root(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), "llvm.sqrt.v8f64")
+    return builder.call(function, arguments)
+
+
 def where_positive(condition: Any, x: Any) -> Any:
     """Values where a condition is positive, and zero elsewhere."""
     return np.where(condition > 0.0, x, 0.0)

@@ -6,7 +6,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.lanes import WIDTH, at_least, broadcast, exp, log, read8, where_positive
+from restitution.kernel.lanes import (
+    WIDTH,
+    at_least,
+    broadcast,
+    exp,
+    from_lane,
+    log,
+    read8,
+    root,
+    where_positive,
+    write8,
+)
+
+# Places in one cell from which all eight lanes are quicker than one after another.
+_FEW = 2
 
 
 class Path(NamedTuple):
@@ -65,9 +79,9 @@ def table_path(table: Any) -> Path:
     )  # fmt: skip
 
 
-@compiled
-def _table(path: Path, s: float) -> tuple[float, float, float]:
-    """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
+@inlined
+def _cell(path: Path, s: float) -> int:
+    """Cell of the table that holds s."""
     bins = path.finder.shape[0] - 1
     place = int(min(max(0.0, s * (bins / path.end)), bins - 1.0))
     cell = path.finder[place]
@@ -79,6 +93,24 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
             cell = middle
         else:
             above = middle
+    return cell
+
+
+@compiled
+def cells_between(path: Path, low: float, high: float) -> int:
+    """Number of ends of cells from one s to a larger one."""
+    return _cell(path, high) - _cell(path, low)
+
+
+@compiled
+def _table(path: Path, s: float) -> tuple[float, float, float]:
+    """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
+    return _cell_values(path, _cell(path, s), s)
+
+
+@inlined
+def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
+    """The same where the cell is known."""
     origin, low, width = path.cells[cell, 0], path.cells[cell, 1], path.cells[cell, 2]
     rho = max(s, 0.0)
     steepness = 1.0
@@ -128,11 +160,29 @@ def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     return a, (2.0 / (p + 2.0)) * (s * s * a)
 
 
-@inlined
+@compiled
 def _tables(path: Path, s: Any, scratch: Any) -> Any:
-    """The same from the table."""
-    for i in range(WIDTH):
-        scratch[0, i], scratch[1, i], _ = _table(path, s[i])
+    """The same from the table; all that follow each other in one cell at once."""
+    lane = 0
+    while lane < WIDTH:
+        first, cell = lane, _cell(path, s[lane])
+        lane += 1
+        while lane < WIDTH and path.edges[cell] <= s[lane] < path.edges[cell + 1]:
+            lane += 1
+        if lane - first < _FEW:
+            for i in range(first, lane):
+                scratch[0, i], scratch[1, i], _ = _cell_values(path, cell, s[i])
+            continue
+        origin, low, width = path.cells[cell, 0], path.cells[cell, 1], path.cells[cell, 2]
+        rho = at_least(s, 0.0) if origin < 0.0 else root(at_least(s - origin, 0.0))
+        y = (rho - low) / width
+        a, integral = broadcast(0.0), broadcast(0.0)
+        for n in range(path.radius.shape[1] - 1, -1, -1):
+            a = a * y + path.radius[cell, n]
+        for n in range(path.integral.shape[1] - 1, -1, -1):
+            integral = integral * y + path.integral[cell, n]
+        write8(scratch[0], 0, from_lane(first, a, read8(scratch[0], 0)))
+        write8(scratch[1], 0, from_lane(first, integral, read8(scratch[1], 0)))
     return read8(scratch[0], 0), read8(scratch[1], 0)
 
 

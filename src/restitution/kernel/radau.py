@@ -32,6 +32,13 @@ class Scheme(NamedTuple):
         The same on the S nodes without zero.
     derivative : ndarray, shape (S + 1, S + 1)
         Maps values at `c` to the slopes of their interpolant there.
+    between : ndarray, shape (S,)
+        Places between the nodes, about halfway.
+    at_between, at_between_inner : ndarray, shape (S + 1, S), (S, S)
+        Columns of the interpolation from `c`, and from the nodes without zero, to `between`.
+    missed : ndarray, shape (2, S)
+        Weights at the nodes and at `between` of the rule on both of them less that of the method: on an integrand, what
+        the method misses.
     """
 
     c: Array
@@ -43,6 +50,10 @@ class Scheme(NamedTuple):
     tail: Array
     extrapolation: Array
     derivative: Array
+    between: Array
+    at_between: Array
+    at_between_inner: Array
+    missed: Array
 
     @property
     def order(self) -> int:
@@ -71,6 +82,13 @@ def _lagrange_weights(x: Array) -> Array:
     difference = x[:, None] - x[None, :]
     np.fill_diagonal(difference, 1.0)
     return 1.0 / difference.prod(axis=1)
+
+
+def _interpolation(x: Array, places: Array) -> Array:
+    """Columns of the matrix that takes values at x to those of their interpolant at some places."""
+    degree = len(x) - 1
+    basis = legendre.legvander(2.0 * x - 1.0, degree)
+    return np.linalg.solve(basis.T, legendre.legvander(2.0 * places - 1.0, degree).T)
 
 
 def _differentiation(x: Array, weights: Array) -> Array:
@@ -130,8 +148,15 @@ def radau(stages: int) -> Scheme:
     points = np.concatenate([[0.0], nodes])
     tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
     weights = _lagrange_weights(points)
+    # Halfway in the angle, as the nodes are almost equally spaced there.
+    angle = np.arccos(1.0 - 2.0 * points)
+    between = 0.5 - 0.5 * np.cos(0.5 * (angle[1:] + angle[:-1]))
+    both = np.concatenate([nodes, between])
+    rule = np.linalg.solve(legendre.legvander(2.0 * both - 1.0, 2 * stages - 1).T, np.eye(2 * stages)[0])
+    missed = (rule - np.append(A[-1], np.zeros(stages))).reshape(2, stages)
     arrays = [
         points, A, A.T, (A @ A).T, np.eye(stages), weights, tail, _lagrange_weights(nodes),
-        _differentiation(points, weights),
+        _differentiation(points, weights), between, _interpolation(points, between), _interpolation(nodes, between),
+        missed,
     ]  # fmt: skip
     return Scheme(*(_aligned(array) for array in arrays))

@@ -11,11 +11,12 @@ Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.approach import KINK_TAIL, LAG
+from restitution.kernel.approach import KINK_TAIL, LAG, LEAST_NOISE, ROUGH, TABLE_NOISE
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
 from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
 from restitution.kernel.interpolation import interpolate_lanes, tail
+from restitution.kernel.kinks import missed_rebound
 from restitution.kernel.lanes import (
     WIDTH,
     absolute,
@@ -285,6 +286,9 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         weight = max(tolerance / (KINK_TAIL * accept), 1.0) if ends and kink > 0 else 1.0
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
         error = max(weight * error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
+        if problem.path.exponent < 0.0:
+            rough = missed_rebound(problem, scheme, work, table, left, h, hint, TABLE_NOISE * accept + LEAST_NOISE)
+            error = max(error, rough / (ROUGH * accept * scale))
         if not error <= 1.0:
             h *= shrunk(error, exponent)
             continue
