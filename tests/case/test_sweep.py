@@ -311,7 +311,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + "[axes]\nvelocity = { linear = [1, 2, 3], n = 3 }\n", "axes.velocity.linear = [1, 2, 3]: must be a list of two"),
         (BODY + SOLID + "[axes]\nvelocity = { linear = [1, true], n = 3 }\n", "axes.velocity = true: must be a number"),
         (BODY + SOLID + "[axes]\nvelocity = { logarithmic = [0, 1], n = 3 }\n", "axes.velocity: low = 0: must be finite and > 0"),
-        (BODY + SOLID + "[axes]\nvelocity = { linear = [0, 1], n = 3 }\n", "impact.velocity = 0: must be finite and > 0"),
+        (BODY + SOLID + "[axes]\nvelocity = { linear = [0, 1], n = 3 }\n", "axes.velocity = 0 m/s: must be finite and > 0"),
         (BODY + SOLID + AXES + "speed = [1]\n", "axes.speed: unknown quantity; known are velocity, "),
         (BODY + SOLID + "[axes]\nvelo = ['1 m/s']\n", "axes.velo: unknown quantity; did you mean velocity?"),
         (BODY + SOLID + "[axes]\nimpct.velocity = [1]\n", "axes.impct: unknown quantity; did you mean impact?"),

@@ -119,7 +119,7 @@ def test_tables_hold_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) ->
 def test_files_that_cannot_be_are_refused_first() -> None:
     for option, name, endings in (
         ("--out", "b.txt", ".csv or .nc"),
-        ("--plot", "b.txt", ".png or .pdf or .svg"),
+        ("--plot", "b.txt", ".png, .pdf or .svg"),
     ):
         answer = run("ball.toml", option, name)
         assert answer.exit_code == 2

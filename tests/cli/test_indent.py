@@ -111,7 +111,7 @@ def test_bad_input_ends_with_one_line_and_code_2() -> None:
         encoding="utf-8",
     )
     for arguments, message in (
-        (("gel.toml", "--plot", "g.txt"), "--plot g.txt: must end in .png or .pdf or .svg"),
+        (("gel.toml", "--plot", "g.txt"), "--plot g.txt: must end in .png, .pdf or .svg"),
         (("gel.toml", "--history", "g.txt"), "--history g.txt: must end in .csv or .nc"),
         (("other.toml",), "other.toml: no such file"),
         (

@@ -283,7 +283,7 @@ def test_a_file_that_cannot_be_finished_leaves_nothing_behind(folder: Path, monk
     ("arguments", "message"),
     [
         (["solve", "none.toml"], "error: none.toml: no such file"),
-        (["solve", "ball.toml", "--plot", "p.txt"], "error: --plot p.txt: must end in .png or .pdf or .svg"),
+        (["solve", "ball.toml", "--plot", "p.txt"], "error: --plot p.txt: must end in .png, .pdf or .svg"),
         (["solve", "ball.toml", "--history", "no/h.nc"], "error: --history no/h.nc: no such folder: no"),
         (["solve"], "error: Missing argument 'CASE.toml'. (see: restitution solve --help)"),
         (

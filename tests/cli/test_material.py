@@ -115,7 +115,7 @@ def test_every_material_of_the_library_is_shown(name: str) -> None:
         ),
         (["polyisobutylene", "--at", "90"], r"temperature = 90 K: must be in \[202, 400\] K.*"),
         (["polyisobutylene", "--at", "20 m"], r'--at "20 m": is a length, not a temperature; .*'),
-        (["bad.csv", "--plot", "p.gif"], r"--plot p\.gif: must end in \.png or \.pdf or \.svg"),
+        (["bad.csv", "--plot", "p.gif"], r"--plot p\.gif: must end in \.png, \.pdf or \.svg"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str) -> None:

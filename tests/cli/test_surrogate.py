@@ -104,7 +104,7 @@ def test_fractional_material_holds_for_all_contact_times() -> None:
         (("ball.toml", "--rtol", "1"), "rtol = 1: must be in [1e-10, 0.01]"),
         (("ball.toml", "--out", "ball.txt"), "--out ball.txt: must end in .json"),
         (("ball.toml", "--out", "no/ball.json"), "--out no/ball.json: no such folder: no"),
-        (("ball.toml", "--plot", "ball.txt"), "--plot ball.txt: must end in .png or .pdf or .svg"),
+        (("ball.toml", "--plot", "ball.txt"), "--plot ball.txt: must end in .png, .pdf or .svg"),
         (("ball.toml", "--velocity", "0.1", "1", "--at", "2"), "velocity = 2 m/s: must be in [0.1, 1] m/s"),
         (("saved.json", "--at", "fast"), '--at "fast": cannot be read as a number and a unit'),
         (("saved.json", "--rtol", "1e-3"), "--rtol: belongs to a case file; saved.json is a surrogate already"),

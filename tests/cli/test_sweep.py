@@ -164,7 +164,7 @@ def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> No
         ),
         (("plot", "none.zarr"), "none.zarr: no such folder"),
         (("plot", ".", "--out", "p.png"), ".: holds no sweep"),
-        (("plot", "out.zarr", "--out", "p.txt"), "--out p.txt: must end in .png or .pdf or .svg"),
+        (("plot", "out.zarr", "--out", "p.txt"), "--out p.txt: must end in .png, .pdf or .svg"),
         (
             ("map", "ball.toml", "--x", "velocity", "--y", "nu=0:0.5"),
             "--x velocity: must be a name, = and what it is",

@@ -120,16 +120,22 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
     if isinstance(spec, list):
         if not spec:
             raise InputError(field, wanted="must hold at least one value")
-        return [value_in_si(field, place, item) for item in spec]
+        return [_admissible(f"{field}[{i}]", place, value_in_si(field, place, one)) for i, one in enumerate(spec)]
     if not isinstance(spec, dict):
-        return value_in_si(field, place, spec)
+        return _admissible(field, place, value_in_si(field, place, spec))
     for key in spec:
         _known(f"{field}.{key}", key, (*_AXES, "n"), "unknown key")
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
         raise InputError(field, wanted=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
-    low, high = (_number(field, place, end) for end in _pair(field, kind, spec[kind]))
+    low, high = (_admissible(field, place, _number(field, place, end)) for end in _pair(field, kind, spec[kind]))
     return _made(field, _AXES[kind], low, high, spec["n"])
+
+
+def _admissible(field: str, place: str, value: Any) -> Any:
+    """Return a value of an axis, refusing a number outside the range of a quantity that has the same one everywhere."""
+    quantity = INPUTS.get(key_of(place))
+    return quantity.check(value, field) if quantity is not None and isinstance(value, float) else value
 
 
 def _leaves(content: Mapping[str, Any], kinds: Iterable[str], *above: str) -> Iterator[tuple[tuple[str, ...], Any]]:

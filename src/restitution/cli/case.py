@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, History, Json, Plot, option, target
+from restitution.cli.options import CaseFile, History, Json, JsonWithoutUnits, Plot, option, target
 from restitution.cli.terminal import BadInput, compilation, report, user_input
 from restitution.files import TABLES, write_table
 from restitution.impact.status import Status
@@ -85,7 +85,7 @@ def standard_solid(
     p3: Annotated[float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")],
     method: Annotated[Method, typer.Option(help="How to solve it.")] = Method.exact,
     rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
-    json: Json = False,
+    json: JsonWithoutUnits = False,
 ) -> None:
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
 

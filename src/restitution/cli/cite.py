@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from restitution.cli import tables
-from restitution.cli.options import Json, argument, target
+from restitution.cli.options import JsonWithoutUnits, argument, target
 from restitution.cli.terminal import user_input
 from restitution.files import whole_file
 
 
 def cite(
-    cases: Annotated[list[Path] | None, argument("CASE.toml...", "Files of impacts, indentations, sweeps.")] = None,
-    json: Json = False,
+    cases: Annotated[list[Path] | None, argument("CASE.toml", "Files of impacts, indentations, sweeps.")] = None,
+    json: JsonWithoutUnits = False,
     out: Annotated[Path | None, target("Write a BibTeX file", "--out", ".bib")] = None,
 ) -> None:
     """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.

@@ -163,9 +163,12 @@ def _other_use(source: str) -> str:
 
 def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[Report]:
     from restitution.case.impact import read_case
+    from restitution.case.indentation import read_indentation
+    from restitution.case.section import read_toml
 
-    impact = read_case(source).impact
-    parts = {"material": impact.material, "counter_material": impact.counter_material}
+    pressed = "indentation" in read_toml(Path(source))
+    subject = read_indentation(source) if pressed else read_case(source).impact
+    parts = {"material": subject.material, "counter_material": subject.counter_material}
     # An elastic material needs no law of the shift.
     return [
         _of_material(one, one.name or name, f"{name} of {source}", None if _is_elastic(one) else kelvin, law)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -46,24 +48,35 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> P
     if path is None:
         return None
     if path.suffix.lower() not in suffixes:
-        raise BadInput(f"{option} {path}: must end in {' or '.join(suffixes)}")
+        raise BadInput(f"{option} {path}: must end in {_either(suffixes)}")
     if not path.parent.is_dir():
         raise BadInput(f"{option} {path}: no such folder: {path.parent}")
     if path.is_dir():
         raise BadInput(f"{option} {path}: is a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise BadInput(f"{option} {path}: nothing can be written to the folder {path.parent}")
     return path
 
 
 def target(words: str, name: str, *suffixes: str) -> Any:
     """Option of a file that the command writes."""
-    *most, last = suffixes
-    ends = f"{', '.join(most)} or {last}" if most else last
-    return option(f"{words}: {ends}.", name, metavar="FILE", callback=lambda path: check_target(name, path, suffixes))
+    return option(
+        f"{words}: {_either(suffixes)}.",
+        name,
+        metavar="FILE",
+        callback=lambda path: check_target(name, path, suffixes),
+    )
+
+
+def _either(choices: Sequence[str]) -> str:
+    *most, last = choices
+    return f"{', '.join(most)} or {last}" if most else last
 
 
 PICTURES = (".png", ".pdf", ".svg")
 CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of the table.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]
+JsonWithoutUnits = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
 Plot = Annotated[Path | None, target("Draw the result", "--plot", *PICTURES)]
 Picture = Annotated[Path | None, target("Picture", "--out", *PICTURES)]
 History = Annotated[

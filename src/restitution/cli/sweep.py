@@ -123,7 +123,7 @@ def map_(
         option("Abscissa, e.g. velocity=1cm/s:10m/s.", metavar="NAME=LOW:HIGH", autocompletion=axes),
     ],
     y: Annotated[str, option("Ordinate.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
-    case: Annotated[Path | None, argument("[CASE.toml]", "Case file; the paper's problem if not given.")] = None,
+    case: Annotated[Path | None, argument("CASE.toml", "Case file; the paper's problem if not given.")] = None,
     output: Outputs = None,
     fixed: Annotated[
         list[str] | None,
