@@ -83,7 +83,7 @@ def tension_factor(poisson_ratio: float) -> float:
 def shear_from_tension(
     tension: PronySeries, *, bulk_modulus: float | None = None, poisson_ratio: float | None = None
 ) -> PronySeries:
-    """Relaxation modulus in shear G(t) [Pa] from that in tension E(t).
+    """Relaxation modulus in shear G(t) [Pa] from that in tension E(t), simplified.
 
     With a constant bulk modulus the Carson transforms obey 1/(3G) = 1/E - 1/(9K), so G = 3KE/(9K - E). Its rates
     lambda are the roots of E(-lambda) = 9K, one above each rate of E. Its branch moduli are
@@ -99,11 +99,6 @@ def shear_from_tension(
         `poisson_ratio`.
     poisson_ratio
         Constant nu in (-1, 0.5] [-].
-
-    Returns
-    -------
-    PronySeries
-        G(t) [Pa], simplified.
 
     Raises
     ------
@@ -136,7 +131,9 @@ def shear_from_tension(
 def tension_from_shear(
     shear: PronySeries, *, bulk_modulus: PronySeries | float | None = None, poisson_ratio: float | None = None
 ) -> PronySeries:
-    """Relaxation modulus in tension E(t) [Pa] from that in shear, 1/E = 1/(3G) + 1/(9K) in Carson transforms.
+    """Relaxation modulus in tension E(t) [Pa] from that in shear, simplified.
+
+    The Carson transforms obey 1/E = 1/(3G) + 1/(9K).
 
     Parameters
     ----------
@@ -147,10 +144,10 @@ def tension_from_shear(
     poisson_ratio
         Constant nu in (-1, 0.5] [-], then E = 2(1 + nu) G.
 
-    Returns
-    -------
-    PronySeries
-        E(t) [Pa], simplified.
+    Raises
+    ------
+    InputError
+        If K or nu is out of range, or if not exactly one of the two is given.
 
     Examples
     --------

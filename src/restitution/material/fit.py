@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -103,23 +103,15 @@ class PronyFit:
         --------
         >>> t = np.geomspace(1e-3, 1e3, 61)
         >>> modulus = PronySeries(3e6, [9e6], [0.1]).relaxation_modulus(t)
-        >>> material = fit_prony(RelaxationTable(t, modulus, "tension")).material(bulk_modulus=2e9)
-        >>> material.window
+        >>> fit_prony(RelaxationTable(t, modulus, "tension")).material(bulk_modulus=2e9).window
         (0.001, 1000.0)
         """
         stated = self.data.deformation
         shear, bulk = shear_and_bulk(self.series, bulk_modulus, poisson_ratio, stated, deformation)
+        source = self.data.source or None
         assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
-        return Material(
-            shear,
-            bulk,
-            density=density,
-            name=name,
-            source=self.data.source or None,
-            window=self.window,
-            assumptions=assumptions,
-            derivation="fit",
-        )
+        found = Material(shear, bulk, density=density, name=name, source=source, window=self.window)
+        return replace(found, assumptions=assumptions, derivation="fit")
 
     def plot(self) -> Figure:
         """Figure of the moduli over time and over frequency with the data."""

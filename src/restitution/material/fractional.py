@@ -150,13 +150,9 @@ class FractionalModel:
         with the number of terms. A few terms of the same moments replace all that is slower or faster than the window.
         The result is compared with the exact moduli, and the rule refined, until the error suffices.
 
-        Parameters
-        ----------
-        window
-            Shortest and longest time [s] that matter.
-        rtol
-            Admissible error of R(t) relative to R(t), and of the complex modulus relative to its magnitude, in
-            [1e-10, 0.1]. The error of a small loss modulus may be larger; see `loss_error`.
+        The window is the shortest and the longest time [s] that matter. The number `rtol` in [1e-10, 0.1] bounds the
+        error of R(t) relative to R(t), and of the complex modulus relative to its magnitude. The error of a small loss
+        modulus may be larger; see `loss_error`.
 
         Examples
         --------
@@ -259,8 +255,8 @@ def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:
     keep = weights > weights.max() * 1e-300
     points, weights = points[keep], weights[keep]
     count = min(_TAIL_NODES, points.size)
-    powers = points[:, None] ** np.arange(count + 1)
-    triangle: Any = np.linalg.qr(np.sqrt(weights / weights.sum())[:, None] * powers, mode="r")
+    powers = np.sqrt(weights / weights.sum())[:, None] * points[:, None] ** np.arange(count + 1)
+    triangle: Any = np.linalg.qr(powers, mode="r")
     # Multiplication by the point, in the basis of the orthogonal polynomials.
     jacobi = np.linalg.solve(triangle[:count, :count].T, triangle[:count, 1:].T)
     nodes, vectors = np.linalg.eigh(jacobi)

@@ -155,10 +155,7 @@ class PronySeries:
     def plot(self, window: tuple[float, float] | None = None) -> Figure:
         """Figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
 
-        Parameters
-        ----------
-        window : tuple of float, optional
-            Shortest and longest time [s]; a decade beyond the relaxation times if left out.
+        The window is the shortest and the longest time [s], by default a decade beyond the relaxation times.
         """
         return draw("material.overview", {"modulus": self}, window)
 

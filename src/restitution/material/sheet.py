@@ -58,7 +58,7 @@ class Sheet(NamedTuple):
     comments: list[Line]  # lines that begin with #, without it
 
     def numbers(self, column: int) -> NDArray[np.float64]:
-        """Numbers of a column; a cell that is none is refused."""
+        """Numbers of a column; other cells are refused."""
         cells = self.cells[column]
         try:
             return np.array(list(map(float, cells)))
@@ -100,10 +100,10 @@ def split_lines(text: str, ends: str | None = None) -> list[Line]:
 def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda name: False) -> Sheet:
     r"""Table of named columns in a text; `source` is its name in messages.
 
-    The names stand in the first line with two names that `is_name` knows, or else in the first line, or in the last
-    comment (#) above the numbers. A unit stands behind the name, in brackets or after an underscore if `is_unit` knows
-    it, or in a second line of units. Commas, semicolons, tabs or blanks separate the columns; all but commas allow
-    decimal commas. A `FileError` has the number of the malformed line.
+    The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
+    comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
+    in a second line of units. Commas, semicolons, tabs or blanks separate the columns; all but commas allow decimal
+    commas. A `FileError` has the number of the malformed line.
 
     Examples
     --------

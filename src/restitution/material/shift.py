@@ -226,15 +226,14 @@ class ShiftTable:
         _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
         return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
 
-    def _key(self) -> tuple[bytes, bytes]:
-        # Adding 0.0 makes one of the two zeros.
-        return self.temperatures.tobytes(), (self.log10_factors + 0.0).tobytes()
-
     def __eq__(self, other: object) -> bool:
-        return self._key() == other._key() if isinstance(other, ShiftTable) else NotImplemented
+        if not isinstance(other, ShiftTable):
+            return NotImplemented
+        pairs = (self.temperatures, other.temperatures), (self.log10_factors, other.log10_factors)
+        return all(np.array_equal(*pair) for pair in pairs)
 
     def __hash__(self) -> int:
-        return hash(self._key())
+        return hash((*self.temperatures.tolist(), *self.log10_factors.tolist()))
 
 
 def _ascending(name: str, values: Array, sign: float, wanted: str, unit: str = "") -> None:

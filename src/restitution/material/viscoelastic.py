@@ -178,20 +178,10 @@ class Material:
         return poisson_ratio(shear, bulk)
 
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
-        """Poisson ratio nu(t) [-], the lateral contraction at the time t after a unit step of axial strain.
+        """Poisson ratio nu(t) [-], the lateral contraction at the times t >= 0 [s] after a unit step of axial strain.
 
-        Its Carson transform is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It runs from
-        `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`.
-
-        Parameters
-        ----------
-        time : array_like
-            Times t >= 0 [s], any shape.
-
-        Returns
-        -------
-        float or array
-            nu(t), in the shape of `time`.
+        The times have any shape. The Carson transform of nu is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It
+        runs from `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`.
 
         Notes
         -----
@@ -253,19 +243,13 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
 
         E* = 4G(3K + G)/(3K + 4G),    1/E* = 1/E1* + 1/E2* for two bodies.
 
-    Each is a series connection (of 4G and 4K + 4G/3, or of the two bodies) and so again a Prony series.
+    Each is a series connection (of 4G and 4K + 4G/3, or of the two bodies) and so again a Prony series. It has no
+    zero branches and ascending times.
 
     Parameters
     ----------
-    material
-        Material of the half-space.
-    counter_material
-        Material of the other body; None if it is rigid.
-
-    Returns
-    -------
-    PronySeries
-        Simplified: no zero branches, times ascending.
+    material, counter_material
+        Materials of the half-space and of the other body; None if the latter is rigid.
 
     Notes
     -----
