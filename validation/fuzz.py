@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
 import random
 import re
@@ -25,7 +26,9 @@ from typing import NamedTuple
 
 from typer.testing import CliRunner
 
+import restitution as rs
 from restitution.cli.main import app
+from restitution.surrogates.velocity import content_hash
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 LIMIT = 20
@@ -44,11 +47,17 @@ _FRACTIONAL = '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = 1e6
 
 
 class Seed(NamedTuple):
-    """A file and the command that reads it."""
+    """A file and the command that reads it.
+
+    A saved surrogate has a hash of its content. It is either `sealed`: mutants have the right hash. Or it is not, and a
+    mutant that is accepted must print the `output` of the seed.
+    """
 
     command: tuple[str, ...]
     name: str
     text: str
+    sealed: bool = False
+    output: str = ""
 
 
 def seeds() -> list[Seed]:
@@ -81,7 +90,28 @@ def seeds() -> list[Seed]:
         kind = next((command for word, command in commands.items() if word in file.name), "solve")
         command = ("sweep", "--out", "o.zarr") if "[axes]" in text else (kind,)
         found.append(Seed(command, file.name, text.replace("n = 40", "n = 3")))
-    return found
+    return found + saved_surrogates()
+
+
+def saved_surrogates() -> list[Seed]:
+    """Two seeds of one saved surrogate, of which the second is sealed."""
+    solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    ball = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    command = ("surrogate", "--at", "0.7", "--json")
+    with tempfile.TemporaryDirectory() as folder:
+        file = rs.surrogate(ball, (0.5, 1.0), 1e-3).save(Path(folder, "a.json"))
+        output, text = CliRunner().invoke(app, [command[0], str(file), *command[1:]]).stdout, file.read_text()
+    return [Seed(command, "a.json", text, output=output), Seed(command, "b.json", text, sealed=True)]
+
+
+def sealed(text: str) -> str:
+    """Text of a saved surrogate with the hash of its content; as it is if it is no JSON object."""
+    try:
+        content = json.loads(text)
+        content["sha256"] = content_hash({key: one for key, one in content.items() if key != "sha256"})
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        return text
+    return json.dumps(content, indent=1)
 
 
 _VALUES = (
@@ -132,7 +162,7 @@ def mutant(seed: Seed, rng: random.Random) -> str:
         else:
             at = rng.randrange(len(text) + 1)
             text = text[:at] + text[at + rng.randint(1, 8) :]
-    return text
+    return sealed(text) if seed.sealed else text
 
 
 class End(NamedTuple):
@@ -181,6 +211,8 @@ def run(seed: Seed, text: str, limit: int = LIMIT) -> End:
         fault = f"exit code {code}: {answer.stderr.strip()}"
     elif code and not answer.stderr.startswith("error: ") and "error: " not in answer.stderr:
         fault = "no line of error"
+    elif not code and seed.output and answer.stdout != seed.output:
+        fault = "another surrogate than the seed"
     elif "Traceback" in answer.stderr:
         fault = "traceback on standard error"
     elif "encountered in" in answer.stderr:

@@ -22,7 +22,7 @@ from restitution.impact.closed_forms import (
     elastic_max_indentation_depth,
     flat_punch_maxwell_restitution,
 )
-from restitution.surrogates.velocity import _hash
+from restitution.surrogates.velocity import content_hash
 from strategies import logarithmic, materials
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
@@ -281,7 +281,7 @@ def test_file_is_whole_or_what_it_was(ball: rs.Surrogate, tmp_path: Path, monkey
 
 def rehashed(content: dict[str, Any]) -> dict[str, Any]:
     """As a program writes a file by itself, its hash included."""
-    return content | {"sha256": _hash({key: one for key, one in content.items() if key != "sha256"})}
+    return content | {"sha256": content_hash({key: one for key, one in content.items() if key != "sha256"})}
 
 
 @pytest.mark.parametrize(

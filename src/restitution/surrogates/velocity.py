@@ -196,7 +196,7 @@ class Surrogate:
             "log_velocity_edges": self.pieces.edges.tolist(),
             _SERIES: {name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)},
         }
-        content["sha256"] = _hash(content)
+        content["sha256"] = content_hash(content)
         with whole_file(path) as partial:
             partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
         return Path(path)
@@ -231,7 +231,7 @@ class Surrogate:
 
     @classmethod
     def _from_content(cls, content: dict[str, Any]) -> Surrogate:
-        if content.pop("sha256", None) != _hash(content):
+        if content.pop("sha256", None) != content_hash(content):
             raise InputError("sha256", wanted="must be the hash of the rest; the file is damaged or was edited")
         series = content[_SERIES]
         pieces = Pieces(
@@ -269,7 +269,7 @@ def velocity_range(velocity: Any) -> tuple[float, float]:
     return float(checked[0]), float(checked[1])
 
 
-def _hash(content: dict[str, Any]) -> str:
+def content_hash(content: dict[str, Any]) -> str:
     """SHA-256 of the content of a file, whatever its layout."""
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
