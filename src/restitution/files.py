@@ -45,7 +45,7 @@ def whole_file(path: Path | str) -> Generator[Path]:
     Raises
     ------
     OSError
-        If the file cannot be written; the error then names `path`. All else that the block raises passes through.
+        If the file cannot be written; the error then names `path`. Other errors of the block pass through.
 
     Notes
     -----
@@ -91,21 +91,8 @@ def to_disk(path: Path) -> None:
 
 
 def write_netcdf(dataset: xr.Dataset, path: Path | str) -> None:
-    """Write a dataset as NetCDF, whole or not at all.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        What to write.
-    path : path-like
-        The file; its folder must exist.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
-    # The HDF5 library ends the process where the disk is full.
+    """Write a dataset as NetCDF, whole or not at all, into an existing folder."""
+    # The HDF5 library ends the process if the disk is full.
     content = dataset.to_netcdf(None, engine="h5netcdf")
     with whole_file(path) as partial:
         partial.write_bytes(content)
@@ -119,8 +106,8 @@ def write_table(dataset: xr.Dataset, path: Path | str) -> Path:
     dataset : xarray.Dataset
         A history, the result of a sweep, samples of a surrogate.
     path : path-like
-        The file, in an existing folder. `.csv`: a row for each point, with the units in the header. `.nc`: NetCDF with all
-        dimensions and attributes.
+        The file, in an existing folder. `.csv`: a row for each point, with the units in the header. `.nc`: NetCDF with
+        all dimensions and attributes.
 
     Returns
     -------

@@ -23,13 +23,13 @@ def on_threads(
     run : callable
         Does one task, on any of the threads.
     tasks : iterable
-        The tasks, which the threads take one after the other.
+        The tasks in their order.
     workers : int or None
-        Threads; all cores where None.
+        Number of threads; None for all cores.
     report : callable
         Called on this thread every tenth of a second and whenever a thread ends.
     stop : Event, optional
-        Set when the work has to end, so that long tasks can end early, too.
+        Set when the work has to end. Long tasks can check it.
 
     Examples
     --------
@@ -51,8 +51,8 @@ def on_threads(
     workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         try:
-            # A future for each thread, not for each task: an interrupt while `wait` holds the locks of
-            # thousands would leave some of them locked for ever.
+            # A future for each thread, not for each task: an interrupt while `wait` holds the locks of thousands of
+            # futures would leave some locked for ever.
             pending = {pool.submit(work) for _ in range(workers)}
             while pending:
                 finished, pending = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)

@@ -283,7 +283,7 @@ def test_two_draws_at_a_point_make_bars_and_no_bands() -> None:
 def test_a_real_sweep(tmp_path: Path) -> None:
     ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
     out = tmp_path / "result.zarr"
-    rs.sweep(ball, {"velocity": rs.Logarithmic(0.1, 10.0, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
+    rs.sweep(ball, {"velocity": rs.Logarithmic(0.01, 0.1, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
     figure = plot_sweep(rs.open_sweep(out))
     assert len(panels(figure)) == 4
     assert {ax.get_xscale() for ax in panels(figure)} == {"log"}

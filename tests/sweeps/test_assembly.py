@@ -11,6 +11,9 @@ from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 from restitution.sweeps.run import sweep
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 OUTPUTS = ("restitution_coefficient", "max_indentation_depth", "max_force")
 

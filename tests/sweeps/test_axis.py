@@ -1,3 +1,5 @@
+"""Axes and random draws: values, exact ends, pieces, distributions, and what is refused."""
+
 import pickle
 import warnings
 

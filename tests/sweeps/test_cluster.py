@@ -1,4 +1,4 @@
-"""Sweeps on Dask: the same bytes as on threads; a worker that dies costs a retry."""
+"""Sweeps on Dask: the same bytes as on threads; the chunk of a killed worker is computed again."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ import restitution as rs
 from restitution.sweeps import cluster
 
 distributed = pytest.importorskip("distributed")
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")]
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)

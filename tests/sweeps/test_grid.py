@@ -1,3 +1,5 @@
+"""The product of axes: chunks cover every point once, in sizes as wanted, without a list of them."""
+
 import tracemalloc
 
 import numpy as np

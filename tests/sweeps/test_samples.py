@@ -1,4 +1,4 @@
-"""Draws at the very ends of their shares, which chance meets once in 2^30."""
+"""Draws with shares of 0 and nearly 1 are finite; the generators draw them once in 2^30 times."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The numbers of the validity report as variables of a sweep: those of single results."""
+"""The validity report of a sweep: numbers and counts are those of single results."""
 
 import json
 import warnings
@@ -10,6 +10,9 @@ import pytest
 import restitution as rs
 from restitution.quantities import VALIDITY
 from restitution.validity import RADIATION_LIMIT
+
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1100.0)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)

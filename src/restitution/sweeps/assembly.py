@@ -173,11 +173,11 @@ class Assembly:
     def validity(
         self, columns: Columns, n: int, found: Columns, tick: Tick, most: int | None = None
     ) -> Iterator[tuple[Places, Numbers, bool]]:
-        """Yield the numbers of the validity report, with the places of the impacts, and whether the material is theirs.
+        """Yield numbers of the validity report, with the places of the impacts, and whether the material is theirs.
 
         `found` has the `restitution.validity.COLUMNS` of the n impacts. Of more than `most` combinations of builder
-        arguments or shapes, an even sample is taken. Of more materials, an even sample comes with its own materials and
-        all other impacts with another one.
+        arguments or shapes, an even sample is taken. Of more materials, an even sample comes with its own materials,
+        and all other impacts with another one.
         """
         if self._template.dimensionless:
             known = ~np.isnan(found["contact_time"])
@@ -249,7 +249,7 @@ def _with_viscosity(impact: Impact, columns: Columns) -> Columns:
 def _impacts(
     prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: bool = False, most: int | None = None
 ) -> Iterator[tuple[Places, Impact, bool]]:
-    """Impacts of one pair of materials each, with arrays of all other numbers, and whether the materials are theirs."""
+    """Yield impacts of one pair of materials each, arrays of other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     columns = {"mass": np.full(n, impact.mass)} | columns
     is_power_law = impact.profile.path_exponent is not None and "exponent" not in columns

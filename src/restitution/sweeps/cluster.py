@@ -21,7 +21,7 @@ from restitution.sweeps.plan import Plan
 # Number of tasks that the scheduler has at a time: enough for it to ask for more workers.
 _LEAST_KNOWN = 256
 _KNOWN_PER_CORE = 4
-# Retries of a task that raised, for example because the file system was briefly unavailable. Lost workers do not count.
+# Retries of a task that raised, e.g. because the file system was briefly unavailable. Lost workers do not count.
 _RETRIES = 2
 # An idle scheduler answers at once, a busy one within seconds.
 _PATIENCE = "10s"
@@ -70,7 +70,7 @@ def run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, r
 
     todo = iter(chunks)
     done = 0
-    # As a task, the plan is made again where the worker that had it dies.
+    # The plan is a task, so that it is sent again if its worker dies.
     shared = client.submit(_same, plan, pure=False)
     made_by = plan.description["version"]
 

@@ -115,8 +115,8 @@ class Plan:
     def compute(self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None) -> dict[str, Array]:
         """Compute a chunk: `variables` in its shape, NaN where there is no result.
 
-        `tick` is called with the number of points done since the last call, and ends the work by raising. `tally` counts
-        the impacts that exceed the assumptions of the theory.
+        `tick` is called with the number of points done since the last call, and ends the work by raising. `tally`
+        counts the impacts that exceed the assumptions of the theory.
         """
         points = self.grid.points(index)
         results = {name: np.full(points.size, np.nan) for name in self.outputs}

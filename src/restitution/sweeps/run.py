@@ -89,8 +89,8 @@ def sweep(
     xarray.Dataset
         The outputs and `status` over the axes, with units; the attributes describe the sweep. The result of a store
         is loaded piece by piece on access. Failed impacts are NaN, their status gives the reason, and a warning counts
-        them. One `RestitutionWarning` for each doubtful assumption of the theory counts the impacts that exceed it; the
-        attribute `validity` holds the report as JSON.
+        them. One `RestitutionWarning` for each doubtful assumption of the theory counts the impacts that exceed it;
+        the attribute `validity` holds the report as JSON.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def sweep(
     >>> import restitution as rs
     >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
     >>> ball = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
-    >>> result = rs.sweep(ball, {"velocity": rs.Logarithmic(0.1, 10.0, 5), "radius": [0.005, 0.01]})
+    >>> result = rs.sweep(ball, {"velocity": rs.Logarithmic(0.01, 0.1, 5), "radius": [0.005, 0.01]})
     >>> result.restitution_coefficient.dims, result.velocity.attrs["units"]
     (('velocity', 'radius'), 'm/s')
     """
