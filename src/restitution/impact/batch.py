@@ -1,4 +1,4 @@
-"""Many impacts as columns of numbers in SI: the one way into the exact method."""
+"""Impacts as columns of numbers in SI, for the exact method."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from restitution.quantities import BODY, OUTPUTS, derived
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-# Error of a profile's table that is taken for rounding.
+# Error of the table of a profile that counts as rounding.
 _TABLE_ROUNDING = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Impacts that share a kind of profile, a row each; SI.
+    """Impacts of one kind of profile, one in each row, in SI units.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Batch:
     coefficients : array, shape (n,), or None
         c [m^(1 - p/2)] of the contact radius a = c s^p, s = sqrt(d).
     exponent : float or None
-        p.
+        Path exponent p.
     profile : Profile or None
-        In place of both, the one profile of all rows, which is no power law.
+        Instead of both, the profile of all rows if it has no power law.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Batch:
 
     @classmethod
     def from_impact(cls, impact: Impact) -> Batch:
-        """Rows of an impact, in the order of its raveled shape.
+        """Return the rows of an impact in the order of its raveled shape.
 
         Raises
         ------
@@ -100,7 +100,7 @@ class Batch:
 
     @classmethod
     def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
-        """Rows of single impacts, with their places; those of like profiles and moduli in one batch."""
+        """Return batches of single impacts of similar profiles and moduli, with the places of their rows."""
         batches = [(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)]
         return cls.joined(batches)
 
@@ -120,7 +120,7 @@ class Batch:
         return self.masses.size
 
     def scaled(self, depth_factor: float = 4.0, rtol: float = 0.0) -> ScaledBlock:
-        """Dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block` for the options."""
+        """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         series = self.equilibria, self.viscosities, self.moduli, self.times
         bodies = self.masses, self.velocities, self.forces
         if self.profile is not None:
@@ -143,13 +143,11 @@ class Batch:
         rtol : float
             The error of e stays below `rtol max(e, 1e-3)`.
         workers : int, optional
-            Threads; all cores where left out. The results do not depend on it.
+            Number of threads; by default that of the cores. The results do not depend on it.
         progress : callable, optional
             Called with (impacts done, all impacts).
-        energy : bool
-            Whether to add the energies.
-        pressure : bool
-            Whether to add the largest pressure, at some 3 ms an impact.
+        energy, pressure : bool
+            Whether to add the energies, and the largest pressure, which takes some 3 ms for each impact.
 
         Returns
         -------
@@ -166,13 +164,13 @@ class Batch:
 
     @property
     def singular(self) -> NDArray[np.bool_]:
-        """Whether the pressure of a row is infinite: under a dashpot, a sharp tip, the edge of a flat face."""
+        """Whether the pressure of a row is infinite: with a dashpot, under a sharp tip, at the edge of a flat face."""
         p = self.exponent or 0.0
         sharp = not 0.0 < p < 2.0 if self.profile is None else _is_singular(self.profile)
         return (self.viscosities > 0.0) | sharp
 
     def solve_stored(self, rtol: float) -> tuple[dict[str, Array], Solution | None]:
-        """Solve a batch of one impact; its solution is None unless the body separated."""
+        """Solve a batch of one impact; the solution is None unless the body separates."""
         kept: Stored | None = None
 
         def run(block: ScaledBlock) -> Array:
@@ -187,8 +185,9 @@ class Batch:
         return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
 
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
-        """Scale and solve; where the table of a profile turns out too short, again with a longer one."""
+        """Scale and solve; repeat with a longer table of the profile if the table was too short."""
         depth_factor = 4.0
+        deepest = math.inf if self.profile is None else float(self.profile.max_depth)
         while True:
             block = self.scaled(depth_factor, rtol)
             outcomes = run(block)
@@ -197,21 +196,21 @@ class Batch:
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
                 depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0) * block.length
-                # The joints of a profile from few points may be too sharp for any table of it.
+                # No table is accurate enough for a profile with too sharp joints.
                 rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
                 outcomes[rough, :STATUS] = np.nan
                 outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes
             outcomes[deep, :STATUS] = np.nan
             outcomes[deep, STATUS] = Status.TOO_DEEP
-            if block.length[0] >= float(self.profile.max_depth) or depth_factor > 1e4:  # type: ignore[union-attr]
+            if block.length[0] >= deepest or depth_factor > 1e4:
                 return block, outcomes
             depth_factor *= 8.0
 
     def columns(
         self, block: ScaledBlock, outcomes: Array, energy: bool = False, pressure: bool = False
     ) -> dict[str, Array]:
-        """Outcomes in SI by name, with the energies and the largest pressure if they are wanted."""
+        """Return outcomes in SI by name, with the energies and the largest pressure on request."""
         columns = outcome_columns(outcomes)
         status, e = columns["status"], columns["restitution_coefficient"]
         stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
@@ -231,11 +230,9 @@ class Batch:
             with np.errstate(over="ignore", invalid="ignore"):
                 n = len(columns)
                 unit = self.masses * self.velocities * self.velocities
-                result |= {
-                    "dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]
-                }  # fmt: skip
+                result |= {"dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]}
         if pressure:
-            # The last column is another one where the pressure of every row is infinite.
+            # If every pressure is infinite there is no such column, and the last one is replaced.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
             peak = np.where(self.singular, np.inf, peak)
@@ -245,7 +242,7 @@ class Batch:
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
 
     def _rest_depth(self) -> Array:
-        """Depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
+        """Return the depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
         with np.errstate(divide="ignore", invalid="ignore"):
             integral = self.forces / (2.0 * self.equilibria)
             if self.profile is None:
@@ -270,7 +267,7 @@ def solve_columns(
     energy: bool = False,
     pressure: bool = False,
 ) -> dict[str, Any]:
-    """Outputs of impacts by name, raveled; see `Batch.solve`."""
+    """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
     if not isinstance(impact, list):
         batch = Batch.from_impact(impact)
         return batch.solve(rtol, workers=workers, progress=progress, energy=energy, pressure=pressure)
@@ -290,10 +287,7 @@ def solve_columns(
 
 
 def _is_singular(profile: Profile) -> bool:
-    """Whether the pressure under a profile is infinite: at a sharp tip, or at the edge of a flat face.
-
-    There g - g(b) rises with (x - b)^m, m <= 1, from the radius b of first touch; else with a larger power.
-    """
+    """Whether a profile has a sharp tip or a flat face, where g - g(b) ~ (x - b)^m with m <= 1 from its radius b."""
     b = float(profile.contact_radius(0.0))
     near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
     low, high = profile.transform(near)
@@ -301,13 +295,13 @@ def _is_singular(profile: Profile) -> bool:
 
 
 def shaped(values: Any, shape: tuple[int, ...]) -> Any:
-    """A column in the shape of the impacts; a float for a single one."""
-    flat = np.asarray(values, dtype=np.float64)
-    return flat.reshape(shape) if shape else float(flat.reshape(-1)[0])
+    """Return a column in the shape of the impacts; a float for a single impact."""
+    column = np.asarray(values, dtype=np.float64)
+    return column.reshape(shape) if shape else float(column.reshape(-1)[0])
 
 
 def flat(value: Any, shape: tuple[int, ...]) -> Array:
-    """Numbers raveled in a common shape."""
+    """Return numbers, broadcast to a shape and raveled."""
     return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)
 
 

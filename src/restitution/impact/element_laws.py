@@ -1,12 +1,13 @@
-"""What one element of the foundation does: the paper's standard solid, and any Prony series.
+"""Laws of one element of the foundation: the paper's standard solid, and any Prony series.
 
-All quantities are per unit length of the foundation, arrays over the elements; an explicit Euler step each.
+Both classes hold the inner state of all elements as arrays and have the same methods. Forces, energies and powers are
+per unit length of the foundation. `advance` is one step of explicit Euler.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,74 +18,26 @@ from restitution.material.viscoelastic import Material
 Array = NDArray[np.float64]
 
 
-class ElementLaw(Protocol):
-    """Inner state of the elements, with room for as many as `grow` has made."""
-
-    def grow(self, size: int) -> None:
-        """Make room for `size` elements; new ones are undeformed."""
-        ...
-
-    def advance(self, u: Array, du: Array, step: float) -> None:
-        """Step the inner state by `step` [s] to the displacements u [m], which have grown by du [m]."""
-        ...
-
-    def line_load(self, u: Array, v: float) -> Array:
-        """Force per length [N/m] at the displacements u [m] and the velocity v [m/s]."""
-        ...
-
-    def dissipation(self, u: Array, v: float) -> Array:
-        """Power per length [W/m] that the dashpots dissipate."""
-        ...
-
-    def energy(self, u: Array) -> Array:
-        """Energy per length [J/m] that the springs store."""
-        ...
-
-    def inner(self, n: int) -> dict[str, Array]:
-        """Inner displacements [m] of the first n elements, by name."""
-        ...
-
-
 class StandardSolidElement:
-    """Equations (8) of the paper: standard solid in shear, elastic in bulk.
+    """Equations (8) of the paper, see `restitution.impact.elements`: standard solid in shear, elastic in bulk.
 
-    Parameters
-    ----------
-    equilibrium_modulus : float
-        Ginf [Pa].
-    branch_modulus : float
-        G1 [Pa].
-    viscosity : float
-        eta [Pa s].
-    bulk_modulus : float
-        K0 [Pa]; infinite for the incompressible form, in which `u2 = u`.
-
-    Notes
-    -----
-    Ginf beside G1 and eta in series carries the displacement u2; in series with that, K0 + Ginf/3 beside G1/3
-    and eta/3 in series carries u - u2::
-
-        0 = eta (u3' - u2') + G1 u3
-        0 = (eta/3)(u1' - u') + (G1/3)(u1 - u2)
-        0 = G1 u3 + Ginf u2 + (Ginf/3 + K0)(u2 - u) + (G1/3)(u2 - u1)
-        F/dx = 4 (Ginf u2 + G1 u3)
+    Ginf parallel to G1 and eta in series has the displacement u2. In series with that, K0 + Ginf/3 parallel to G1/3
+    and eta/3 in series has the displacement u - u2; for an infinite K0, `u2 = u`.
     """
 
-    def __init__(
-        self, equilibrium_modulus: float, branch_modulus: float, viscosity: float, bulk_modulus: float
-    ) -> None:
-        self.ginf, self.g1, self.eta, self.k0 = equilibrium_modulus, branch_modulus, viscosity, bulk_modulus
+    def __init__(self, ginf: float, g1: float, eta: float, k0: float) -> None:
+        self.ginf, self.g1, self.eta, self.k0 = ginf, g1, eta, k0
         self.u1 = self.u2 = self.u3 = np.zeros(0)
 
     def grow(self, size: int) -> None:
-        """Make room for `size` elements."""
+        """Make room for `size` elements; new ones are undeformed."""
         self.u1, self.u2, self.u3 = (padded(x, size) for x in (self.u1, self.u2, self.u3))
 
     def advance(self, u: Array, du: Array, step: float) -> None:
-        """Step u1, u2, u3 in time."""
+        """Advance u1, u2, u3 by a step [s] to the displacements u [m], which have grown by du [m]."""
         n, ginf, g1, k0 = u.size, self.ginf, self.g1, self.k0
         u1, u2, u3 = self.u1[:n], self.u2[:n], self.u3[:n]
-        # From the first of (8), u3 = u2 + lag after the step; from the second, u1; then, from the third, u2.
+        # The first of (8) gives u3 = u2 + lag after the step, the second u1, and the third then u2.
         lag = u3 - u2 - (step * g1 / self.eta) * u3
         u1 += du - (step * g1 / self.eta) * (u1 - u2)
         if math.isinf(k0):
@@ -95,12 +48,12 @@ class StandardSolidElement:
         u3[:] = u2 + lag
 
     def line_load(self, u: Array, v: float) -> Array:
-        """Force per length 4 (Ginf u2 + G1 u3)."""
+        """Force per length 4 (Ginf u2 + G1 u3) [N/m] at the displacements u [m] and the velocity v [m/s]."""
         n = u.size
         return 4.0 * (self.ginf * self.u2[:n] + self.g1 * self.u3[:n])
 
     def dissipation(self, u: Array, v: float) -> Array:
-        """Power per length of the dashpots eta and eta/3."""
+        """Power per length [W/m] that the dashpots eta and eta/3 dissipate."""
         n = u.size
         power = self.u3[:n] ** 2
         if not math.isinf(self.k0):
@@ -108,7 +61,7 @@ class StandardSolidElement:
         return (4.0 * self.g1**2 / self.eta) * power
 
     def energy(self, u: Array) -> Array:
-        """Energy per length of the five springs."""
+        """Energy per length [J/m] of the five springs."""
         n = u.size
         u1, u2, u3 = self.u1[:n], self.u2[:n], self.u3[:n]
         energy = self.g1 * u3**2 + self.ginf * u2**2
@@ -117,23 +70,14 @@ class StandardSolidElement:
         return 2.0 * energy
 
     def inner(self, n: int) -> dict[str, Array]:
-        """Displacements u1, u2, u3."""
+        """Inner displacements [m] of the first n elements by name."""
         return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
 
 
 class MaxwellElement:
-    """Spring, dashpot and Maxwell branches in parallel, which are the reduced relaxation modulus.
+    """Spring, dashpot and Maxwell branches in parallel: the reduced relaxation modulus E*(t).
 
-    Parameters
-    ----------
-    series : PronySeries
-        Reduced relaxation modulus E*(t) [Pa].
-
-    Notes
-    -----
-    ::
-
-        w_k' = u' - w_k/tau_k,        F/dx = E_inf u + viscosity u' + sum E_k w_k
+    With `w_k' = u' - w_k/tau_k` the force is `F/dx = E_inf u + viscosity u' + sum E_k w_k`.
     """
 
     def __init__(self, series: PronySeries) -> None:
@@ -142,33 +86,35 @@ class MaxwellElement:
         self.w = np.zeros((self.moduli.size, 0))
 
     def grow(self, size: int) -> None:
-        """Make room for `size` elements."""
+        """Make room for `size` elements; new ones are undeformed."""
         self.w = padded(self.w, size)
 
     def advance(self, u: Array, du: Array, step: float) -> None:
-        """Step w_k in time."""
+        """Advance w_k by a step [s] in which the displacements u grow by du [m]."""
         w = self.w[:, : u.size]
         w += du - (step / self.times) * w
 
     def line_load(self, u: Array, v: float) -> Array:
-        """Force per length of spring, dashpot and branches."""
+        """Force per length [N/m] of spring, dashpot and branches."""
         return self.equilibrium * u + self.viscosity * v + self.moduli @ self.w[:, : u.size]
 
     def dissipation(self, u: Array, v: float) -> Array:
-        """Power per length of all dashpots."""
+        """Power per length [W/m] that all dashpots dissipate."""
         return self.viscosity * v**2 + (self.moduli / self.times[:, 0]) @ self.w[:, : u.size] ** 2
 
     def energy(self, u: Array) -> Array:
-        """Energy per length of all springs."""
+        """Energy per length [J/m] of all springs."""
         return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
 
     def inner(self, n: int) -> dict[str, Array]:
-        """Return nothing: the branches have no place in the paper's element."""
+        """Return nothing: the paper's element has no such branches."""
         return {}
 
 
-def element_law(material: Material, counter_material: Material | None, series: PronySeries) -> ElementLaw:
-    """Return the paper's element where the material is the paper's, and else that of the reduced modulus."""
+def element_law(
+    material: Material, counter_material: Material | None, series: PronySeries
+) -> StandardSolidElement | MaxwellElement:
+    """Return the paper's element for the paper's material, and the element of the reduced modulus for any other."""
     shear, bulk = material.shear.simplified(), material.bulk
     rigid, relaxing = counter_material is None, isinstance(bulk, PronySeries) and not bulk.is_elastic
     if not rigid or relaxing or shear.n_branches != 1 or shear.parallel_viscosity > 0.0:
@@ -181,5 +127,4 @@ def element_law(material: Material, counter_material: Material | None, series: P
 
 def padded(array: NDArray[Any], size: int) -> NDArray[Any]:
     """Return the array with zeros added to its last axis up to `size`."""
-    more = np.zeros((*array.shape[:-1], size - array.shape[-1]), dtype=array.dtype)
-    return np.concatenate([array, more], axis=-1)
+    return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, size - array.shape[-1])])

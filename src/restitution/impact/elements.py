@@ -1,4 +1,4 @@
-"""The scheme of the paper: independent elements and explicit Euler, equation by equation.
+"""The method of the paper: independent elements and explicit Euler.
 
 E. Willert, J.-E. Leroy, M. Satora, Y. Scholtyssek, The Influence of Compressibility on the Restitution
 Coefficient for Viscoelastic Spheres in Low-Velocity Normal Impacts, eqs. (7) to (9).
@@ -26,20 +26,19 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MAX_STEPS = 500_000
-"""Largest number of time steps that a run may take; about half a minute with 800 elements."""
+"""Largest number of time steps; about half a minute with 800 elements."""
 
-# Time steps for each element in 3 d_m/v0, the contact time of an elastic sphere within 2 %: e is then wrong
-# by about 1e-3 with 200 elements, nearly all of it from the time step.
+# Time steps for each element in 3 d_m/v0, the contact time of an elastic sphere to 2 %. The error of e is then about
+# 1e-3 with 200 elements, nearly all of it from the time step.
 _STEPS_PER_ELEMENT = 25
 _FEWEST, _MOST, _SIZING = 16, 20_000, 64
 
 
 class ElementsSolution(NamedTuple):
-    """History and results of one impact in SI units.
+    """History, arrays of shape (n_step + 1,), and results of one impact in SI units.
 
-    The first five fields are arrays of shape `(n_step + 1,)` from first touch to the instant in which the
-    last element has left. A body that never separates (`status` SINKS_IN or CAPTURED) has zero
-    `restitution_coefficient`, infinite `contact_time`, and a history that ends where the status was decided.
+    The history ends when the last element leaves. That of a body that does not separate (`status` SINKS_IN or
+    CAPTURED) ends where the status is decided; its `restitution_coefficient` is 0 and its `contact_time` infinite.
     """
 
     time: Array
@@ -61,41 +60,37 @@ class ElementsSolution(NamedTuple):
 
 
 def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | None = None) -> ElementsSolution:
-    """Impact by the elements of the method of dimensionality reduction and explicit Euler in time.
+    """Solve an impact by the elements of the method of dimensionality reduction and explicit Euler in time.
 
     Parameters
     ----------
     impact : Impact
-        A single impact (no arrays).
+        A single impact.
     n_elements : int
-        Number of elements across the largest contact, in [16, 20000]: their spacing is
-        `dx = 2 a_max/n_elements`, with a_max from a coarse run.
+        Number of elements across the largest contact, in [16, 20000]. Their spacing is `dx = 2 a_max/n_elements`, with
+        a_max from a coarse run.
     time_step : float, optional
-        Time step [s]. Left out, it is the smaller of `3 d_m/(25 v0 n_elements)`, which makes the error first
-        order in `1/n_elements`, and half of the longest that explicit Euler bears without overshooting.
+        Time step [s]. The default is the smaller of `3 d_m/(25 v0 n_elements)`, which makes the error first order in
+        `1/n_elements`, and half of the longest step with which explicit Euler does not overshoot.
 
     Returns
     -------
     ElementsSolution
-        History, restitution coefficient, contact time, peaks, energies and how the impact ended. The energies
-        [J] are what the dashpots dissipated in contact and what elements still stored as they left.
-        `restitution_error` is the estimated error of e, not a bound: its difference from a run with half as
-        many elements and twice the time step, as befits a first-order scheme; NaN if that step is too long.
-        In the paper's plane it is within some percent of the true error, but where e is below 0.01.
+        The energies [J] are those that the dashpots dissipate in contact and that elements still store when they
+        leave. `restitution_error` is an estimate of the error of e, not a bound: the difference from a run with half
+        as many elements and twice the time step; NaN if that step is too long. In the paper's plane it is within a few
+        percent of the true error, except where e is below 0.01.
 
     Raises
     ------
-    ValueError
-        If an input is out of range, the time step too long for explicit Euler, or more than `MAX_STEPS` steps
-        would be needed.
-    TypeError
-        If `n_elements` is no integer.
+    InputError
+        If an input is out of range, the time step is too long for explicit Euler, or more than `MAX_STEPS` steps would
+        be needed.
 
     Notes
     -----
-    Each element at x has a displacement u from the step on in which `d >= g(x)`, with the transform g of the
-    profile (eq. 4), and, on the paper's material (standard solid, elastic in bulk), inner displacements
-    u1, u2, u3::
+    The element at x has a displacement u from the step on in which `d >= g(x)`, with the transform g of the profile
+    (eq. 4). On the paper's material, a standard solid that is elastic in bulk, it has inner displacements u1, u2, u3::
 
         u = d - g(x)                                                                      (7)
         0 = eta (u3' - u2') + G1 u3                                                       (8)
@@ -104,13 +99,13 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
         F = 4 dx (Ginf u2 + G1 u3)
         m d'' = external force - sum F                                                    (9)
 
-    In the incompressible form `u2 = u`. An element whose force would turn negative carries zero force and has
-    left contact for good; when all have, the impact is over. On any other material an element is the reduced
-    modulus as a spring, a dashpot and Maxwell branches in parallel. A body that is pressed on so much that it
-    comes back before all elements have left is CAPTURED.
+    In the incompressible form `u2 = u`. An element whose force would become negative leaves contact for good; the
+    impact ends when all elements have left. On any other material an element is a spring, a dashpot and Maxwell
+    branches in parallel, with the reduced modulus. The body is CAPTURED if it moves inwards again before all elements
+    have left.
 
-    Only the relaxation is stiff: explicit Euler is stable for steps below twice the shortest relaxation time
-    of the reduced modulus and, with a dashpot, below twice `m/(2 viscosity a_max)`. Half is the limit here.
+    Only the relaxation is stiff: explicit Euler is stable for steps below twice the shortest relaxation time of the
+    reduced modulus and, with a dashpot, below twice `m/(2 viscosity a_max)`. The limit here is half of that.
 
     Examples
     --------
@@ -132,7 +127,7 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
 
 
 class _Snapshot(NamedTuple):
-    """Elements in contact, or once in contact, at an instant: which touch, displacement, inner ones, line load."""
+    """Elements in contact, or once in contact, at one time step."""
 
     step: int
     touching: NDArray[np.bool_]
@@ -147,28 +142,24 @@ def element_history(
     Parameters
     ----------
     impact : Impact
-        A single impact (no arrays).
+        A single impact.
     n_elements, time_step
         See `solve_elements`.
     n_times : int
-        About how many instants are kept, >= 2.
+        Approximate number of times, >= 2.
 
     Returns
     -------
     xarray.Dataset
-        Over `time` [s] and `position` [m], the distance x > 0 of an element from the axis; each stands for its mirror
-        image as well. `displacement` u, on the paper's material also the inner displacements `u1`, `u2`, `u3` [m], NaN
-        while an element is not in contact, and its `force` F [N], zero then. Twice the sum of the forces is that of
-        the contact.
+        Over `time` [s] and `position` [m], the distance x > 0 of an element from the axis; each element stands for its
+        mirror image as well. `displacement` u and, on the paper's material, the inner displacements `u1`, `u2`, `u3`
+        [m] of equations (7) and (8) of the paper, NaN while an element is not in contact; its `force` F [N], zero
+        then. The contact force is twice the sum of the forces.
 
     Raises
     ------
     InputError
         As `solve_elements`, and if `n_times` is below 2.
-
-    Notes
-    -----
-    Equations (7) and (8) of the paper; see `solve_elements`.
 
     Examples
     --------
@@ -187,33 +178,17 @@ def element_history(
     every = max(1, round(sizes.duration / (step * n_times)))
     foundation.march(spacing, step, snapshots, every)
     count = max(one.touching.size for one in snapshots)
-    names = [
-        "displacement",
-        *(name for name in snapshots[-1].columns if name not in ("displacement", "force")),
-    ]
-    data = {name: np.full((len(snapshots), count), np.nan) for name in names}
-    data["force"] = np.zeros((len(snapshots), count))
-    for row, one in enumerate(snapshots):
-        for name, column in one.columns.items():
-            data[name][row, : one.touching.size][one.touching] = column[one.touching]
     words = {"displacement": "displacement u of an element", "force": "force F of an element"}
-    described = {
-        name: (
-            ("time", "position"),
-            values,
-            {
-                "units": "N" if name == "force" else "m",
-                "long_name": words.get(name, f"inner displacement {name}"),
-            },
-        )
-        for name, values in data.items()
-    }
+    described: dict[str, Any] = {}
+    for name in snapshots[-1].columns:
+        values = np.full((len(snapshots), count), 0.0 if name == "force" else np.nan)
+        for row, one in enumerate(snapshots):
+            values[row, : one.touching.size][one.touching] = one.columns[name][one.touching]
+        unit, long_name = "N" if name == "force" else "m", words.get(name, f"inner displacement {name}")
+        described[name] = ("time", "position"), values, {"units": unit, "long_name": long_name}
     time = ("time", step * np.array([float(one.step) for one in snapshots]), HISTORY["time"].attributes)
-    position = (
-        "position",
-        (np.arange(count) + 0.5) * spacing,
-        {"units": "m", "long_name": "distance x from the axis"},
-    )
+    distances = (np.arange(count) + 0.5) * spacing
+    position = ("position", distances, {"units": "m", "long_name": "distance x from the axis"})
     attributes = {"spacing": spacing, "time_step": step, "references": "Willert et al., eqs. (7) and (8)"}
     return xr.Dataset(described, {"time": time, "position": position}, attributes)
 
@@ -248,21 +223,19 @@ class _Sizes(NamedTuple):
         return 3.0 * self.depth / (_STEPS_PER_ELEMENT * n_elements * self.velocity)
 
     def admit(self, n_elements: int, step: float, *, automatic: bool) -> None:
-        """Raise ValueError for a time step that is too long or would be taken too often, with the remedy."""
+        """Refuse a time step that is too long, or too short for `MAX_STEPS` steps, with a remedy."""
         limit, steps, least = self.limit, self.duration / step, self.duration / MAX_STEPS
         if step > limit:
-            raise ValueError(f"time_step = {step:.3g} s: must be <= {limit:.3g} s here, for explicit Euler")
+            raise InputError("time_step", step, f"must be <= {limit:.3g} s here, for explicit Euler", "s")
         if steps <= MAX_STEPS:
             return
-        remedy = f"time_step in [{least:.3g}, {limit:.3g}] s would do"
+        remedy = f"take time_step in [{least:.3g}, {limit:.3g}] s"
         if least > limit:
             remedy = f"explicit Euler needs time_step <= {limit:.3g} s, so use method 'exact'"
         elif automatic and least <= 0.5 * limit:
-            remedy = f"n_elements <= {int(n_elements * MAX_STEPS / steps)} or {remedy}"
-        raise ValueError(
-            f"n_elements = {n_elements}, time_step = {step:.3g} s: take {steps:.2g} time steps, "
-            f"must be <= {MAX_STEPS}; {remedy}"
-        )
+            remedy = f"take n_elements <= {int(n_elements * MAX_STEPS / steps)}, or {remedy[5:]}"
+        wanted = f"must not need more than {MAX_STEPS} time steps, and {step:.3g} s makes {steps:.2g}; {remedy}"
+        raise InputError("n_elements, time_step", (n_elements, step), wanted)
 
 
 class _Foundation:
@@ -272,7 +245,7 @@ class _Foundation:
         self.load = float(impact.external_force)
 
     def measure(self, n_elements: int) -> _Sizes:
-        """Find depth, radius and duration by a coarse run, itself laid out from an elastic estimate."""
+        """Return depth, radius and duration of a coarse run, which starts from an elastic estimate."""
         block = Batch.from_impact(self.impact).scaled()
         depth = float(block.firsts[0] ** 2 * block.length[0])
         sizes = self.sizes(depth, 3.0 * depth / self.velocity)
@@ -290,10 +263,7 @@ class _Foundation:
     def march(
         self, spacing: float, step: float, snapshots: list[_Snapshot] | None = None, every: int = 1
     ) -> ElementsSolution:
-        """Explicit Euler; elements at (i + 1/2) dx, each of which stands for its mirror image as well.
-
-        The states of the elements at every so many steps are added to `snapshots`.
-        """
+        """March by explicit Euler; elements at (i + 1/2) dx, each for its mirror image too; keep `snapshots`."""
         transform = self.impact.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
@@ -312,7 +282,7 @@ class _Foundation:
             if d >= deepest:
                 deepest, born = d, int(np.searchsorted(g, d, side="right"))
                 contact[n:born], n = True, max(n, born)
-            # An element that d has passed since the last step begins with what is left of that step.
+            # An element that d has passed since the last step begins with the rest of that step.
             touching, displacement = contact[:n], u[:n]
             growth = d - g[:n] - displacement
             displacement += growth
@@ -338,14 +308,12 @@ class _Foundation:
                 stored += 2.0 * spacing * float(law.energy(displacement) @ touching)
                 return self.solution(rows, step, status, dissipated, stored)
             if len(rows) > MAX_STEPS:
-                raise ValueError(
-                    f"time_step = {step:.3g} s: contact lasts longer than {MAX_STEPS} of them, "
-                    "the most allowed; use method 'exact'"
-                )
+                wanted = f"must be longer: the contact needs more than {MAX_STEPS} steps; or use method 'exact'"
+                raise InputError("time_step", step, wanted, "s")
             d, v = d + step * v, v + step * (self.load - force) / self.mass
 
     def is_over(self, time: float, radius: float) -> bool:
-        """Whether 20 times the slowest decay has passed: 2e-9 is left of all that could turn the body."""
+        """Whether 20 times the slowest decay has passed, after which 2e-9 of the transients is left."""
         if radius == 0.0:
             return False
         series, slowest = self.series, float(self.series.relaxation_times.max(initial=0.0))

@@ -1,4 +1,4 @@
-"""The exact method: blocks of scaled impacts through the compiled kernel, on a pool of threads."""
+"""The exact method: blocks of scaled impacts in the compiled kernel, on a pool of threads."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 STAGES = 8
-# Impacts a task: some 10 ms, so that Ctrl-C and progress are prompt and the pool's own cost is lost in it.
+# Impacts in a task: some 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
 _CHUNK = 512
 
 
-# Tolerances of an element that keep the error of e below rtol max(e, 1e-3), by measurement: the error at the end of
-# an element falls faster than what is seen inside it.
+# Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
+# element falls faster than the error inside it.
 _RTOL = (-14.0, -12.0, -11.0, -10.0, -9.0, -8.0, -6.0, -4.0, -2.0)
 _ELEMENT_TOLERANCE = (-12.0, -9.2, -8.3, -7.75, -7.1, -6.4, -5.3, -4.6, -4.4)
 
 
 def element_tolerance(rtol: float) -> float:
-    """Tolerance of one element that keeps the error of e below rtol max(e, 1e-3); see validation/."""
+    """Return the tolerance of one element that keeps the error of e below rtol max(e, 1e-3); see validation/."""
     return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
 
 
 def newton_tolerance(rtol: float) -> float:
-    """Largest accepted error of the Newton iteration, relative; below 2e-14 there is nothing but rounding."""
+    """Return the largest accepted relative error of the Newton iteration; below 2e-14 there is only rounding."""
     return min(max(5e-2 * rtol, 2e-14), 1e-7)
 
 
@@ -77,7 +77,7 @@ def solve_scaled(
     rtol : float
         Relative tolerance of e.
     workers : int, optional
-        Number of threads; all cores where left out. The results do not depend on it.
+        Number of threads; by default that of the cores. The results do not depend on it.
     progress : callable, optional
         Called with (impacts done, all impacts).
     budget : bool
@@ -149,7 +149,7 @@ def _solve_each(
     block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array, further: Array,
     budget: bool, pressure: bool,
 ) -> None:  # fmt: skip
-    """Solve a block one by one, with the energies in units of m v0^2, and the largest pressure."""
+    """Solve a block one by one, with the energies in units of m v0^2 and the largest pressure."""
     from restitution.kernel.energy import allocate_ledger, energy_budget
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.pressure import graded_rule, peak_pressure
@@ -168,22 +168,14 @@ def _solve_each(
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """What the kernel leaves of one impact that ended in separation.
-
-    Attributes
-    ----------
-    problem : Problem
-        What was solved.
-    work : Work
-        The stored halves, as long as they are.
-    """
+    """Problem and stored halves, approach and rebound, of one impact that ended in separation."""
 
     problem: Problem
     work: Work
 
     @cached_property
     def ledger(self) -> Ledger:
-        """Memory of the foundation and energies along both halves."""
+        """Memory of the foundation, and energies, along both halves."""
         from restitution.kernel.energy import allocate_ledger, energy_budget
         from restitution.kernel.radau import radau
 
@@ -194,7 +186,7 @@ class Stored:
 
     @property
     def energies(self) -> tuple[float, float]:
-        """Energy dissipated, and energy stored by the elements as they left, in units of m v0^2."""
+        """Energies dissipated, and stored in elements when they leave, in units of m v0^2."""
         end = self.ledger.rebound[-1, :, -1]
         return float(end[-3]), float(end[-1])
 
@@ -208,7 +200,7 @@ class Stored:
 
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
-    """Solve a block of one impact and return its outcome, with the stored halves if it ended in separation."""
+    """Solve a block of one impact; return its outcome, and the stored halves if it ends in separation."""
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
 
@@ -247,5 +239,5 @@ def is_ready() -> bool:
 
 
 def outcome_columns(outcomes: Any) -> dict[str, Array]:
-    """Name the columns of an outcome."""
+    """Return the columns of outcomes by name."""
     return {name: outcomes[:, n] for n, name in enumerate(OUTCOME)}

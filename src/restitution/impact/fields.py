@@ -1,15 +1,15 @@
-"""Pressure and surface displacement during an impact, and after it, from the line load of the foundation.
+"""Pressure and surface displacement during and after an impact, from the line load of the foundation.
 
-The element of the foundation at x is touched at t0(x) and carries, with the branches of the reduced modulus,
+The element of the foundation at x is touched at t0(x). With the branches of the reduced modulus it carries
 
     q(x, t) = E_inf u + eta u' + sum E_k w_k,   w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0),   u = d - g(x),
 
-`H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`, until it leaves at t2(x). From then on q = 0 and it creeps back:
+`H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`, until it leaves at t2(x). Then q = 0, and the element creeps back:
 
     u(x, t) = sum_j J_j [E_inf u + sum_k E_k w_k/(1 - theta_j/tau_k)](x, t2) exp(-(t - t2)/theta_j)
 
-with the compliances J_j and the times theta_j of the retardation spectrum, from the residues of the Laplace
-transform `[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. What a liquid keeps is the residue at s = 0.
+with the compliances J_j and the times theta_j of the retardation spectrum, from the residues of the Laplace transform
+`[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. The residue at s = 0 is the permanent imprint of a liquid.
 """
 
 from __future__ import annotations
@@ -33,29 +33,19 @@ Fit = Callable[[float], LineFunction | None]
 Field = Callable[[LineFunction, Array], Array]
 Kept = dict[float, LineFunction | None]
 
-# Share of the contact radius before which the line load ends. Where a profile is so steep that q falls to
-# zero within it (around a flat face, at the equator of a sphere), the contact is that of a flat punch.
+# The line load ends at this share of the contact radius before the edge. A profile so steep that q falls to zero
+# within it (around a flat face, at the equator of a sphere) has the contact of a flat punch.
 _EDGE = 1e-10
-# Distance from the tip [m] at which only a cone has a depth to speak of.
+# Distance from the tip [m] at which only a cone has a noticeable depth.
 _NEAR_TIP = 1e-200
-# Error of the line load over its largest value: at least that of its fit, and over that some 1000 rtol at early times.
+# Error of the line load over its largest value: at least that of its fit, some 1000 rtol at early times.
 _NOISE, _MOST_NOISE = 1e-9, 1e-3
 # Times whose line functions are kept, so that a second call does not fit them again.
 _KEPT = 64
 
 
 class ImpactFields:
-    """Fields over radius and time of one impact that ended in separation, in SI.
-
-    Parameters
-    ----------
-    impact : Impact
-        A single impact.
-    solution : Solution
-        Its solution.
-    rtol : float
-        The tolerance at which it was solved.
-    """
+    """Fields over radius and time, in SI, of one impact that ended in separation, solved at the tolerance `rtol`."""
 
     def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
         self._solution = solution
@@ -69,7 +59,7 @@ class ImpactFields:
         self._coupling = roots.terms[:, ::-1] * self._moduli
         self._flow = series.flow_viscosity if series.is_liquid else np.inf
         self._deepest = solution.deepest
-        # A cone has a slope g'(0), all other profiles have not.
+        # Only a cone has a slope g'(0).
         self._sharp = float(self._profile.transform(_NEAR_TIP)) > 1e-9 * _NEAR_TIP
         self._noise = min(max(_NOISE, 1e3 * rtol), _MOST_NOISE)
         self._loads: Kept = {}
@@ -85,7 +75,7 @@ class ImpactFields:
         return self._over_times(self._displacements, self.line_displacement, surface_displacement, r, t)
 
     def line_load(self, t: float) -> LineFunction | None:
-        """Line load q(x) [N/m] of the foundation at the time t [s]; None where nothing is in contact."""
+        """Return the line load q(x) [N/m] of the foundation at the time t [s]; None without contact."""
         time = t / self._solution.units.time
         if not 0.0 < time < self._solution.end:
             return None
@@ -108,7 +98,7 @@ class ImpactFields:
         return line_function(load, extent, breakpoints=self._radii(ends[ends < s]))
 
     def line_displacement(self, t: float) -> LineFunction | None:
-        """Displacement u(x) [m] of the foundation at the time t [s]; None where nothing was touched yet."""
+        """Return the displacement u(x) [m] of the foundation at the time t [s]; None before first touch."""
         stored = self._solution
         time = t / stored.units.time
         if time <= 0.0:
@@ -147,7 +137,7 @@ class ImpactFields:
         return result[()]
 
     def _state(self, time: float) -> tuple[Array, float, float]:
-        """Columns of the motion at a scaled time, the contact radius [m] and the s of the approach at it."""
+        """Return the columns of the motion at a scaled time, the contact radius [m] and s of the approach there."""
         stored = self._solution
         moment = np.array([min(time, stored.end)])
         half = stored.approach if time * stored.units.time <= stored.turning_time else stored.rebound
@@ -163,16 +153,16 @@ class ImpactFields:
         return state, float(self._radii(np.array([s]))[-1]), s
 
     def _radii(self, s: Array) -> Array:
-        """Contact radii [m] at s."""
+        """Return the contact radii [m] at s."""
         return np.asarray(self._profile.contact_radius(s**2 * self._solution.units.length))
 
     def _depth(self, x: Array, s: float) -> Array:
-        """Depths g [m] at which the elements at x [m] are touched, for those touched up to s."""
-        # An exact sphere far in has rounded to its equator, where g is infinite.
+        """Return the depths g [m] at which the elements at x [m] are touched, at most that of s."""
+        # Rounding puts deep contacts of a sphere at its equator, where g is infinite.
         return np.minimum(self._profile.transform(x), s**2 * self._solution.units.length)
 
     def _touch(self, x: Array) -> tuple[Array, Array]:
-        """Instants t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
+        """Return the times t0 [s] at which the elements at x [m] are touched, and H_k [m] there, shape (n, N)."""
         stored = self._solution
         state = stored.interpolate(stored.approach.columns, *self._touch_places(x))
         return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
@@ -182,7 +172,7 @@ class ImpactFields:
         return self._solution.find(self._solution.approach, S_, s)
 
     def _recovering(self, x: Array, t: float) -> Array:
-        """Displacement [m] at the time t [s] of elements at x [m] that have left."""
+        """Return the displacement [m] at the time t [s] of elements at x [m] that have left."""
         stored = self._solution
         time, length = stored.units.time, stored.units.length
         places = self._touch_places(x)

@@ -1,8 +1,7 @@
-"""The reduced equations of one impact through SciPy's `solve_ivp`: short, slow, independent of the kernel.
+"""Reference solution of one impact by SciPy's `solve_ivp`, to check the compiled kernel, with which it shares no code.
 
-One approach (Lee and Radok 1960) and one rebound (Graham 1967, Ting 1966) on a foundation whose reduced
-relaxation modulus is a Prony series, both as ordinary differential equations along a path on which they are
-smooth. It shares no code with the compiled kernel and is there to check it.
+One approach (Lee and Radok 1960) and one rebound (Graham 1967, Ting 1966) on a foundation whose reduced relaxation
+modulus is a Prony series, both as ordinary differential equations along a path on which they are smooth.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import within
 from restitution.contact.path import evaluate
 from restitution.impact.status import SolverError, Status
 
@@ -26,11 +26,10 @@ _MAX_EVALUATIONS = 1_000_000
 
 
 class ReferenceSolution(NamedTuple):
-    """History and results of one impact, in the units of `ScaledImpact` (length L, time L/v0, mass m).
+    """History, arrays of shape (n_step,), and results of one impact in the units of `ScaledImpact`.
 
-    The first five fields are arrays of shape `(n_step,)` from first touch to separation. A body that never
-    separates (`status` SINKS_IN or CAPTURED) has `restitution_coefficient` 0, `contact_time` infinite, and a
-    history that ends where the status was decided.
+    A body that does not separate (`status` SINKS_IN or CAPTURED) has `restitution_coefficient` 0, an infinite
+    `contact_time`, and a history that ends where the status is decided.
     """
 
     time: Array
@@ -50,61 +49,57 @@ class ReferenceSolution(NamedTuple):
 def solve_reference(
     scaled: ScaledImpact, *, rtol: float = 1e-9, contact_radius: Callable[[Any], Any] | None = None
 ) -> ReferenceSolution:
-    """Approach and rebound of one impact by an implicit Runge-Kutta method of order 5 (Radau IIA).
+    """Solve approach and rebound of one impact by an implicit Runge-Kutta method of order 5 (Radau IIA).
 
     Parameters
     ----------
     scaled : ScaledImpact
-        The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, contact radius `a(s)`
-        with depth `d = s^2`, motion `v' = -(F - external_force)`, `v(0) = 1`.
+        The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, contact radius `a(s)` at the
+        depth `d = s^2`, motion `v' = -(F - external_force)`, `v(0) = 1`.
     rtol : float
-        Relative tolerance [-] of the restitution coefficient where that is above 1e-3, and below it
-        `1e-3 rtol` absolute; between 1e-12 and 1e-2.
+        The error of e stays below `rtol max(e, 1e-3)`; in [1e-12, 1e-2].
     contact_radius : callable, optional
-        Contact radius a(s) over the square root of the depth, scaled, s >= 0, in place of that in `scaled`:
-        so that a profile need not be seen through the table from which the kernel works.
+        Scaled contact radius a(s), s >= 0, instead of the one in `scaled`, to bypass the table of a profile.
 
     Returns
     -------
     ReferenceSolution
-        History, restitution coefficient, contact time, peaks and how the impact ended. A body that would
-        leave a liquid with less than `1e-3 rtol` of its velocity counts as sinking in.
+        A body that would leave a liquid with less than `1e-3 rtol` of its velocity counts as sinking in.
 
     Raises
     ------
-    ValueError
-        For an `rtol` outside [1e-12, 1e-2].
+    InputError
+        If `rtol` is outside [1e-12, 1e-2].
     SolverError
         If the integration fails or needs more than a million evaluations.
 
     Notes
     -----
-    Approach, along `sigma` with `dt = 2 s dsigma` (all right-hand sides are smooth at first touch, where
-    `d^(3/2)` in time is not), with `dPi = a dd` and the memory of force `Y_k` and of displacement `W_k`::
+    The approach runs along `sigma` with `dt = 2 s dsigma`, in which all right-hand sides are smooth at first touch (in
+    time, `d^(3/2)` is not), with `dPi = a dd` and the memory of force `Y_k` and of displacement `W_k`::
 
         ds/dsigma   = v                               dPi/dsigma  = 2 s a v
         dv/dsigma   = -2 s (F - external_force)       dY_k/dsigma = -2 s Y_k/tau_k + 2 s a v
         dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma      W_k = v - (1/tau_k) int exp(-(t-t')/tau_k) d' dt'
 
-    Rebound, backwards over the approach: index 1 is the approach at `sigma_m - lambda`, where the contact
+    The rebound runs backwards over the approach. Index 1 denotes the approach at `sigma_m - lambda`, where the contact
     radius was the same; `X_k = exp(-(t - t1)/tau_k)`. The line load at the edge of contact stays zero,
     `q dt = v1 phi dt1`::
 
         dt/dlambda = -2 s1 v1 phi/q      phi = E_inf + sum E_k X_k      F = E_inf Pi1 + sum E_k X_k Y1_k
         q = E_inf v + viscosity dv/dt + sum E_k [W_k + X_k (v1 - W1_k)]
 
-    The dashpot does not enter F in the rebound: it loads the whole contact alike by `viscosity v`, and the
-    line load, of which F is the integral, is zero at the edge. A constant force may turn the edge of contact
-    back outwards before the body separates (`q` vanishes, dt/dlambda grows without bound); a second loading
-    is outside the theory, and the status is CAPTURED. Where that can happen, the end of the rebound is
-    integrated along `lambda + int dt/(2 s1)`, on which it is regular.
+    The dashpot does not enter F in the rebound: its line load `viscosity v` is uniform, and the total line load is
+    zero at the edge. A constant force may move the edge of contact outwards again before the body separates (`q`
+    vanishes, dt/dlambda grows without bound). This second loading is outside the theory, and the status is CAPTURED.
+    Where that can happen, the end of the rebound is integrated along `lambda + int dt/(2 s1)`, on which it is regular.
 
     Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438; T. C. T. Ting, J. Appl. Mech. 33
     (1966) 845; G. A. C. Graham, Int. J. Eng. Sci. 5 (1967) 495.
 
     Examples
     --------
-    An elastic body returns with the velocity with which it came.
+    An elastic impact has e = 1.
 
     >>> import numpy as np
     >>> from types import SimpleNamespace
@@ -114,13 +109,12 @@ def solve_reference(
     >>> round(solve_reference(elastic).restitution_coefficient, 9)
     1.0
     """
-    if not 1e-12 <= rtol <= 1e-2:
-        raise ValueError(f"rtol = {rtol:g}: must be in [1e-12, 0.01]")
+    within("rtol", rtol, 1e-12, 1e-2)
     return _Equations(scaled, rtol, contact_radius or _contact_radius(scaled)).solve()
 
 
 def _contact_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
-    """Contact radius a(s) over the square root of the depth."""
+    """Return the contact radius a(s) over the square root of the depth."""
     if scaled.table is None:
         return lambda s: s**scaled.exponent
     table, root = scaled.table, np.sqrt(scaled.length)
@@ -150,7 +144,7 @@ class _Equations:
         def arrest(s: float) -> float:
             return (self.glass * s**4 + self.viscosity * s**2) * float(radius(s))
 
-        # Where the stiffest response stops the body, to a factor of two: the scale of absolute tolerances.
+        # Depth at which the stiffest response stops the body, to a factor of two: the scale of absolute tolerances.
         s = 1.0
         for _ in range(100):
             s *= 0.5 if arrest(s) > 2.0 else 2.0 if arrest(2.0 * s) < 2.0 else 1.0
@@ -187,7 +181,7 @@ class _Equations:
             return y[2]
 
         def rests(_: float, y: Array) -> float:
-            """Time beyond 100 times the slowest decay: exp(-100) is left of all that could turn the body."""
+            """Time beyond 100 times the slowest decay, after which exp(-100) of the transients is left."""
             a = float(self.radius(y[0]))
             if a == 0.0:
                 return -1.0
@@ -203,18 +197,18 @@ class _Equations:
         return self.integrate(rates, (0.0, np.inf), start, self.atol_approach, events)
 
     def turned(self, approach: Any) -> bool:
-        """Whether the body is on its way out with more than noise."""
+        """Whether the body moves outwards with more than noise."""
         y = approach.y[:, -1]
         a, pull = float(self.radius(y[0])), float(self.approach_force(y)) - self.external_force
         recoil = pull / (np.sqrt(self.glass * a) + self.viscosity * a)
         return approach.t_events[0].size > 0 and recoil > self.floor
 
     def integrate_rebound(self, approach: Any) -> tuple[Array, Array, bool]:
-        """Path walked backwards, states (t, v, d, W_k) and whether the body separates."""
+        """Return lambda, the states (t, v, d, W_k) and whether the body separates."""
         end, sol = approach.t[-1], approach.sol
 
         def parts(way: float, z: Array) -> tuple[float, float, Array]:
-            """Both sides of (-q) dt = 2 s1 v1 phi dlambda, and the rates of z in time."""
+            """Return both factors of (-q) dt = 2 s1 v1 phi dlambda, and the rates of z in time."""
             self.count()
             y1, v = sol(end - way), z[1]
             fading = self.fading(z[0], y1)
@@ -243,8 +237,8 @@ class _Equations:
             return -parts(x[0], x[1:])[0]
 
         # dt/dlambda is 0/0 at the turning point. Close to it the deceleration is constant and the response
-        # glassy, so that the edge of contact obeys viscosity v + E_0 (d - d1) = 0; 1e-9 is close enough
-        # for relaxation times down to 1e-10 of the contact time.
+        # instantaneous, so that the edge of contact obeys viscosity v + E_0 (d - d1) = 0; 1e-9 is close enough for
+        # relaxation times down to 1e-10 of the contact time.
         y, way = sol(end), 1e-9 * end
         before, slack = 2.0 * y[0] * way, self.viscosity / self.glass
         after = before**2 / (slack + np.hypot(slack, before))
@@ -268,8 +262,8 @@ class _Equations:
 
         for event, direction in events:
             event.terminal, event.direction = True, direction
-        # SciPy's finite differences widen their step tenfold at each Jacobian for a state on which nothing
-        # depends (t in the approach, d in the rebound) until it overflows; the derivative stays zero.
+        # At each Jacobian SciPy widens the step of its finite differences tenfold for a state on which nothing depends
+        # (t in the approach, d in the rebound), until it overflows; the derivative stays zero.
         with np.errstate(over="ignore"):
             found = solve_ivp(
                 rates, span, start, method="Radau", rtol=self.rtol, atol=atol, dense_output=True,
@@ -302,7 +296,7 @@ class _Equations:
         from scipy.optimize import minimize_scalar
 
         time, depth, velocity, force, radius = history
-        # The force only falls after the turning point, so its peak is in the approach.
+        # The force falls after the turning point, so its peak is in the approach.
         sigma, peak = approach.t, int(np.argmax(force[: approach.t.size]))
         bounds = (sigma[max(peak - 1, 0)], sigma[min(peak + 1, sigma.size - 1)])
         found: Any = minimize_scalar(

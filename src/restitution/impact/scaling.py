@@ -1,4 +1,4 @@
-"""Dimensionless numbers of an impact: the groups p1, p2, p3 of a standard solid, and the blocks that the kernel solves."""
+"""Dimensionless numbers of impacts: the groups p1, p2, p3 of a standard solid, and the numbers for the kernel."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SMALLEST = 1e-300
 
 
 class DimensionlessGroups(NamedTuple):
-    """The three numbers on which the restitution coefficient of a standard solid depends (Willert et al., eq. 11).
+    """Dimensionless groups that determine the restitution coefficient of a standard solid (Willert et al., eq. 11).
 
     Attributes
     ----------
@@ -57,8 +57,8 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
 
     Raises
     ------
-    ValueError
-        If the impact is not of that kind, and why.
+    InputError
+        If the impact is of another kind.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
 
 def viscosity_unit(equilibrium_modulus: Any, mass: Any, velocity: Any, radius: Any) -> Any:
     """Viscosity `(m^2 Ginf^3/(v0 R))^(1/5)` [Pa s], for which p3 = 1; all in SI."""
-    # Roots first: the moduli cubed overflow where p3 itself is harmless.
+    # Roots first: the cube of a modulus may overflow.
     return equilibrium_modulus**0.6 * mass**0.4 / (velocity**0.2 * radius**0.2)
 
 
@@ -106,13 +106,14 @@ class ScaledImpact(NamedTuple):
     Attributes
     ----------
     equilibrium, moduli, times, viscosity, external_force : float or ndarray
-        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`, `Y_k' = -Y_k/times_k + a v`.
+        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`,
+        `Y_k' = -Y_k/times_k + a v`.
     exponent : float
-        p of a = s^p; negative where `table` holds.
+        p of a = s^p; negative with a `table`.
     table : PathTable or None
-        The profile's table of a(s) in SI.
+        Table of a(s) of the profile, in SI.
     first : float
-        Scale of s over which the impact happens: where to begin with the steps.
+        Scale of s of the impact, for the first steps.
     length, time, radius : float
         Units [m], [s] and the contact radius [m] where the dimensionless one is 1.
     """
@@ -131,7 +132,7 @@ class ScaledImpact(NamedTuple):
 
 
 class ScaledBlock(NamedTuple):
-    """Impacts that share a kind of profile, as the kernel takes them; row n has the modes offsets[n] to offsets[n+1]."""
+    """Scaled impacts of one kind of profile as arrays; row n has the modes offsets[n] to offsets[n + 1]."""
 
     firsts: Array
     equilibria: Array
@@ -157,7 +158,7 @@ class ScaledBlock(NamedTuple):
         return int(np.diff(self.offsets).max(initial=0))
 
     def row(self, n: int) -> ScaledImpact:
-        """Return impact n by itself."""
+        """Return impact n."""
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
@@ -166,7 +167,7 @@ class ScaledBlock(NamedTuple):
         )  # fmt: skip
 
     def part(self, start: int, stop: int) -> ScaledBlock:
-        """Return the impacts from `start` to `stop` as a block of their own."""
+        """Return the impacts from `start` to `stop` as a block."""
         rows = slice(start, stop)
         modes = slice(int(self.offsets[start]), int(self.offsets[stop]))
         return ScaledBlock(
@@ -180,31 +181,15 @@ def power_block(
     equilibria: Any, viscosities: Any, moduli: Any, times: Any, coefficients: Any, exponent: float,
     masses: Any, velocities: Any, forces: Any,
 ) -> ScaledBlock:  # fmt: skip
-    """Scale impacts of a power-type profile a = c s^p.
+    """Scale impacts of a power-type profile a = c s^p; arguments as in `restitution.impact.batch.Batch`.
 
-    Parameters
-    ----------
-    equilibria, viscosities : array, shape (n,)
-        Of the reduced modulus [Pa], [Pa s].
-    moduli, times : array, shape (n, n_branch)
-        Branch moduli [Pa] and relaxation times [s] of the reduced modulus; where a modulus is 0, there is no branch.
-    coefficients : array, shape (n,)
-        c [m^(1 - p/2)].
-    exponent : float
-        p.
-    masses, velocities, forces : array, shape (n,)
-        [kg], [m/s], [N].
-
-    Returns
-    -------
-    ScaledBlock
-        L is the depth that an elastic body would reach with the modulus that prevails at the time scale of the
-        impact, so that all numbers are of order one where the materials allow it.
+    The length L is the depth that an elastic body would reach with the modulus at the time scale of the impact. All
+    numbers are then of order one where the materials allow it.
     """
     p = exponent
     power = 1.0 / (2.0 + 0.5 * p)
-    # What overflows here comes back from the kernel as a row that failed.
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+    # A row that overflows here fails in the kernel.
+    with np.errstate(all="ignore"):
         # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
         energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities * velocities / coefficients
         glass = equilibria + moduli.sum(axis=1)
@@ -238,8 +223,8 @@ def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tupl
     return time, np.where(np.all((units > _SMALLEST) & (units < 1.0 / _SMALLEST), axis=0), factor, np.nan)
 
 
-# Error of a profile's table in units of the tolerance of e, and between what: finer ones resolve joints that no impact
-# feels, which costs small steps, and coarser ones save nothing.
+# Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve joints
+# that no impact feels, which costs small steps; coarser tables save nothing.
 _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 
 
@@ -247,30 +232,16 @@ def table_block(
     profile: Profile, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, depth_factor: float = 4.0, rtol: float = 0.0,
 ) -> ScaledBlock:  # fmt: skip
-    """Scale impacts of one profile without a power law, which the kernel sees as a table.
+    """Scale impacts of one profile without a power law, by a table that suffices for the tolerance `rtol` of e.
 
-    Parameters
-    ----------
-    profile : Profile
-        The profile.
-    equilibria, viscosities, moduli, times, masses, velocities, forces
-        See `power_block`.
-    depth_factor : float
-        The table reaches to this multiple of the estimated largest depth.
-    rtol : float
-        The relative tolerance of e to which the table has to be good; as good as tables are if left out.
-
-    Returns
-    -------
-    ScaledBlock
-        One length L for all rows, the end of the table.
+    The table reaches to `depth_factor` times the estimated largest depth. Its end is the length L of all rows.
     """
     most = float(profile.max_depth)
     samples = _of_profile(_force_integrals, profile)
-    # What overflows here comes back as a row that failed.
+    # A row that overflows here fails in the kernel.
     with np.errstate(over="ignore"):
         depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
-    # Rounded, so that calls with other impacts of about the same depths find the table made.
+    # Rounded, so that impacts of similar depths share a table.
     length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
     least = min(_rounded_down(float(depths.min()), 4.0), length)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
@@ -287,12 +258,12 @@ def table_block(
 
 
 def _rounded_down(value: float, factor: float) -> float:
-    """Next lower power of a factor."""
+    """Return the next lower power of a factor."""
     return factor ** math.floor(math.log(value) / math.log(factor))
 
 
 def _of_profile(function: Any, profile: Profile, *arguments: float) -> Any:
-    """What a function with a cache makes of a profile; made anew for a profile that cannot be a key."""
+    """Call a function with a cache, or without its cache for a profile that has no hash."""
     try:
         hash(profile)
     except TypeError:
@@ -309,10 +280,10 @@ def _path_table(profile: Profile, depth_max: float, depth_min: float, rtol: floa
 
 @lru_cache(maxsize=32)
 def _force_integrals(profile: Profile) -> tuple[Array, Array]:
-    """Logarithms of depths [m], a factor of e or less apart over all that is possible, and of the force integrals there."""
+    """Return logarithms of depths [m], at most a factor of e apart, and of the force integrals there."""
     most = min(float(profile.max_depth), 1e100)
     knots = np.linspace(-300.0, math.log(most), math.ceil(300.0 + math.log(most)) + 1)
-    # The logarithm of the last depth of a profile may come back as a little more.
+    # Rounding must not exceed the last depth of a profile.
     with np.errstate(all="ignore"):
         integrals = profile.force_integral_at_depth(np.minimum(np.exp(knots), most))
     return knots, np.log(np.maximum(integrals, 1e-300))
@@ -322,13 +293,14 @@ def _elastic_depth(
     samples: tuple[Array, Array], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, most: float,
 ) -> Array:  # fmt: skip
-    """Depth [m] at which a body with the modulus that prevails at the time scale of the impact turns, about.
+    """Estimate the depth [m] at which an elastic body with the modulus at the time scale of the impact turns.
 
-    A measured tip is dear to evaluate, and this is where the steps begin, no more: its force integral is interpolated.
+    Measured tips are slow to evaluate and only the first step depends on the estimate, so force integrals are
+    interpolated.
     """
     knots, integrals = samples
     low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
-    # Nothing ever stops a weight on a liquid.
+    # Nothing stops a weight on a liquid.
     weight = np.where(equilibria > 0.0, forces, 0.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -337,7 +309,7 @@ def _elastic_depth(
         relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
         modulus = equilibria + relaxed + viscosities / duration
         integral = np.exp(np.interp(middle, knots, integrals))
-        # The exponent 2/5 of the parabola serves for all.
+        # The exponent 2/5 of the parabola is good enough for all profiles.
         deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities * velocities + weight * depth
         high = np.where(deep, middle, high)
         low = np.where(deep, low, middle)

@@ -1,9 +1,8 @@
-"""The stored solution of one impact: approach, rebound and memory of the foundation, from the one solve.
+"""Solution of one impact: approach, rebound and memory of the foundation.
 
-The element of the foundation touched at t0(x) has in branch k the elongation
-`w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0)`, `H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`; see
-`restitution.kernel.energy`, which integrates the memory H_k and the energies once for the budget, the history and the
-fields.
+An element of the foundation that is touched at t0(x) has in branch k the elongation
+`w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0)`, `H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`. The memory H_k and the
+energies are integrated once, in `restitution.kernel.energy`, for the budget, the history and the fields.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
-# Columns of a half: s, v, t, F, then the memory H_k, of which the first, without decay, is the depth.
+# Columns of a half: s, v, t, F, then the memory H_k; the first of these, without decay, is the depth.
 S_, V_, T_, F_, D_ = 0, 1, 2, 3, 4
 H_ = 4
 
@@ -39,11 +38,11 @@ class Trajectory(NamedTuple):
     Attributes
     ----------
     time : array
-        t [s]; the last entry is the instant of separation.
+        t [s]; the last one is the time of separation.
     indentation_depth : array
         d [m].
     indentation_velocity : array
-        v = d' [m/s], negative on the way back.
+        v = d' [m/s], negative in the rebound.
     force : array
         Normal force F [N].
     contact_radius : array
@@ -51,8 +50,8 @@ class Trajectory(NamedTuple):
     kinetic_energy : array, optional
         Of the body [J].
     stored_energy, dissipated_energy : array, optional
-        In the springs, and by the dashpots, of the foundation [J]; elements that have left contact count with what
-        they stored then. Of the exact method alone.
+        Energies [J] stored in the springs, also in elements when they left contact, and dissipated in the dashpots of
+        the foundation. Only with the exact method.
     """
 
     time: Array
@@ -73,12 +72,12 @@ class Half(NamedTuple):
     starts, lengths : array, shape (E,)
         Elements in sigma or in lambda.
     columns : array, shape (E, S + 1, n)
-        s, v, t, F, H_k; in the rebound s is that of the approach with the same contact radius.
+        s, v, t, F, H_k; in the rebound, s of the approach with the same contact radius.
     energies : array, shape (E, S + 1, m)
-        Approach: Y_k, Z_k, the energy dissipated. Rebound: the energy dissipated, that per length of an element
+        Approach: Y_k, Z_k, the dissipated energy. Rebound: the dissipated energy, the energy per length of an element
         that leaves, and `int a` over it.
     share : float
-        Part of the last element that belongs to the half: that of the approach reaches past the turning point.
+        Part of the last element that belongs to the half; in the approach it extends past the turning point.
     """
 
     starts: Array
@@ -95,11 +94,11 @@ class Solution:
     Attributes
     ----------
     units : ScaledImpact
-        The impact without units, and the units; scaled numbers below are in these.
+        The impact without units, and the units.
     mass, velocity : float
         [kg], [m/s].
     stored : Stored
-        What the kernel left.
+        Stored halves of the kernel.
     """
 
     units: ScaledImpact
@@ -191,14 +190,14 @@ class Solution:
         work = self.stored.work
         knots = np.concatenate([work.approach[:, T_, 0], work.rebound[:, T_, 0], [self.end]])
         knots = np.unique(np.clip(knots, 0.0, self.end))
-        # Half of the points evenly over time, half over steps: thin layers and long creep are both seen.
+        # Half of the points evenly over time, half over steps: this shows thin layers and long creep.
         passed = 0.5 * (np.linspace(0.0, 1.0, knots.size) + knots / self.end)
         times = np.interp(np.linspace(0.0, 1.0, n_points), passed, knots) * self.units.time
         times[-1] = self.contact_time
         return times
 
     def at(self, times: ArrayLike) -> Trajectory:
-        """Motion and energies at the given times [s], from 0 to the contact time.
+        """Return motion and energies at times [s] from 0 to the contact time.
 
         Raises
         ------
@@ -215,7 +214,7 @@ class Solution:
         Y, Z, lost = np.split(
             self.interpolate(self.approach.energies, *places), (self.rates.size, 2 * self.rates.size), 1
         )
-        # At the first touch nothing but rounding is left of the difference.
+        # At first touch the difference is rounding.
         squares = np.maximum(2.0 * state[:, H_:] * Y - Z, 0.0)
         energies[coming] = np.column_stack([0.5 * squares @ self.moduli, lost])
 
@@ -238,7 +237,7 @@ class Solution:
         )  # fmt: skip
 
     def _foundation(self, state: Array, sigma: Array) -> tuple[Array, Array, Array]:
-        """Integrals of w_k^2, energy per length at the edge of contact, and s, where the approach was at sigma."""
+        """Return integrals of w_k^2, energy per length at the edge of contact, and s, for the approach at sigma."""
         places, n = self.places(self.approach, sigma), self.rates.size
         past = self.interpolate(self.approach.columns, *places)
         Y, Z = np.split(self.interpolate(self.approach.energies, *places)[:, : 2 * n], 2, axis=1)
@@ -249,7 +248,7 @@ class Solution:
         return squares, 0.5 * edge**2 @ self.moduli, s
 
     def basis(self, x: Array) -> Array:
-        """Lagrange basis on the points of an element at x in [0, 1], shape (n, S + 1)."""
+        """Return the Lagrange basis of an element at x in [0, 1], shape (n, S + 1)."""
         c = self.scheme.c
         below, above = np.ones((c.size, x.size)), np.ones((c.size, x.size))
         for j in range(1, c.size):
@@ -260,7 +259,7 @@ class Solution:
         return basis / basis.sum(axis=1, keepdims=True)
 
     def interpolate(self, columns: Array, element: Places, x: Array) -> Array:
-        """Values of columns, shape (E, S + 1, n), at the places x in elements."""
+        """Return columns, shape (E, S + 1, n), at the places x in elements."""
         basis, rows = self.basis(x)[..., None], columns[element]
         # One after the other, so that the bits of a point do not depend on the number of points.
         total = basis[:, 0] * rows[:, 0]
@@ -269,7 +268,7 @@ class Solution:
         return total
 
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
-        """Elements, and places in them, at which a rising column takes the given values."""
+        """Return the elements, and the places in them, where a rising column takes the given values."""
         table = half.columns[..., column]
         element = np.clip(np.searchsorted(table[:, 0], values, side="right") - 1, 0, len(table) - 1)
         rows = table[element]
@@ -284,20 +283,20 @@ class Solution:
         return element, place
 
     def approach_at(self, sigma: Array) -> Array:
-        """Columns of the approach at sigma, shape (n, 5 + N)."""
+        """Return the columns of the approach at sigma, shape (n, 5 + N)."""
         return self.interpolate(self.approach.columns, *self.places(self.approach, sigma))
 
     def places(self, half: Half, position: Array) -> tuple[Places, Array]:
-        """Elements that hold a position in sigma or lambda, and the places in them."""
+        """Return the elements that contain positions in sigma or lambda, and the places in them."""
         element = np.clip(np.searchsorted(half.starts, position, side="right") - 1, 0, half.starts.size - 1)
         return element, (position - half.starts[element]) / half.lengths[element]
 
     def position(self, half: Half, element: Places, x: Array) -> Array:
-        """Position in sigma or lambda of places in elements."""
+        """Return the positions in sigma or lambda of places in elements."""
         return half.starts[element] + x * half.lengths[element]
 
     def radius(self, s: Array) -> Array:
-        """Scaled contact radius at s, the square root of the scaled depth, any shape."""
+        """Return the scaled contact radius at s, the square root of the scaled depth, any shape."""
         units = self.units
         if units.table is None:
             return np.maximum(s, 0.0) ** units.exponent
@@ -305,22 +304,14 @@ class Solution:
 
 
 class Sampled(NamedTuple):
-    """The motion that was sampled, and the energies.
-
-    Attributes
-    ----------
-    trajectory : Trajectory
-        The samples.
-    dissipated, stored : float
-        Energies at the end [J]; NaN where the method does not compute them.
-    """
+    """Samples of the motion, and the energies dissipated and stored [J], NaN where the method has none."""
 
     trajectory: Trajectory
     dissipated: float = math.nan
     stored: float = math.nan
 
     def at(self, times: ArrayLike | None) -> Trajectory:
-        """Samples as they are, or joined by straight lines at the given times [s]."""
+        """Return the samples, or linear interpolants at the given times [s]."""
         if times is None:
             return self.trajectory
         knots = self.trajectory.time
@@ -333,12 +324,12 @@ class Sampled(NamedTuple):
 
 
 def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:
-    """Unit of the scaled pressure [Pa]."""
+    """Return the unit of the scaled pressure [Pa]."""
     return mass * velocity / (units.time * 2.0 * math.pi * units.radius) / units.radius
 
 
 def within_contact(times: ArrayLike, contact_time: float) -> Array:
-    """Times [s], shape (n,), if all lie within the contact."""
+    """Return times [s], shape (n,); refuse times outside the contact."""
     moments = np.atleast_1d(np.asarray(finite("times", times, "s"), dtype=np.float64))
     outside = (moments < 0.0) | (moments > contact_time * (1.0 + 1e-12))
     if np.any(outside):

@@ -1,4 +1,4 @@
-"""Solve impacts: the method is chosen here, and the result put together."""
+"""Solution of impacts by one of three methods."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ def solve(
     impact : Impact, or sequence of Impact
         One impact, an array of impacts (an `Impact` with arrays), or a list of single ones.
     method : {"exact", "elements", "reference"}
-        "exact": collocation of the reduced equations, any accuracy. "elements": the paper's own elements and
-        explicit Euler, of first order. "reference": the reduced equations through SciPy, slow and independent.
+        "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
+        scheme of the paper, of first order. "reference": the reduced equations by SciPy, slow and independent.
     rtol : float
-        The error of e stays below `rtol max(e, 1e-3)`, and rounding leaves some 1e-12; from 1e-12 to 1e-2.
+        The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of some 1e-12; in [1e-12, 1e-2].
     errors : {"raise", "warn"}, optional
-        Whether a solve that fails raises, or leaves NaN and its status and is counted in a warning. Default: raise for
-        a single impact, warn for several.
+        "raise": a failed solve raises. "warn": its results are NaN with its status, and a warning counts such solves.
+        The default is to raise for a single impact and to warn for several.
     workers : int, optional
-        Threads for several impacts; all cores where left out. Results do not depend on it.
+        Number of threads for several impacts; by default that of the cores. Results do not depend on it.
     progress : callable, optional
         Called with (impacts done, all impacts).
     n_elements, time_step : int, float, optional
-        Of the element method: number of elements in contact at most, time step [s].
+        For the element method: largest number of elements in contact, time step [s].
 
     Returns
     -------
@@ -66,10 +66,16 @@ def solve(
 
     Raises
     ------
-    ValueError
+    InputError
         If an option is out of range.
     SolverError
         If a solve fails and `errors` is "raise".
+
+    Warns
+    -----
+    RestitutionWarning
+        For several impacts: how many failed, and how many exceed the limit of each assumption of the theory. Of a
+        single impact see `ImpactResult.validity`.
 
     Examples
     --------
@@ -93,7 +99,7 @@ def solve(
 
 
 def _as_list(impact: Any) -> list[Impact]:
-    """Return the impacts of a sequence; refuse all else, with advice on what is often given instead."""
+    """Return the impacts of a sequence; refuse other types, with advice."""
     if isinstance(impact, (str, PathLike)):
         raise InputTypeError("impact", impact, "must be an Impact; solve(read_case(path).impact) solves a case file")
     if isinstance(getattr(impact, "impact", None), Impact):
@@ -147,7 +153,7 @@ def standard_solid_restitution(
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range.
     SolverError
         If a solve fails and `errors` is "raise" (the default for single numbers).
@@ -202,7 +208,7 @@ def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: 
 
 
 def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
-    """Raise or warn where solves failed."""
+    """Raise an error or warn if solves failed."""
     failed = np.flatnonzero(~(statuses < Status.TOO_MANY_STEPS))
     if failed.size == 0:
         return
@@ -283,7 +289,7 @@ def _solve_by_sampling(
 
 
 def _by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> tuple[dict[str, Any], Sampled]:
-    """Solve one impact by the paper's elements and explicit Euler; return outputs by name and the samples."""
+    """Solve one impact by the elements of the paper; return outputs by name and the samples."""
     from restitution.impact.elements import solve_elements
 
     solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
@@ -292,7 +298,7 @@ def _by_elements(impact: Impact, n_elements: int | None, time_step: float | None
 
 
 def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]:
-    """Solve one impact by the reduced equations through SciPy; return outputs by name and the samples."""
+    """Solve one impact by the reference; return outputs by name and the samples."""
     from restitution.impact.reference import solve_reference
 
     row = Batch.from_impact(impact).scaled().row(0)
@@ -309,7 +315,7 @@ def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]
 
 
 def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tuple[dict[str, Any], Trajectory]:
-    """Outputs and motion, given in units of time, length, velocity, force and contact radius."""
+    """Return outputs and motion in SI, from units of time, length, velocity, force and contact radius."""
     time, length, velocity, force, radius = units
     trajectory = Trajectory(
         solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,

@@ -1,4 +1,4 @@
-"""How a solve ended, and the error that a failed one raises."""
+"""Status of a solve, and the error of a failed one."""
 
 from enum import IntEnum
 
@@ -6,7 +6,7 @@ from restitution.kernel import outcome
 
 
 class Status(IntEnum):
-    """How an impact ended; each member's `message` says what happened and what to do."""
+    """End of an impact; `message` explains it, with a remedy for a failure."""
 
     SEPARATED = outcome.SEPARATED
     SINKS_IN = outcome.SINKS_IN
@@ -20,35 +20,39 @@ class Status(IntEnum):
 
     @property
     def message(self) -> str:
-        """What happened and, for a failure, the remedy."""
+        """Explanation and, for a failure, the remedy."""
         return _MESSAGES[self]
 
     @property
     def failed(self) -> bool:
-        """Whether no trustworthy result came of it."""
+        """Whether there is no trustworthy result."""
         return self >= Status.TOO_MANY_STEPS
 
 
 _MESSAGES = {
-    Status.SEPARATED: "the body separated; the result meets the tolerance",
-    Status.SINKS_IN: "the material is a liquid at long times and the body sinks in without ever turning back: e = 0",
+    Status.SEPARATED: "the body separated; the result is within the tolerance",
+    Status.SINKS_IN: "the material is a liquid at long times, and the body sinks in without turning back: e = 0",
     Status.CAPTURED: "the constant force holds the body in contact: it does not separate in its first rebound, e = 0",
-    Status.TOO_MANY_STEPS: "the step limit was reached before separation; loosen rtol or check for extreme relaxation times",
+    Status.TOO_MANY_STEPS: (
+        "the step limit was reached before separation; loosen rtol or check for extreme relaxation times"
+    ),
     Status.STEP_TOO_SMALL: "the step size fell to rounding level; loosen rtol or check for extreme relaxation times",
-    Status.NOT_FINITE: "a number overflowed or vanished; check for extreme moduli, masses, velocities or relaxation times",
+    Status.NOT_FINITE: (
+        "a number overflowed or lost its digits; check for extreme moduli, masses, velocities or relaxation times"
+    ),
     Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
-    Status.TOO_DEEP: "the body goes deeper than its profile is described; describe more of it",
-    Status.INADMISSIBLE: "the numbers of this impact are out of range; check what the axes combine to",
+    Status.TOO_DEEP: "the indentation is deeper than the profile; extend the profile",
+    Status.INADMISSIBLE: "the numbers of this impact are out of range; check the combination of values along the axes",
 }
 
 
 class SolverError(RuntimeError):
-    """A solve that ended without a trustworthy result.
+    """Error of a solve without a trustworthy result.
 
     Attributes
     ----------
     status : Status
-        What went wrong.
+        The reason.
     """
 
     def __init__(self, status: Status, detail: str = "") -> None:
