@@ -42,12 +42,12 @@ BODIES = {
 
 def p2_axis(n: int) -> Logarithmic:
     """Return n values of p2 = Ginf/G1 over the range of the figures."""
-    return Logarithmic(*(10.0**end for end in LOG_P2_RANGE), n)
+    return Logarithmic(10.0 ** LOG_P2_RANGE[0], 10.0 ** LOG_P2_RANGE[1], n)
 
 
 def p3_axis(n: int) -> Logarithmic:
     """Return n values of p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) over the range of the figures."""
-    return Logarithmic(*(10.0**end for end in LOG_P3_RANGE), n)
+    return Logarithmic(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1], n)
 
 
 def instantaneous_poisson_ratio(nu: Any, p2: Any) -> Any:
