@@ -58,3 +58,5 @@ def test_energy_bars_fill_the_kinetic_energy_before() -> None:
     edges = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in ax.patches]
     assert np.ravel(edges) == pytest.approx([0.0, 1.0, 1.0, 1.6, 1.6, 2.0], abs=1e-12)
     assert ax.get_xlabel() == "energy [mJ] (dashed: before the impact)"
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == ["rebound 50.0 %", "dissipated 30.0 %", "left in the material 20.0 %"]

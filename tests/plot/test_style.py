@@ -31,6 +31,12 @@ def test_context_restores_the_users_settings_even_after_an_error() -> None:
     assert settings() == before
 
 
+def test_use_sets_the_look_for_all_figures() -> None:
+    with matplotlib.rc_context():
+        style.use()
+        assert matplotlib.rcParams["font.size"] == 9.0
+
+
 def test_context_overrides_the_users_own_style() -> None:
     with matplotlib.rc_context({"lines.linewidth": 9.0, "axes.facecolor": "red"}), style.context():
         assert matplotlib.rcParams["lines.linewidth"] == 1.3

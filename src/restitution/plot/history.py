@@ -89,16 +89,6 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
 
     The three add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
     exact method has all three; another one is refused.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> from restitution.plot.style import new_figure
-    >>> parts = {"kinetic": [2.0, 0.0, 1.0], "stored": [0.0, 1.5, 0.3], "dissipated": [0.0, 0.5, 0.7]}
-    >>> columns = {f"{name}_energy": ("time", values) for name, values in parts.items()}
-    >>> ax = energy_area(new_figure().add_subplot(), xr.Dataset(columns, {"time": [0.0, 1e-3, 2e-3]}))
-    >>> ax.get_ylabel(), ax.get_legend_handles_labels()[1]
-    ('energy [J]', ['dissipated', 'stored', 'kinetic'])
     """
     missing = [name for name in _PARTS if name not in history.variables]
     if missing:
@@ -119,17 +109,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
 
 
 def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
-    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> from restitution.plot.style import new_figure
-    >>> energy = SimpleNamespace(kinetic_in=1e-3, kinetic_out=4e-4, dissipated=5e-4, stored=1e-4)
-    >>> ax = energy_bar(new_figure().add_subplot(), energy)
-    >>> ax.get_legend_handles_labels()[1]
-    ['rebound 40.0 %', 'dissipated 50.0 %', 'left in the material 10.0 %']
-    """
+    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material."""
     parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored)]
     # The total is above the kinetic energy before the impact where a constant force did work on the body.
     total, before = sum(parts), float(energy.kinetic_in)

@@ -94,16 +94,6 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
 
     The result is that of one impact, solved by the exact method. The times [s], at most seven, lie within the contact;
     `instants` chooses them by default.
-
-    Examples
-    --------
-    >>> import restitution as rs
-    >>> from restitution.plot.style import new_figure
-    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-    >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=0.1))
-    >>> ax = pressure_radius(new_figure().add_subplot(), result)
-    >>> len(ax.lines), ax.get_xlabel()
-    (4, 'radius $r$ [µm]')
     """
     moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
     end = float(result.contact_time)

@@ -25,26 +25,14 @@ _LABEL_HEIGHT, _LABEL_WIDTH = 7.5, 24.0
 
 
 def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
-    """Return `n` colours in the order of their lightness, without those that are too pale on white paper.
-
-    Examples
-    --------
-    >>> len(family_colors(9))
-    9
-    """
+    """Return `n` colours in the order of their lightness, without those that are too pale on white paper."""
     from matplotlib import colormaps
 
     return [tuple(map(float, color)) for color in colormaps[cmap](np.linspace(0.0, high, n))]
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
-    """Return the look of a curve of few points: markers, and without a line up to three points.
-
-    Examples
-    --------
-    >>> markers(2), markers(100)
-    ({'marker': 'o', 'markersize': 4, 'linestyle': ''}, {})
-    """
+    """Return the look of a curve of few points: markers, and without a line up to three points."""
     if count > FEW:
         return {}
     look: dict[str, Any] = {"marker": _MARKERS[number % len(_MARKERS)], "markersize": 4}

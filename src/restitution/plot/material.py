@@ -34,13 +34,6 @@ def relaxation(
     """Draw relaxation moduli over a window of time [s], and the data to which one was fitted.
 
     The unit is empty for moduli that are shares of the instantaneous one.
-
-    Examples
-    --------
-    >>> ax = style.new_figure().add_subplot()
-    >>> _ = relaxation(ax, {"shear": PronySeries(1e6, [2e6], [1.0])}, (0.01, 100.0))
-    >>> ax.get_xscale(), ax.get_ylabel()
-    ('log', 'relaxation modulus [MPa]')
     """
     t = np.geomspace(*window, 400)
     curves = {name: np.asarray(one.relaxation_modulus(t)) for name, one in series.items()}
@@ -93,11 +86,6 @@ def overview(
 
     The window of times [s] reaches a decade beyond all relaxation times by default. The unit is empty for shares of the
     instantaneous modulus.
-
-    Examples
-    --------
-    >>> len(overview({"shear": PronySeries(1e6, [2e6], [1.0])}).axes)
-    2
     """
     if window is None:
         times = np.concatenate([one.relaxation_times for one in series.values()] or [np.empty(0)])
@@ -110,13 +98,7 @@ def overview(
 
 
 def shift_factors(table: ShiftTable) -> Figure:
-    """Return a figure of shift factors over temperature.
-
-    Examples
-    --------
-    >>> len(shift_factors(ShiftTable([290.0, 300.0], [1.0, 0.0])).axes)
-    1
-    """
+    """Return a figure of shift factors over temperature."""
     with style.context():
         figure, (ax,) = style.panels("A", style.COLUMN_WIDTH, 3.0)
         ax.plot(table.temperatures - 273.15, table.log10_factors, ".-", color=style.BLUE)

@@ -68,18 +68,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def context() -> Generator[None]:
-    """Give every figure made inside this context the look of the package; the user's own settings return after it.
-
-    Examples
-    --------
-    >>> import matplotlib
-    >>> before = matplotlib.rcParams["font.size"]
-    >>> with context():
-    ...     matplotlib.rcParams["font.size"]
-    9.0
-    >>> matplotlib.rcParams["font.size"] == before
-    True
-    """
+    """Give every figure made inside this context the look of the package; the user's own settings return after it."""
     from matplotlib import style
 
     with style.context(["default", _SETTINGS]):
@@ -87,16 +76,7 @@ def context() -> Generator[None]:
 
 
 def use() -> None:
-    """Give every figure from now on the look of the package, as `context` does for some.
-
-    Examples
-    --------
-    >>> import matplotlib
-    >>> with context():
-    ...     use()
-    ...     matplotlib.rcParams["figure.dpi"]
-    100.0
-    """
+    """Give every figure from now on the look of the package, as `context` does for some."""
     from matplotlib import style
 
     style.use(_SETTINGS)
@@ -180,13 +160,6 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 
     The bytes depend on the figure alone: no date is written. An existing file is replaced, and stays as it is where
     the new one cannot be written (OSError). A format that matplotlib cannot write is an InputError.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder, context():
-    ...     save_figure(new_figure(2.0, 1.0), f"{folder}/empty.pdf").name
-    'empty.pdf'
     """
     from restitution.files import whole_file
 
