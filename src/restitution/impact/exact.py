@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledBlock
     from restitution.kernel.energy import Ledger
     from restitution.kernel.path import Path
-    from restitution.kernel.problem import Problem
-    from restitution.kernel.workspace import Work
+    from restitution.kernel.workspace import Problem, Work
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -219,7 +218,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
 
 
 def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
-    from restitution.kernel.problem import Problem
+    from restitution.kernel.workspace import Problem
 
     row = block.row(n)
     return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, path)

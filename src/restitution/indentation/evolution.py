@@ -12,8 +12,7 @@ from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE
 from restitution.kernel.growing import BEYOND_PROFILE, Elements, grow, turning_point
 from restitution.kernel.indentation import Recovery, recover
-from restitution.kernel.memory import TERMS, allocate, quadrature, remember
-from restitution.kernel.prescribed import DEPTH, Contact, Scratch, segment_rates
+from restitution.kernel.memory import DEPTH, TERMS, Contact, Scratch, allocate, quadrature, remember, segment_rates
 from restitution.kernel.shrinking import (
     Past,
     end_of_contact,

@@ -27,10 +27,9 @@ from restitution.indentation.evolution import (
 from restitution.indentation.history import UNITS, History, contact_part, graded
 from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.kernel.indentation import sample, through_jump
-from restitution.kernel.memory import allocate
+from restitution.kernel.memory import DEPTH, FORCE, allocate
+from restitution.kernel.memory import Contact as ScaledContact
 from restitution.kernel.path import Path, power_path, table_path
-from restitution.kernel.prescribed import DEPTH, FORCE
-from restitution.kernel.prescribed import Contact as ScaledContact
 from restitution.material.prony import PronySeries, Retardation
 from restitution.material.viscoelastic import Material
 

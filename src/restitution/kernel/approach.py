@@ -12,8 +12,8 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
-from restitution.kernel.interpolation import crossing, interpolate, tail
+from restitution.kernel.dashpot import add_dashpot, dashpot_coupling
+from restitution.kernel.dense import combine, crossing, interpolate, invert, invert_modes, lagrange_lanes, matvec, tail
 from restitution.kernel.kinks import (
     SPACING,
     kink_effect,
@@ -24,21 +24,12 @@ from restitution.kernel.kinks import (
     passed,
 )
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
-from restitution.kernel.outcome import (
-    CAPTURED,
-    SEPARATED,
-    SINKS_IN,
-    STEP_TOO_SMALL,
-    TOO_DEEP,
-    TOO_MANY_STEPS,
-)  # fmt: skip
-from restitution.kernel.path import radii_and_integrals, radius_and_integral, radius_slope
-from restitution.kernel.problem import Problem
+from restitution.kernel.outcome import CAPTURED, SEPARATED, SINKS_IN, STEP_TOO_SMALL, TOO_DEEP, TOO_MANY_STEPS
+from restitution.kernel.path import radii_and_integrals, radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
     COUPLING,
-    DASHPOT,
     F_,
     FORCE,
     JACOBIAN,
@@ -55,32 +46,50 @@ from restitution.kernel.workspace import (
     UNKNOWN,
     V_,
     VALUES,
+    Problem,
     Work,
 )  # fmt: skip
 
+# Newton's method: size of a step below which it may be rounding, length of an element over a relaxation time from which
+# a mode is fast and is refined twice a round, rounds in all, share of its tolerance to which W_k is refined, and rounds of
+# that.
 ROUNDING = 1e-9
-# Length of an element over a relaxation time from which a mode is fast.
 LAG = 0.05
 _MOST_ITERATIONS = 12
-# Weight of an error of the force in the approach, times the scale of the depth.
+_REFINEMENT, _MOST_REFINEMENTS = 0.1, 6
+# First guess: longest element, over the last one, that continues that one's polynomial (beyond, it diverges), least s over
+# the s at the start that is believed, and velocity over that at the start with which to guess where none is.
+_FARTHEST, _LEAST_GUESS, _SLOW_GUESS = 2.5, 0.2, 0.1
+# Length of an element: the first over the scale of s, its factor where a(s) is not smooth at s = 0, the shortest over
+# sigma and by itself, the longest over the length at which a body that brakes as at its start would turn, and how far beyond
+# the end of a table, over that end, its polynomials still mean something.
+FIRST, _ROUGH_START = 0.35, 0.1
+_SHORTEST, _SHORTEST_FIRST = 1e-15, 1e-150
+_PAST_TURNING, _PAST_TABLE = 1.35, 0.01
+# Attempts over the room for elements.
+ATTEMPTS = 4
+# Error of an element: weight of the force, times the scale of the depth; factor by which the tail counts more where fast
+# modes carry all of the force, and the length over their relaxation time at which they count half; factor of the tail of a
+# first element that is no better at its end than inside; least tolerance, over Newton's and by itself, since rounding
+# leaves no more digits.
 FORCE_WEIGHT = 0.1
-# Factor by which the tail counts more where fast modes carry all of the force.
-STIFF = 15.0
-# First step over the scale of s.
-FIRST = 0.35
-# Velocity that a kink inside an element may take, and tail of an element that begins at one, over the tolerance of
-# Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink.
+STIFF, _HALF_STIFF = 15.0, 10.0
+_NO_GAIN = 20.0
+_LEAST_ALLOWED, _ROUNDED = 0.02, 1e-13
+# Kinks: velocity that one inside an element may take, and tail of an element that begins at one, over the tolerance of
+# Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink; largest factors with which the
+# length to one is predicted; share of the longest element that counts as all of it.
 KINK_EFFECT, KINK_TAIL = 1.0, 4.0
-# The same of what an element may miss where a(s) is rough between its nodes. The table's own error, over it and at least.
+_MOST_MISSED, _CORRECTION, _WHOLE = 6, (0.5, 2.0), 0.999
+# Rough tables: velocity that an element may miss where a(s) is rough between its nodes, over Newton's tolerance; error of
+# the table itself, over that tolerance and at least.
 ROUGH = 1.0
 TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12
-_MOST_MISSED = 6
-# Longest element over the length at which a body that brakes as at its start would turn.
-_PAST_TURNING = 1.35
-# Net force over the constant force below which a body hangs in balance, and below which it creeps.
-_BALANCED, _CREEPING = 1e-7, 1e-4
-# Longest element, over the last one, whose first guess continues that one's polynomial: beyond, it diverges.
-_FARTHEST = 2.5
+# End without a turning point. Net force over the constant force below which a body hangs in balance, and below which it
+# creeps; share of s that it creeps within an element; velocity of a body in balance that is at rest. In a liquid, velocity
+# over Newton's tolerance, and by itself, that the tolerance of e cannot tell from none.
+_BALANCED, _CREEPING, _CREPT, _AT_REST = 1e-7, 1e-4, 0.01, 1e-6
+_FADED, _STOPPED = 0.02, 1e-14
 
 
 @inlined
@@ -101,7 +110,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
     straight = s0 + (h * v0) * read8(scheme.c, 1)
     previous, drift, iterations = math.inf, 0.0, 0
     refactor, renewed, final_round = True, False, False
-    s = read8(vectors[UNKNOWN], 0)
+    s = read8(vectors, UNKNOWN, 0)
     v = broadcast(v0)
     while True:
         iterations += 1
@@ -115,10 +124,10 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
             for k in range(N):
                 rate = (h / problem.times[k]) * r
                 for j in range(WIDTH):
-                    write8(B[k, j], 0, read8(unit[j], 0) + read8(A[j], 0) * rate[j])
+                    write8(B, k, j, 0, read8(unit, j, 0) + read8(A, j, 0) * rate[j])
             invert_modes(B, N)
             for j in range(WIDTH):
-                write8(G[j], 0, broadcast(0.0))
+                write8(G, j, 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
             start = Pi + (table[MODES_ + 2 * k, 0] - Pi0)
@@ -128,23 +137,23 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
                 mode_slope = E * Yk / s
                 weight = (E * a) * r + mode_slope
                 for j in range(WIDTH):
-                    write8(G[j], 0, read8(G[j], 0) + read8(B[k, j], 0) * weight[j])
+                    write8(G, j, 0, read8(G, j, 0) + read8(B, k, j, 0) * weight[j])
                 slope = slope - mode_slope
             else:
-                Yk = read8(Y[k], 0)
+                Yk = read8(Y, k, 0)
                 # After one round fast modes lag behind s by as much as the chord step, which then says nothing.
                 lags = not final_round and h * r[WIDTH - 1] > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
                     defect = start - Yk - (h / problem.times[k]) * matvec(A, r * Yk)
                     Yk = Yk + matvec(B[k], defect)
-            write8(Y[k], 0, Yk)
+            write8(Y, k, 0, Yk)
             F = F + E * Yk
         if eta > 0.0:
-            write8(vectors[UNKNOWN], 0, s)
-            write8(vectors[FORCE], 0, F)
-            write8(vectors[RADIUS], 0, a)
-            _add_dashpot(problem, scheme, work, v0, h)
-            F, v = read8(vectors[FORCE], 0), read8(vectors[SPEED], 0)
+            write8(vectors, UNKNOWN, 0, s)
+            write8(vectors, FORCE, 0, F)
+            write8(vectors, RADIUS, 0, a)
+            add_dashpot(problem, scheme, work, v0, h)
+            F, v = read8(vectors, FORCE, 0), read8(vectors, SPEED, 0)
         g = r * (F - external_force)
         if final_round:
             break
@@ -152,12 +161,12 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         if refactor:
             diagonal = r * slope + 2.0 * (F - external_force)
             if eta > 0.0:
-                _dashpot_coupling(problem, scheme, work)
-                diagonal = diagonal + r * read8(vectors[RADIUS], 0)
+                dashpot_coupling(problem, scheme, work)
+                diagonal = diagonal + r * read8(vectors, RADIUS, 0)
             for j in range(WIDTH):
-                column = r * read8(G[j], 0) + read8(unit[j], 0) * diagonal[j]
+                column = r * read8(G, j, 0) + read8(unit, j, 0) * diagonal[j]
                 column = matvec(work.matrices[COUPLING] if eta > 0.0 else scheme.square, column)
-                write8(J[j], 0, read8(unit[j], 0) + (h * h) * column)
+                write8(J, j, 0, read8(unit, j, 0) + (h * h) * column)
             invert(work.matrices, JACOBIAN)
         step = matvec(J, residual)
         s = s - step
@@ -177,14 +186,14 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         renewed = renewed or (refactor and size < ROUNDING)
         previous = size
     v = v0 - h * matvec(A, g)
-    write8(table[S_], 1, s)
-    write8(table[V_], 1, v)
-    write8(table[T_], 1, table[T_, 0] + h * matvec(A, r))
-    write8(table[F_], 1, F)
+    write8(table, S_, 1, s)
+    write8(table, V_, 1, v)
+    write8(table, T_, 1, table[T_, 0] + h * matvec(A, r))
+    write8(table, F_, 1, F)
     # The inverses are those of s before it moved: each round takes a power of that off.
     rounds = 1
     power = drift * drift
-    while power > 0.1 * accept and rounds < 6:
+    while power > _REFINEMENT * accept and rounds < _MOST_REFINEMENTS:
         power *= drift
         rounds += 1
     for k in range(N):
@@ -192,39 +201,9 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         Wk = matvec(B[k], start)
         for _ in range(rounds):
             Wk = Wk + matvec(B[k], start - Wk - (h / problem.times[k]) * matvec(A, r * Wk))
-        write8(table[MODES_ + 2 * k], 1, read8(Y[k], 0))
-        write8(table[MODES_ + 1 + 2 * k], 1, Wk)
+        write8(table, MODES_ + 2 * k, 1, read8(Y, k, 0))
+        write8(table, MODES_ + 1 + 2 * k, 1, Wk)
     return iterations
-
-
-@compiled
-def _add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
-    """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
-
-    (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
-    """
-    A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
-    F, a = read8(vectors[FORCE], 0), read8(vectors[RADIUS], 0)
-    r = 2.0 * read8(vectors[UNKNOWN], 0)
-    braking = (h * problem.viscosity) * (r * a)
-    for j in range(WIDTH):
-        write8(M[j], 0, read8(scheme.identity[j], 0) + read8(A[j], 0) * braking[j])
-    invert(work.matrices, DASHPOT)
-    v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)))
-    write8(vectors[SPEED], 0, v)
-    write8(vectors[FORCE], 0, F + problem.viscosity * (a * v))
-
-
-@compiled
-def _dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
-    """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
-    A, vectors = scheme.columns, work.vectors
-    inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
-    for j in range(WIDTH):
-        write8(coupling[j], 0, matvec(A, matvec(inverse, read8(A[j], 0))))
-    for i in range(WIDTH):
-        slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
-        vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
 
 
 @inlined
@@ -239,11 +218,11 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
     if 0.0 < ratio <= _FARTHEST:
         lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * read8(scheme.c, 1), work.basis)
         s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
-    if not smallest(s) > 0.2 * s0:
+    if not smallest(s) > _LEAST_GUESS * s0:
         s = s0 + x * (v0 + (0.5 * slope) * x)
-    if not smallest(s) > 0.2 * s0:
-        s = s0 + (0.1 * abs(v0)) * x
-    write8(work.vectors[UNKNOWN], 0, s)
+    if not smallest(s) > _LEAST_GUESS * s0:
+        s = s0 + (_SLOW_GUESS * abs(v0)) * x
+    write8(work.vectors, UNKNOWN, 0, s)
 
 
 @compiled
@@ -259,7 +238,7 @@ def _length_to(
         _predict(problem, scheme, work, element, length)
         reached = work.vectors[UNKNOWN, WIDTH - 1] - s0
         if reached > 0.0:
-            length = min(length * min(max((end - s0) / reached, 0.5), 2.0), h)
+            length = min(length * min(max((end - s0) / reached, _CORRECTION[0]), _CORRECTION[1]), h)
     return length
 
 
@@ -273,7 +252,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
     force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
     if not exact_start:
-        h *= 0.1
+        h *= _ROUGH_START
     # Read back, as numba would compile for a constant 0 what it compiles for all numbers.
     work.counts[N_APPROACH] = 0
     element = work.counts[N_APPROACH]
@@ -295,9 +274,9 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     unhindered = h
     while True:
         attempts += 1
-        if element >= work.approach.shape[0] - 1 or attempts > 4 * work.approach.shape[0]:
+        if element >= work.approach.shape[0] - 1 or attempts > ATTEMPTS * work.approach.shape[0]:
             return TOO_MANY_STEPS
-        if not h > 1e-15 * sigma + 1e-150:
+        if not h > _SHORTEST * sigma + _SHORTEST_FIRST:
             return STEP_TOO_SMALL
         table = work.approach[element]
         if element > 0:
@@ -309,7 +288,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             end = problem.path.end
             if table[S_, 0] > end:
                 return TOO_DEEP
-            h = min(h, 0.01 * end + (end - table[S_, 0]) / table[V_, 0])
+            h = min(h, _PAST_TABLE * end + (end - table[S_, 0]) / table[V_, 0])
             if missed == 0:
                 slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
                 if behind >= 0:
@@ -327,17 +306,17 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             continue
         # What may come back, down to where the tolerance of e asks for no more digits, or rounding leaves none.
         amplitude = min(math.sqrt(table[V_, S] ** 2 + max(table[F_, S], 0.0) * table[S_, S] ** 2), 1.0)
-        allowed = max(tolerance * amplitude, min(0.02 * accept, 1e-13))
+        allowed = max(tolerance * amplitude, min(_LEAST_ALLOWED * accept, _ROUNDED))
         # Where modes faster than the step carry the force, the order of the method falls to that of its stages, and
         # the error at the end of the element is as large as inside: measured, the tail then is 1/10 of it.
         stiff = 0.0
         for k in range(problem.moduli.shape[0]):
             z = 2.0 * h * table[S_, S] / problem.times[k]
-            stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + 10.0)
+            stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + _HALF_STIFF)
         stiff = min(abs(stiff) / max(table[F_, S], 1e-300), 1.0)
         error = (1.0 + STIFF * stiff) * tail(scheme, table[V_]) / allowed
         if element == 0 and not exact_start:
-            error *= 20.0 * tolerance / accept
+            error *= _NO_GAIN * tolerance / accept
         if behind >= 0:
             error *= max(tolerance / (KINK_TAIL * accept), 1.0)
         # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
@@ -351,7 +330,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             continue
         if target >= 0:
             correction = length_correction(problem, scheme, work, table, glass, target, h, KINK_EFFECT * accept)
-            beyond_reach = correction > 1.0 and h >= 0.999 * unhindered
+            beyond_reach = correction > 1.0 and h >= _WHOLE * unhindered
             if correction != 1.0 and missed < _MOST_MISSED and not beyond_reach:
                 missed += 1
                 h = min(h * correction, unhindered)
@@ -373,14 +352,14 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         external_force = problem.external_force
         unbalanced = max(abs(table[F_, 0] - external_force), abs(table[F_, S] - external_force))
         balanced = unbalanced < _BALANCED * external_force
-        creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > 0.01 * table[S_, S]
+        creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > _CREPT * table[S_, S]
         creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
         # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
-        least = 0.02 * accept
+        least = _FADED * accept
         fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least
-        slow = table[V_, S] < 1e-14 or (fades and 2.0 * table[V_, S] < least)
+        slow = table[V_, S] < _STOPPED or (fades and 2.0 * table[V_, S] < least)
         stops = problem.equilibrium == 0.0 and (balanced or creeps or slow)
-        if stops or creeps or (balanced and table[V_, S] < 1e-6):
+        if stops or creeps or (balanced and table[V_, S] < _AT_REST):
             for n in range(rows):
                 work.turning[n] = table[n, S]
             work.counts[N_APPROACH] = element - 1

@@ -7,12 +7,12 @@ from restitution.kernel.compile import inlined
 # What follows a step of Newton's method: a chord step, one with new inverses, or the end.
 CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
 
-# Contraction from which new inverses are cheaper than more chord steps.
-_SLOW = 0.25
+# Contraction from which new inverses are cheaper than more chord steps, and the worst that is believed.
+_SLOW, _WORST = 0.25, 0.9
 # A chord step so much longer than the last, and of such a size, will not come back.
 _GROWTH, _LARGE = 2.0, 1e-3
-# Share of the length that the tail asks for; the most that a length grows or shrinks by at once.
-_SAFETY, _MOST, _LEAST = 0.75, 6.0, 0.1
+# Share of the length that the tail asks for; the most that a length grows or shrinks by at once; least error.
+_SAFETY, _MOST, _LEAST, _NO_ERROR = 0.75, 6.0, 0.1, 1e-30
 # Factor of the length where Newton's method fails.
 ON_FAILURE = 0.3
 
@@ -23,12 +23,12 @@ def newton_verdict(
 ) -> int:
     """Judge a step of relative size `size` after one of size `previous`.
 
-    The inverses are frozen, so that chord steps contract no faster than the unknown has `moved` since they were made, which
-    a first one may hide. After a `full` step nothing is known but its size. Below `rounding`, steps that do not shrink,
-    although the inverses were `renewed` there, are rounding.
+    Chord steps, with old inverses, contract no faster than the unknown has drifted since these were made, which the first
+    one may hide. After a full step its size alone is known. Steps below `rounding` that do not shrink, although the inverses
+    were renewed there, are rounding.
     """
     contraction = max(size / previous, drift)
-    remaining = size if full_step else size * contraction / (1.0 - min(contraction, 0.9))
+    remaining = size if full_step else size * contraction / (1.0 - min(contraction, _WORST))
     slow = size > _SLOW * previous
     if remaining <= accept or (slow and renewed and size < rounding):
         return CONVERGED
@@ -48,4 +48,4 @@ def shrunk(error: float, exponent: float) -> float:
 @inlined
 def grown(error: float, exponent: float) -> float:
     """Factor from an element that was accepted to the next."""
-    return min(_MOST, _SAFETY * max(error, 1e-30) ** exponent)
+    return min(_MOST, _SAFETY * max(error, _NO_ERROR) ** exponent)

@@ -9,31 +9,41 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 
-from restitution.kernel.compile import inlined
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.lanes import (
     WIDTH,
     address,
     broadcast,
     constant,
+    from_lane,
     operation,
     read,
     read8,
     repeated,
     shuffled,
+    total,
     unit,
     write,
     write8,
 )
+from restitution.kernel.radau import Scheme
+from restitution.kernel.workspace import BASIS, LENGTH, START, Work
+
+# Weight of the second to last Legendre coefficient of an element in its tail, since the last may vanish by accident.
+_SECOND_TO_LAST = 0.05
+# Search for a crossing: distance that is kept from the ends of the interval over its length, rounds, size of the function
+# and of the interval at which it ends.
+_MARGIN, _ROUNDS, _NO_VALUE, _NO_LENGTH = 0.01, 100, 1e-17, 1e-15
 
 
 @inlined
 def matvec(columns: Any, x: Any) -> Any:
-    """Product of a matrix and lanes; in two sums, of which each waits for its own last term only."""
-    even = read8(columns[0], 0) * x[0]
-    odd = read8(columns[1], 0) * x[1]
+    """Product of a matrix and lanes, in two sums that do not wait for each other."""
+    even = read8(columns, 0, 0) * x[0]
+    odd = read8(columns, 1, 0) * x[1]
     for j in range(2, WIDTH, 2):
-        even = even + read8(columns[j], 0) * x[j]
-        odd = odd + read8(columns[j + 1], 0) * x[j + 1]
+        even = even + read8(columns, j, 0) * x[j]
+        odd = odd + read8(columns, j + 1, 0) * x[j + 1]
     return even + odd
 
 
@@ -129,22 +139,112 @@ def lagrange_lanes(nodes: Any, weights: Any, points: int, x: Any, basis: Any) ->
     """Write the same at eight places into the rows of `basis`."""
     product = broadcast(1.0)
     for j in range(points):
-        write8(basis[j], 0, weights[j] * product)
+        write8(basis, j, 0, weights[j] * product)
         product = product * (x - nodes[j])
     product = broadcast(1.0)
     for j in range(points - 1, -1, -1):
-        write8(basis[j], 0, read8(basis[j], 0) * product)
+        write8(basis, j, 0, read8(basis, j, 0) * product)
         product = product * (x - nodes[j])
 
 
 @inlined
 def combine(basis: Any, points: int, values: Any) -> Any:
     """Eight interpolated values: rows of `basis` weighted with the values at the nodes."""
-    even = read8(basis[0], 0) * values[0]
-    odd = read8(basis[1], 0) * values[1]
+    even = read8(basis, 0, 0) * values[0]
+    odd = read8(basis, 1, 0) * values[1]
     for j in range(2, points - 1, 2):
-        even = even + read8(basis[j], 0) * values[j]
-        odd = odd + read8(basis[j + 1], 0) * values[j + 1]
+        even = even + read8(basis, j, 0) * values[j]
+        odd = odd + read8(basis, j + 1, 0) * values[j + 1]
     if points % 2:
-        even = even + read8(basis[points - 1], 0) * values[points - 1]
+        even = even + read8(basis, points - 1, 0) * values[points - 1]
     return even + odd
+
+
+@inlined
+def product(weights: Any, row: Any) -> float:
+    """Product of weights with a row: its value at the start of an element, then those at the nodes."""
+    return weights[0] * row[0] + total(read8(weights, 1) * read8(row, 1))
+
+
+@inlined
+def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
+    """Write the rows of an element at x into `row`."""
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
+    for n in range(row.shape[0]):
+        row[n] = product(basis, table[n])
+
+
+@inlined
+def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint: int, rows: Any) -> int:
+    """Write the rows of the approach at eight falling sigma into `rows`; return the element of the last.
+
+    `tables` holds the elements of the approach. The search for the element of the first starts at `hint`.
+    """
+    lane = 0
+    place = hint
+    while lane < WIDTH:
+        place = seek(work.places, place, sigma[lane])
+        start, length = work.places[START, place], work.places[LENGTH, place]
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, (sigma - start) / length, work.basis)
+        table = tables[place]
+        for n in range(rows.shape[0]):
+            value = combine(work.basis, WIDTH + 1, table[n])
+            if lane > 0:
+                value = from_lane(lane, value, read8(rows, n, 0))
+            write8(rows, n, 0, value)
+        lane += 1
+        while lane < WIDTH and (place == 0 or sigma[lane] >= start):
+            lane += 1
+    return place
+
+
+@inlined
+def seek(places: Any, element: int, sigma: float) -> int:
+    """Element of the approach that holds sigma, searched from `element` down."""
+    while element > 0 and sigma < places[START, element]:
+        element -= 1
+    return element
+
+
+@inlined
+def interpolate_at(scheme: Scheme, work: Work, hint: int, sigma: float, row: Any) -> int:
+    """Write the rows of the approach at sigma into `row`; return the element, which is searched from `hint` down."""
+    place = seek(work.places, hint, sigma)
+    x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
+    interpolate(scheme, work, work.approach[place], x, row)
+    return place
+
+
+@inlined
+def tail(scheme: Scheme, row: Any) -> float:
+    """Size of the last two Legendre coefficients of a row over an element, the second to last with less weight."""
+    return abs(product(scheme.tail[1], row)) + _SECOND_TO_LAST * abs(product(scheme.tail[0], row))
+
+
+@inlined
+def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
+    """Value at x of the interpolant of a row over an element."""
+    basis = work.vectors[BASIS]
+    lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
+    return product(basis, row)
+
+
+@compiled
+def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
+    """Where in [0, end] a row of an element passes a level once (bracketed secant)."""
+    low, high = 0.0, end
+    f_low, f_high = row[0] - level, value(scheme, work, row, end) - level
+    rising = f_high > f_low
+    x = 0.5 * end
+    for _ in range(_ROUNDS):
+        x = low + (high - low) * f_low / (f_low - f_high)
+        x = min(max(x, low + _MARGIN * (high - low)), high - _MARGIN * (high - low))
+        f = value(scheme, work, row, x) - level
+        if (f > 0.0) != rising:
+            low, f_low = x, f
+        else:
+            high, f_high = x, f
+        if abs(f) < _NO_VALUE or high - low < _NO_LENGTH:
+            break
+    return x

@@ -25,11 +25,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.dense import combine, invert, lagrange_lanes, matvec
-from restitution.kernel.interpolation import interpolate, interpolate_lanes, product
+from restitution.kernel.dense import combine, interpolate, interpolate_lanes, invert, lagrange_lanes, matvec, product
 from restitution.kernel.lanes import WIDTH, at_least, read8, total, write8
 from restitution.kernel.path import radii_and_integrals
-from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     BACK_LENGTH,
@@ -44,32 +42,21 @@ from restitution.kernel.workspace import (
     START,
     V_,
     VALUES,
+    Problem,
     Work,
 )
 
 
 class Ledger(NamedTuple):
-    """Memory and energies along an impact of N modes, E elements in each half, of S = 8 stages.
+    """Memory and energies along an impact of N modes, E elements in each half, of S = 8 stages."""
 
-    Attributes
-    ----------
-    approach : ndarray, shape (E, 3 (N + 1) + 1, S + 1)
-        H_k, Y_k, Z_k of each mode in turn; last the energy dissipated.
-    rebound : ndarray, shape (E, N + 4, S + 1)
-        H_k; then the energy dissipated, the energy per length of an element that leaves, and `int a` over it.
-    slope : ndarray, shape (S + 1,)
-        Slope of the energy per length.
-    past : ndarray, shape (3 (N + 1), S)
-        The memory at the instants t1 of a rebound element's nodes.
-    present : ndarray, shape (3 (N + 1) + 1,)
-        The approach's rows at the turning point.
-    """
-
-    approach: Any
+    approach: Any  # (E, 3 (N + 1) + 1, S + 1): H_k, Y_k, Z_k of each mode in turn; last the energy dissipated
+    # (E, N + 4, S + 1): H_k; then the energy dissipated, the energy per length of an element that leaves, and `int a`
+    # over it
     rebound: Any
-    slope: Any
-    past: Any
-    present: Any
+    slope: Any  # (S + 1,): slope of the energy per length
+    past: Any  # (3 (N + 1), S): the memory at the instants t1 of a rebound element's nodes
+    present: Any  # (3 (N + 1) + 1,): the approach's rows at the turning point
 
 
 def allocate_ledger(N: int, elements: int) -> Ledger:
@@ -90,7 +77,7 @@ def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> N
     B = work.matrices[COUPLING]
     step = (h * rate) * pace
     for j in range(WIDTH):
-        write8(B[j], 0, read8(scheme.identity[j], 0) + read8(scheme.columns[j], 0) * step[j])
+        write8(B, j, 0, read8(scheme.identity, j, 0) + read8(scheme.columns, j, 0) * step[j])
     invert(work.matrices, COUPLING)
 
 
@@ -109,14 +96,14 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
         for n in range(memory.shape[0]):
             memory[n, 0] = ledger.approach[element - 1, n, WIDTH] if element > 0 else 0.0
         h = work.places[LENGTH, element]
-        s, v = read8(table[S_], 1), read8(table[V_], 1)
+        s, v = read8(table, S_, 1), read8(table, V_, 1)
         a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
         pace = 2.0 * s
         source = pace * v
         power = problem.viscosity * (a * v * source)
         if element == 0:
             # At the first touch a(s) may have an infinite slope: int v dPi by parts, and Y below.
-            power = (problem.viscosity * Pi) * (pace * (read8(table[F_], 1) - problem.external_force))
+            power = (problem.viscosity * Pi) * (pace * (read8(table, F_, 1) - problem.external_force))
         for k in range(N + 1):
             rows = memory[3 * k : 3 * k + 3]
             # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
@@ -129,9 +116,9 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
                 Y = _propagated(scheme, work, source * a, h, rows[1, 0])
             _decay_matrix(scheme, work, pace, 2.0 * rate, h)
             Z = _propagated(scheme, work, 2.0 * (source * a * H), h, rows[2, 0])
-            write8(rows[0], 1, H)
-            write8(rows[1], 1, Y)
-            write8(rows[2], 1, Z)
+            write8(rows, 0, 1, H)
+            write8(rows, 1, 1, Y)
+            write8(rows, 2, 1, Z)
             if k > 0:
                 power = power + (problem.moduli[k - 1] * rate) * ((2.0 * (H * Y) - Z) * pace)
         lost = memory[3 * (N + 1)]
@@ -157,7 +144,7 @@ def _last_element(
     past = ledger.past
     element = work.counts[N_REBOUND]
     table, slopes, history = work.rebound[element], work.slopes[element], ledger.rebound[element]
-    weights = read8(scheme.A[WIDTH - 1], 0)
+    weights = read8(scheme.A, WIDTH - 1, 0)
     dissipated = 0.0
     stored = 0.0
     low = 0.0
@@ -169,7 +156,7 @@ def _last_element(
         there = at_least(sigma - h * x, 0.0)
         interpolate_lanes(scheme, work, ledger.approach, there, place, past)
         place = interpolate_lanes(scheme, work, work.approach, there, place, work.past)
-        a = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[0]
+        a = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[0]
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
         pace = combine(work.basis, WIDTH, slopes)
         lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
@@ -188,8 +175,8 @@ def _last_element(
 @inlined
 def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
     """Integral of w_k^2 over the elements in contact."""
-    left = H - X * read8(past[3 * k], 0)
-    return a * (left * left) + X * (2.0 * (H * read8(past[3 * k + 1], 0)) - X * read8(past[3 * k + 2], 0))
+    left = H - X * read8(past, 3 * k, 0)
+    return a * (left * left) + X * (2.0 * (H * read8(past, 3 * k + 1, 0)) - X * read8(past, 3 * k + 2, 0))
 
 
 @compiled
@@ -219,21 +206,21 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
             sigma = at_least(sigma, 0.0)
         interpolate_lanes(scheme, work, ledger.approach, sigma, place, past)
         place = interpolate_lanes(scheme, work, work.approach, sigma, place, work.past)
-        s1, v, pace = read8(work.past[S_], 0), read8(table[V_], 1), read8(work.slopes[element], 0)
+        s1, v, pace = read8(work.past, S_, 0), read8(table, V_, 1), read8(work.slopes, element, 0)
         a = radii_and_integrals(problem.path, s1, work.vectors[VALUES:])[0]
         source = pace * v
         power = problem.viscosity * (a * v * v)
         d = rows[0, 0] + h * matvec(scheme.columns, source)
-        write8(rows[0], 1, d)
+        write8(rows, 0, 1, d)
         density = (0.5 * problem.equilibrium) * ((d - s1 * s1) * (d - s1 * s1))
         for k in range(N):
             rate = 1.0 / problem.times[k]
             _decay_matrix(scheme, work, pace, rate, h)
             H = _propagated(scheme, work, source, h, rows[k + 1, 0])
-            write8(rows[k + 1], 1, H)
-            X = read8(table[MODES_ + 2 * k], 1)
+            write8(rows, k + 1, 1, H)
+            X = read8(table, MODES_ + 2 * k, 1)
             power = power + (problem.moduli[k] * rate) * _squares(past, k + 1, a, H, X)
-            left = H - X * read8(past[3 * k + 3], 0)
+            left = H - X * read8(past, 3 * k + 3, 0)
             density = density + (0.5 * problem.moduli[k]) * (left * left)
         lost, leaving, released = rows[N + 1], rows[N + 2], rows[N + 3]
         write8(leaving, 1, density)

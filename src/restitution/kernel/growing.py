@@ -11,50 +11,49 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.memory import TERMS, Quadrature, legendre_values, recall
-from restitution.kernel.path import Path, radius_and_integral
-from restitution.kernel.prescribed import (
+from restitution.kernel.memory import (
     DEPTH,
     FORCE,
     SHORTEST_ELEMENT,
+    TERMS,
     TIME_ROUNDING,
     Contact,
+    Quadrature,
     Scratch,
     drop_rounding,
+    expand,
+    legendre_values,
     prescribed,
+    recall,
     truncation_error,
     variation,
 )
+from restitution.kernel.path import Path, radius_and_integral
 
 NO_ROOM, BEYOND_PROFILE = -1, -2
 # Length of the shortest element at first touch over the duration, where rates are powers of time.
 FIRST_ELEMENT = 1e-60
 # Rounding of the rate of Pi over Pi/t and the rate of the force; a smaller fall is not a turning point.
 RATE_ROUNDING = 1e-13
+# Share of what is left of a segment that counts as all of it.
+MOST_OF_REST = 0.75
+# Search for a turning point: even steps in a segment, places in all, the first place over the length of the segment, and the
+# factor to the next; bisections.
+_EVEN_STEPS, _PLACES, _FIRST_PLACE, _RATIO, _BISECTIONS = 16.0, 64, 1e-12, 2.5, 80
+# Newton's method: rounds at most, and a last step over the unknown, which is rounding.
+NEWTON_ROUNDS, NEWTON_ROUNDING = 200, 4e-16
 
 
 class Elements(NamedTuple):
-    """Elements of the growing contact.
+    """Elements of the growing contact."""
 
-    Attributes
-    ----------
-    starts, lengths : ndarray, shape (E,)
-        Length 0: depth and Pi jump.
-    segments : ndarray of int, shape (E,)
-        The segment of the history that an element lies in.
-    depths, integrals : ndarray, shape (E + 1,)
-        d and Pi at the start of each element, and at the end of the last.
-    depth_rates, integral_rates : ndarray, shape (E, TERMS)
-        Legendre coefficients of d' and Pi'.
-    """
-
-    starts: Any
-    lengths: Any
-    segments: Any
-    depths: Any
-    integrals: Any
-    depth_rates: Any
-    integral_rates: Any
+    starts: Any  # (E,): length 0: depth and Pi jump
+    lengths: Any  # (E,)
+    segments: Any  # (E,): the segment of the history that an element lies in
+    depths: Any  # (E + 1,): d and Pi at the start of each element, and at the end of the last
+    integrals: Any  # (E + 1,)
+    depth_rates: Any  # (E, TERMS): legendre coefficients of d' and Pi'
+    integral_rates: Any  # (E, TERMS)
 
 
 @compiled
@@ -67,10 +66,9 @@ def root_of_depth(path: Path, integral: float) -> float:
         return (1.5 * integral) ** (1.0 / 3.0)
     if p >= 0.0:
         return (0.5 * (p + 2.0) * integral) ** (1.0 / (p + 2.0))
-    low = 0.0
-    high = path.end
+    low, high = 0.0, path.end
     s = high
-    for _ in range(200):
+    for _ in range(NEWTON_ROUNDS):
         a, value = radius_and_integral(path, s)
         if value > integral:
             high = s
@@ -82,7 +80,7 @@ def root_of_depth(path: Path, integral: float) -> float:
         trial = s * step ** (1.0 / power) if power > 0.0 else 0.0
         if not low <= trial <= high:
             trial = 0.5 * (low + high)
-        if abs(trial - s) <= 4e-16 * s:
+        if abs(trial - s) <= NEWTON_ROUNDING * s:
             return trial
         s = trial
     return s
@@ -141,9 +139,9 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
             continue
         low = b
         # Even points, and others as close to the start as the fastest recovery.
-        step = h / 16.0
+        step = h / _EVEN_STEPS
         offset = 0.0
-        for n in range(64):
+        for n in range(_PLACES):
             t = b + offset
             if t > b + h or t > last:
                 t = b + h
@@ -151,7 +149,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
                 if offset == 0.0:
                     return i, b
                 high = t
-                for _ in range(80):
+                for _ in range(_BISECTIONS):
                     middle = 0.5 * (low + high)
                     if _rate(contact, work, i, middle) < 0.0:
                         high = middle
@@ -161,7 +159,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
             low = t
             if t >= b + h:
                 break
-            offset = (1e-12 * h if n == 0 else 2.5 * offset) if offset < step else offset + step
+            offset = (_FIRST_PLACE * h if n == 0 else _RATIO * offset) if offset < step else offset + step
     return segments, last
 
 
@@ -183,32 +181,14 @@ def grow(
     tolerance: float,
     elements: Elements,
 ) -> int:
-    """Cut the growing contact into elements.
+    """Cut the growing contact up to the turning point at `end`, which cuts the last of the segments, into elements.
 
-    Parameters
-    ----------
-    contact : Contact
-    quadrature : Quadrature
-    work : Scratch
-    segments : int
-        Number of segments up to the turning point, which cuts the last one.
-    end : float
-        Time of the turning point.
-    tolerance : float
-        Of d and Pi over the largest; of their rates where the modes forget faster than within an element.
-    elements : Elements
-        Written.
-
-    Returns
-    -------
-    int
-        Number of elements; NO_ROOM where they are more than there is room for, BEYOND_PROFILE where a force presses the body
-        deeper than the table of its profile reaches.
+    The tolerance is that of d and Pi over the largest, and of their rates where the modes forget faster than within an
+    element. Returns the number of elements, NO_ROOM, or BEYOND_PROFILE where a force presses the body deeper than the
+    table of its profile reaches.
     """
     room = elements.starts.shape[0]
-    e = 0
-    depth = 0.0
-    integral = 0.0
+    e, depth, integral = 0, 0.0, 0.0
     _, _, most, _ = growing_contact_at(contact, work, segments - 1, end)
     if contact.control == FORCE and contact.path.exponent < 0.0:
         largest_integral = 0.0
@@ -237,19 +217,13 @@ def grow(
             if e == room:
                 return NO_ROOM
             h = min(h, stop - b)
-            if h > 0.75 * (stop - b):
+            if h > MOST_OF_REST * (stop - b):
                 h = stop - b
             for j in range(TERMS):
                 t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
                 _, work.samples[0, j], _, work.samples[1, j] = growing_contact(contact, work, i, t)
-            for n in range(TERMS):
-                depth_rate = 0.0
-                integral_rate = 0.0
-                for j in range(TERMS):
-                    depth_rate += quadrature.coefficients[n, j] * work.samples[0, j]
-                    integral_rate += quadrature.coefficients[n, j] * work.samples[1, j]
-                elements.depth_rates[e, n] = depth_rate
-                elements.integral_rates[e, n] = integral_rate
+            expand(quadrature, work.samples[0], elements.depth_rates[e])
+            expand(quadrature, work.samples[1], elements.integral_rates[e])
             end_depth, _, end_integral, _ = growing_contact(contact, work, i, stop if h == stop - b else b + h)
             rate, integral_rate = (end_depth - depth) / h, (end_integral - integral) / h
             # A fast mode may relax between a kink and the first node, which only the mean of the rate shows. The times

@@ -23,7 +23,6 @@ from restitution.kernel.outcome import (
     TOO_MANY_STEPS,
 )
 from restitution.kernel.path import Path, radius_and_integral
-from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import rebound
 from restitution.kernel.workspace import (
@@ -37,12 +36,22 @@ from restitution.kernel.workspace import (
     START,
     T_,
     V_,
+    Problem,
     Work,
 )
 
 MAX_ELEMENTS = 2000
-# How often a solve that fails is tried, each time with a finer tolerance.
-_TRIALS = 5
+# Trials of a solve that fails, factor of the tolerance from one to the next, and the same of a first trial whose tolerance
+# was below so many times Newton's: there rounding may have been in the way.
+_TRIALS, _FINER, _COARSER, _NEAR_ROUNDING = 5, 0.1, 5.0, 3.0
+# Tolerance of an element over Newton's, and at least, where the order of the elements is lost: where modes follow the
+# force that a dashpot makes at once, and where a flat face meets fast modes at full width.
+_WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
+# Work of a constant force: least e and largest factor of its error that need no second solve; least tolerances of that.
+_LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-14, 2e-14)
+# Rounds of the search for the largest force, each of which divides its interval by about three; of the bisection for the
+# depth of rest, and the factor by which its interval grows before.
+_PEAK_ROUNDS, _BISECTIONS, _GROWTH = 12, 60, 1.5
 
 
 @compiled
@@ -72,7 +81,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
                 low = scheme.c[node - 1]
             if node < S:
                 high = min(high, scheme.c[node + 1])
-        for _ in range(12):
+        for _ in range(_PEAK_ROUNDS):
             x = low + (high - low) * read8(scheme.c, 1)
             lagrange_lanes(scheme.c, scheme.weights, S + 1, x, work.basis)
             F = combine(work.basis, S + 1, row)
@@ -90,10 +99,10 @@ def _resting_place(problem: Problem, s: float) -> float:
     """Where the foundation alone carries the load, at s or deeper; 0 beyond the end of a table."""
     low, high = s, s
     while problem.equilibrium * radius_and_integral(problem.path, high)[1] < problem.external_force:
-        low, high = high, 1.5 * high
+        low, high = high, _GROWTH * high
         if high > problem.path.end:
             return 0.0
-    for _ in range(60):
+    for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         if problem.equilibrium * radius_and_integral(problem.path, middle)[1] < problem.external_force:
             low = middle
@@ -120,26 +129,9 @@ def solve_block(
 ) -> None:
     """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1].
 
-    Parameters
-    ----------
-    scheme : Scheme
-        Collocation scheme.
-    tolerance, accept : float
-        Error of an element, and the largest last step of the Newton iteration.
-    firsts : ndarray, shape (n,)
-        Scale of s of each impact.
-    equilibria, viscosities, external_forces : ndarray, shape (n,)
-        See `Problem`.
-    offsets : ndarray of int, shape (n + 1,)
-        Where each row's modes begin.
-    moduli, times : ndarray
-        The modes of all rows.
-    path : Path
-        The profile.
-    work : Work
-        Scratch space for the largest number of modes of a row; holds the stored halves of the last impact afterwards.
-    outcomes : ndarray, shape (n, 8)
-        Written: columns `restitution.kernel.outcome.OUTCOME`; NaN where there is no result.
+    `tolerance` is that of the tail of an element, `accept` the largest last step of Newton's method, `firsts` the scale of s
+    of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN where there is no result. `work` has
+    room for the largest number of modes and holds the stored halves of the last impact afterwards.
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
@@ -151,11 +143,9 @@ def solve_block(
         status = TOO_MANY_STEPS
         finer, sharper = tolerance, accept
         if high > low and viscosities[n] > 0.0:
-            # Modes follow the force that the dashpot makes at once: such kinks inside elements are errors at their end.
-            finer = min(finer, max(2.0 * accept, 1e-13))
+            finer = min(finer, max(_WITH_DASHPOT[0] * accept, _WITH_DASHPOT[1]))
         elif high > low and radius_and_integral(path, 0.0)[0] > 0.0:
-            # The same of fast modes under a flat face, which is met at full width.
-            finer = min(finer, max(200.0 * accept, 1e-12))
+            finer = min(finer, max(_WITH_FLAT_FACE[0] * accept, _WITH_FLAT_FACE[1]))
         weighed = external_forces[n] == 0.0
         trial = 0
         while trial < _TRIALS:
@@ -179,25 +169,25 @@ def solve_block(
             if status == SEPARATED and not weighed:
                 # The work of a weight passes through the velocity in between, whose error e feels enlarged.
                 weighed = True
-                e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], 1e-3)
+                e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
                 enlarged = (1.0 + 2.0 * external_forces[n] * outcome[MAX_DEPTH]) / (e * e)
-                if enlarged > 2.0:
-                    finer, sharper = max(finer / enlarged, 1e-14), max(accept / enlarged, 2e-14)
+                if enlarged > _MOST_ENLARGED:
+                    finer = max(finer / enlarged, _LEAST_TOLERANCES[0])
+                    sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue
             if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
-            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not. Where a small part
-            # of rtol is asked for, because of kinks, five times as much will do should rounding be in the way.
-            finer *= 5.0 if trial == 1 and finer < 3.0 * accept else 0.1
+            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not.
+            finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
             outcome[RESTITUTION] = -work.rebound[last, V_, WIDTH]
             outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
             depth = outcome[MAX_DEPTH]
             for element in range(last + 1):
-                speed = read8(work.slopes[element], 0) * read8(work.rebound[element, V_], 1)
-                depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A[WIDTH - 1], 0) * speed)
+                speed = read8(work.slopes, element, 0) * read8(work.rebound, element, V_, 1)
+                depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A, WIDTH - 1, 0) * speed)
             outcome[RESIDUAL_DEPTH] = depth
             # By what an elastic body exceeds what the force has given it, is error.
             outcome[RESTITUTION] = min(

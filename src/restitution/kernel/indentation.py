@@ -12,45 +12,36 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.growing import growing_contact, root_of_depth
+from restitution.kernel.growing import MOST_OF_REST, growing_contact, root_of_depth
 from restitution.kernel.memory import (
-    TERMS,
-    Memory,
-    Quadrature,
-    legendre_slopes,
-    legendre_values,
-    recall,
-    recall_rate,
-)
-from restitution.kernel.path import radius_and_integral
-from restitution.kernel.prescribed import (
     DEPTH,
     SHORTEST_ELEMENT,
+    TERMS,
     TIME_ROUNDING,
     Contact,
+    Memory,
+    Quadrature,
     Scratch,
+    expand,
+    legendre_slopes,
+    legendre_values,
     prescribed,
+    recall,
+    recall_rate,
     truncation_error,
+    variation,
 )
+from restitution.kernel.path import radius_and_integral
 from restitution.kernel.shrinking import Past, equal_contact, innermost_load, remaining, shrinking_contact
 
 
 class Recovery(NamedTuple):
-    """Depth of the shrinking contact under a prescribed force: q over elements, and its memory.
+    """Depth of the shrinking contact under a prescribed force: q over elements, and its memory."""
 
-    Attributes
-    ----------
-    starts, lengths : ndarray, shape (E,)
-    q : ndarray, shape (E, TERMS)
-        Legendre coefficients.
-    level : Memory
-        Memory of q at the rates `recoveries`.
-    """
-
-    starts: Any
-    lengths: Any
-    q: Any
-    level: Memory
+    starts: Any  # (E,)
+    lengths: Any  # (E,)
+    q: Any  # (E, TERMS): legendre coefficients
+    level: Memory  # Memory of q at the rates `recoveries`
 
 
 @entry_point
@@ -77,33 +68,24 @@ def recover(
             if r == room:
                 return -1
             h = min(h, stop - b)
-            if h > 0.75 * (stop - b):
+            if h > MOST_OF_REST * (stop - b):
                 h = stop - b
             e_next, t1_next = e, t1
-            least, most = math.inf, -math.inf
             for j in range(TERMS):
                 t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
-                force = prescribed(contact, i, t)[0] if t < past.end else 0.0
-                e_next, t1_next, value = _load_since_turning(contact, past, work, t, force, e_next, t1_next)
+                e_next, t1_next, value = _load_at(contact, past, work, i, t, e_next, t1_next)
                 work.samples[0, j] = value
-                least, most = min(least, value), max(most, value)
-            for n in range(TERMS):
-                total = 0.0
-                for j in range(TERMS):
-                    total += quadrature.coefficients[n, j] * work.samples[0, j]
-                q[r, n] = total
+            expand(quadrature, work.samples[0], q[r])
             # A fast mode may relax between a kink and the first node, which only the values at the ends show.
-            force = prescribed(contact, i, b)[0] if b < past.end else 0.0
-            _, _, first = _load_since_turning(contact, past, work, b, force, e, t1)
+            _, _, first = _load_at(contact, past, work, i, b, e, t1)
             t = stop if h == stop - b else b + h
-            force = prescribed(contact, i, t)[0] if t < past.end else 0.0
-            _, _, last = _load_since_turning(contact, past, work, t, force, e_next, t1_next)
+            _, _, last = _load_at(contact, past, work, i, t, e_next, t1_next)
             for n in range(TERMS):
                 first -= q[r, n] if n % 2 == 0 else -q[r, n]
                 last -= q[r, n]
             truncation = max(truncation_error(q[r]), abs(first), abs(last))
             # The times are rounded, and the values of a steep q scatter by that.
-            allowed = tolerance * max(1.0, contact.shortest / h) + TIME_ROUNDING * b / h * (most - least)
+            allowed = tolerance * max(1.0, contact.shortest / h) + TIME_ROUNDING * b / h * variation(work.samples[0])
             if truncation > allowed and h > SHORTEST_ELEMENT * b:
                 h *= 0.5
                 continue
@@ -142,6 +124,15 @@ def _load_since_turning(
 
 
 @compiled
+def _load_at(
+    contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
+) -> tuple[int, float, float]:
+    """The same in segment i, under the prescribed force."""
+    force = prescribed(contact, i, t)[0] if t < past.end else 0.0
+    return _load_since_turning(contact, past, work, t, force, e, t1)
+
+
+@compiled
 def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float) -> tuple[float, float]:
     """Part of the depth at time t in element r of the recovery that is due to creep, and its rate."""
     elapsed = t - recovery.starts[r]
@@ -157,23 +148,11 @@ def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: i
 
 @entry_point
 def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
-    """Sample the contact at ascending times; behind a jump at its time.
-
-    Parameters
-    ----------
-    contact, past, recovery, work
-        Made by `restitution.indentation`.
-    times : ndarray, shape (n,)
-        From 0 to the end of the history.
-    columns : ndarray, shape (4, n)
-        Written: depth, its rate, force, contact radius.
-    """
+    """Write depth, its rate, force and contact radius at rising times of the history; behind a jump at its time."""
     m = contact.values.shape[0]
     by_depth = contact.control == DEPTH
     punch = contact.path.exponent == 0.0
-    i = 0
-    e = 0
-    r = 0
+    i, e, r = 0, 0, 0
     place, t1 = past.total - 1, past.turning
     before, t1_rate = past.turning, 0.0
     for n in range(times.shape[0]):
@@ -231,19 +210,7 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
 def through_jump(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, fractions: Any, columns: Any
 ) -> None:
-    """Follow depth and force through the jump of segment i.
-
-    Parameters
-    ----------
-    contact, past, recovery, work
-        As for `sample`.
-    i : int
-        Segment of length 0.
-    fractions : ndarray, shape (n,)
-        Shares of the jump, ascending in [0, 1].
-    columns : ndarray, shape (2, n)
-        Written: depth and force.
-    """
+    """Write depth and force at rising shares in [0, 1] of the jump that is segment i."""
     K = contact.moduli.shape[0]
     by_depth = contact.control == DEPTH
     t = contact.knots[i]

@@ -8,13 +8,11 @@ only as good at its end as it is inside.
 from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.dense import combine
-from restitution.kernel.interpolation import crossing, interpolate_lanes, value
+from restitution.kernel.dense import combine, crossing, interpolate_lanes, value
 from restitution.kernel.lanes import WIDTH, absolute, largest, read8, total
 from restitution.kernel.path import cells_between, radii_and_integrals
-from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
-from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Work
+from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Problem, Work
 
 # Distance between nodes over the length of an element, about: as far beyond a kink an element does not see it.
 SPACING = 1.0 / 6.0
@@ -101,7 +99,7 @@ def length_correction(
 @inlined
 def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float) -> float:
     """Error of the integral of a rate over an element, of its earlier and its later part, less the noise of the table."""
-    early, late = read8(scheme.missed[0], 0) * at_nodes, read8(scheme.missed[1], 0) * between
+    early, late = read8(scheme.missed, 0, 0) * at_nodes, read8(scheme.missed, 1, 0) * between
     last = total(read8(scheme.c, 1) * early + read8(scheme.between, 0) * late)
     missed = abs(last) + abs(total(early + late) - last)
     return h * (missed - noise * largest(absolute(at_nodes)))
@@ -113,15 +111,15 @@ def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h:
 
     A mode that relaxes within the element acts as a dashpot.
     """
-    if cells_between(problem.path, table[S_, 0], largest(read8(table[S_], 1))) <= _FEW_CELLS:
+    if cells_between(problem.path, table[S_, 0], largest(read8(table, S_, 1))) <= _FEW_CELLS:
         return 0.0
     elastic, viscosity = problem.equilibrium, problem.viscosity
     for k in range(problem.moduli.shape[0]):
         slow = problem.times[k] / (problem.times[k] + 2.0 * h * table[S_, WIDTH])
         elastic += problem.moduli[k] * slow
         viscosity += problem.moduli[k] * (1.0 - slow) * problem.times[k]
-    a, Pi = read8(work.vectors[VALUES], 0), read8(work.vectors[VALUES + 1], 0)
-    at_nodes = 2.0 * read8(table[S_], 1) * (elastic * Pi + viscosity * a * read8(table[V_], 1))
+    a, Pi = read8(work.vectors, VALUES, 0), read8(work.vectors, VALUES + 1, 0)
+    at_nodes = 2.0 * read8(table, S_, 1) * (elastic * Pi + viscosity * a * read8(table, V_, 1))
     s = combine(scheme.at_between, WIDTH + 1, table[S_])
     v = combine(scheme.at_between, WIDTH + 1, table[V_])
     a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
@@ -140,8 +138,8 @@ def missed_rebound(
     for k in range(problem.moduli.shape[0]):
         phi += problem.moduli[k] * table[MODES_ + 2 * k, 0]
     u = work.vectors[UNKNOWN]
-    at_nodes = phi * read8(u, 0) * read8(work.vectors[INTEGRAL], 0)
+    at_nodes = phi * read8(u, 0) * read8(work.vectors, INTEGRAL, 0)
     interpolate_lanes(scheme, work, work.approach, left - h * read8(scheme.between, 0), hint, work.past[:1])
-    Pi = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[1]
+    Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[1]
     between = phi * combine(scheme.at_between_inner, WIDTH, u) * Pi
     return _missed(scheme, h, at_nodes, between, noise)

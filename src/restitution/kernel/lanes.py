@@ -66,6 +66,16 @@ def address(context: Any, builder: Any, array_type: Any, array: Any, offset: Any
     return builder.bitcast(builder.gep(data, [offset], inbounds=True), _VECTOR.as_pointer())
 
 
+def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
+    """Address of the eight numbers that begin at these indices, in LLVM."""
+    shape = cgutils.unpack_tuple(builder, cgutils.create_struct_proxy(kinds[0])(context, builder, array).shape)
+    numbers = [context.cast(builder, i, kind, types.intp) for i, kind in zip(indices, kinds[1:], strict=True)]
+    offset = numbers[0]
+    for size, number in zip(shape[1:], numbers[1:], strict=True):
+        offset = builder.add(builder.mul(offset, size), number)
+    return address(context, builder, kinds[0], array, offset)
+
+
 def read(builder: Any, pointer: Any) -> Any:
     """Eight numbers from memory, in LLVM."""
     value = builder.load(pointer)
@@ -95,7 +105,8 @@ def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
                 result if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array)) else None
             )
 
-        typer.__signature__ = inspect.signature(function)  # pyright: ignore[reportFunctionMemberAccess]
+        names = [inspect.Parameter(f"argument_{n}", inspect.Parameter.POSITIONAL_ONLY) for n in range(len(kinds))]
+        typer.__signature__ = inspect.Signature(names)  # pyright: ignore[reportFunctionMemberAccess]
         return typer
 
     type_callable(function)(declared)
@@ -128,27 +139,33 @@ def _lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.extract_element(value, context.cast(builder, lane, signature.args[1], types.int32))
 
 
-def read8(row: Any, start: int) -> Any:
-    """Eight numbers of a row from `start` on."""
-    return row[start : start + WIDTH].copy()
+def read8(array: Any, *indices: int) -> Any:
+    """Eight numbers of a row of an array, from the element with these indices on."""
+    *row, start = indices
+    return array[(*row, slice(start, start + WIDTH))].copy()
 
 
-@operation(read8, LANES, types.Array, types.Integer)
+def write8(array: Any, *indices_and_value: Any) -> None:
+    """Write eight numbers into a row of an array, from the element with these indices on."""
+    *row, start, value = indices_and_value
+    array[(*row, slice(start, start + WIDTH))] = value
+
+
 def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    start = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    return read(builder, address(context, builder, signature.args[0], arguments[0], start))
+    array, *indices = arguments
+    return read(builder, _place(context, builder, signature.args, array, indices))
 
 
-def write8(row: Any, start: int, value: Any) -> None:
-    """Write eight numbers into a row from `start` on."""
-    row[start : start + WIDTH] = value
-
-
-@operation(write8, types.void, types.Array, types.Integer, LanesType)
 def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    start = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    write(builder, arguments[2], address(context, builder, signature.args[0], arguments[0], start))
+    array, *indices, value = arguments
+    write(builder, value, _place(context, builder, signature.args[:-1], array, indices))
     return context.get_dummy_value()
+
+
+for _dimensions in (2, 1, 3):
+    _indices = [types.Integer] * _dimensions
+    operation(read8, LANES, types.Array, *_indices)(_load)
+    operation(write8, types.void, types.Array, *_indices, LanesType)(_store)
 
 
 def broadcast(number: float) -> Any:

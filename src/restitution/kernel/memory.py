@@ -16,9 +16,16 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from restitution.kernel.compile import entry_point, inlined
+from restitution.kernel.path import Path
 
 Array = NDArray[np.float64]
 
+DEPTH, FORCE = 0, 1
+# Rounding of a time over the time itself, and of Legendre coefficients over the largest of an element: a few units in
+# the last place.
+TIME_ROUNDING = COEFFICIENT_ROUNDING = 1e-15
+# Length of the shortest element over the time of its start: its nodes must be distinct numbers.
+SHORTEST_ELEMENT = 1e-14
 # Number of Legendre coefficients of an element: resolves exp(-2 (1 + x)/2) to 1e-13.
 TERMS = 12
 _STIFF = 2.0
@@ -28,20 +35,11 @@ _DESCENT = np.array([n / (n + 1) for n in range(TERMS)])
 
 
 class Quadrature(NamedTuple):
-    """Gauss nodes of an element and what maps values there to Legendre coefficients.
+    """Gauss nodes of an element and what maps values there to Legendre coefficients."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (TERMS,)
-        In [-1, 1].
-    weights : ndarray, shape (TERMS,)
-    coefficients : ndarray, shape (TERMS, TERMS)
-        Row n maps the values at the nodes to the coefficient of P_n.
-    """
-
-    nodes: Array
-    weights: Array
-    coefficients: Array
+    nodes: Array  # (TERMS,): in [-1, 1]
+    weights: Array  # (TERMS,)
+    coefficients: Array  # (TERMS, TERMS): row n maps the values at the nodes to the coefficient of P_n
 
 
 @cache
@@ -54,24 +52,12 @@ def quadrature() -> Quadrature:
 
 
 class Memory(NamedTuple):
-    """Memory of K modes over E elements.
+    """Memory of K modes over E elements."""
 
-    Attributes
-    ----------
-    rates : ndarray, shape (K,)
-        r_k.
-    begin : ndarray, shape (E + 1, K)
-        Values at the start of each element, and at the end of the last.
-    polynomial : ndarray, shape (E, K, TERMS)
-        Legendre coefficients.
-    transient : ndarray, shape (E, K)
-        Amplitude c of the transient.
-    """
-
-    rates: Any
-    begin: Any
-    polynomial: Any
-    transient: Any
+    rates: Any  # (K,): r_k
+    begin: Any  # (E + 1, K): values at the start of each element, and at the end of the last
+    polynomial: Any  # (E, K, TERMS): legendre coefficients
+    transient: Any  # (E, K): amplitude c of the transient
 
 
 def allocate(rates: Array, elements: int) -> Memory:
@@ -100,20 +86,10 @@ def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
 
 @entry_point
 def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> None:
-    """Fill the memory of f.
+    """Fill the memory of f, whose Legendre coefficients are rows of `f`, over elements of these lengths.
 
-    Parameters
-    ----------
-    lengths : ndarray, shape (E,)
-        Lengths of the elements; 0 where the integral of f jumps.
-    f : ndarray, shape (E, TERMS)
-        Legendre coefficients of f.
-    jumps : ndarray, shape (E,)
-        What the integral of f jumps by in an element of length 0.
-    memory : Memory
-        `begin[0]` holds the values at the start; the rest is written.
-    sweep : ndarray, shape (2, TERMS + 1)
-        Scratch space.
+    Where a length is 0 the integral of f has a jump. `memory.begin[0]` is given, the rest is written; `sweep` is scratch
+    space.
     """
     begin, polynomial, transient = memory.begin, memory.polynomial, memory.transient
     up, shift = sweep[0], sweep[1]
@@ -131,11 +107,8 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
                 continue
             z = 0.5 * h * memory.rates[k]
             if 2.0 * z > _STIFF:
-                derivative_2 = 0.0
-                derivative_1 = 0.0
-                value_1 = 0.0
-                start = 0.0
-                end = 0.0
+                derivative_2, derivative_1, value_1 = 0.0, 0.0, 0.0
+                start, end = 0.0, 0.0
                 for n in range(TERMS - 1, -1, -1):
                     if n >= terms:
                         polynomial[e, k, n] = 0.0
@@ -146,17 +119,14 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
                     polynomial[e, k, n] = value
                     end += value
                     start += value if n % 2 == 0 else -value
-                    derivative_2 = derivative_1
-                    derivative_1 = derivative
-                    value_1 = value
+                    derivative_2, derivative_1, value_1 = derivative_1, derivative, value
                 c = begin[e, k] - start
                 transient[e, k] = c
                 begin[e + 1, k] = end + c * math.exp(-2.0 * z)
                 continue
             transient[e, k] = 0.0
             # y_n = shift_n + up_n y_(n-1) from the top down; then y(-1) gives y_0.
-            up[TERMS] = 0.0
-            shift[TERMS] = 0.0
+            up[TERMS], shift[TERMS] = 0.0, 0.0
             for n in range(TERMS - 1, 0, -1):
                 above = 1.0 / (2 * n + 3)
                 below = 1.0 / (2 * n - 1)
@@ -166,19 +136,14 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
                 pivot = 1.0 / (1.0 - z * above * up[n + 1])
                 shift[n] = (0.5 * h * source + z * above * shift[n + 1]) * pivot
                 up[n] = -z * below * pivot
-            factor = 1.0
-            rest = 0.0
-            sum_factor = 1.0
-            sum_rest = 0.0
+            factor, rest = 1.0, 0.0
+            sum_factor, sum_rest = 1.0, 0.0
             for n in range(1, TERMS):
                 rest = shift[n] + up[n] * rest
                 factor *= up[n]
-                if n % 2 == 0:
-                    sum_factor += factor
-                    sum_rest += rest
-                else:
-                    sum_factor -= factor
-                    sum_rest -= rest
+                sign = 1.0 if n % 2 == 0 else -1.0
+                sum_factor += sign * factor
+                sum_rest += sign * rest
             value = (begin[e, k] - sum_rest) / sum_factor
             end = value
             polynomial[e, k, 0] = value
@@ -211,3 +176,106 @@ def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> 
     if c != 0.0:
         rate -= memory.rates[k] * c * math.exp(-elapsed * memory.rates[k])
     return rate
+
+
+class Contact(NamedTuple):
+    """Materials, profile and prescribed history; dimensionless, first touch at t = 0, F = E Pi for an elastic body."""
+
+    control: int  # DEPTH or FORCE: which of the two is prescribed
+    # (m + 1,): times at which the segments of the history start, and its end; two equal ones enclose a jump
+    knots: Any
+    # (m, n): coefficients of the prescribed quantity over u = (t - knots[i])/(knots[i + 1] - knots[i]), constant first
+    values: Any
+    equilibrium: float  # E(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-rates_k t)
+    moduli: Any
+    rates: Any
+    viscosity: float
+    shortest: float  # Shortest relaxation time, or the duration where that is less
+    glass: float  # J(t) = glass + sum compliances_j (1 - exp(-recoveries_j t))/recoveries_j; a recovery of 0 is flow
+    compliances: Any
+    recoveries: Any
+    level: Memory  # Memory of F and of F' over the segments, at the rates `recoveries`; under a prescribed force only
+    slope: Memory
+    path: Path  # The profile
+
+
+class Scratch(NamedTuple):
+    """Scratch space of K modes."""
+
+    basis: Any  # (TERMS,): legendre polynomials
+    slopes: Any  # (TERMS,): their derivatives by time
+    samples: Any  # (2, TERMS): rates at the nodes of an element
+    now: Any  # (K,): memory of the depth
+    sweep: Any  # (2, TERMS + 1): for `remember`
+
+
+@inlined
+def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]:
+    """Prescribed quantity, its rate and the rate of that, in segment i at time t; the value behind a jump."""
+    h = contact.knots[i + 1] - contact.knots[i]
+    u = 1.0 if h == 0.0 else (t - contact.knots[i]) / h
+    value, rate, curvature = 0.0, 0.0, 0.0
+    for n in range(contact.values.shape[1] - 1, -1, -1):
+        curvature = curvature * u + rate
+        rate = rate * u + value
+        value = value * u + contact.values[i, n]
+    if h == 0.0:
+        return value, 0.0, 0.0
+    return value, rate / h, 2.0 * curvature / (h * h)
+
+
+@entry_point
+def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: Any, levels: Any) -> None:
+    """Write the Legendre coefficients of the prescribed rate and value over the segments from `first` on."""
+    for i in range(first, contact.values.shape[0]):
+        h = contact.knots[i + 1] - contact.knots[i]
+        for n in range(TERMS):
+            rates[i - first, n] = 0.0
+            levels[i - first, n] = 0.0
+        if h == 0.0:
+            continue
+        for j in range(TERMS):
+            t = contact.knots[i] + 0.5 * h * (1.0 + quadrature.nodes[j])
+            value, rate, _ = prescribed(contact, i, t)
+            for n in range(TERMS):
+                rates[i - first, n] += quadrature.coefficients[n, j] * rate
+                levels[i - first, n] += quadrature.coefficients[n, j] * value
+        drop_rounding(rates[i - first])
+        drop_rounding(levels[i - first])
+
+
+@inlined
+def expand(quadrature: Quadrature, samples: Any, coefficients: Any) -> None:
+    """Write the Legendre coefficients of the polynomial with these values at the nodes."""
+    for n in range(TERMS):
+        coefficients[n] = 0.0
+        for j in range(TERMS):
+            coefficients[n] += quadrature.coefficients[n, j] * samples[j]
+
+
+@inlined
+def truncation_error(coefficients: Any) -> float:
+    """Truncation error of a Legendre series, about: the size of its last two coefficients."""
+    return abs(coefficients[TERMS - 1]) + abs(coefficients[TERMS - 2])
+
+
+@inlined
+def variation(values: Any) -> float:
+    """Difference of the largest and the smallest of the values at the nodes of an element."""
+    least, most = values[0], values[0]
+    for n in range(1, TERMS):
+        least = min(least, values[n])
+        most = max(most, values[n])
+    return most - least
+
+
+@inlined
+def drop_rounding(coefficients: Any) -> None:
+    """Set coefficients to zero that are rounding, which makes the memory of a short series cheaper."""
+    size = 0.0
+    for n in range(TERMS):
+        size = max(size, abs(coefficients[n]))
+    for n in range(TERMS - 1, -1, -1):
+        if abs(coefficients[n]) > COEFFICIENT_ROUNDING * size:
+            return
+        coefficients[n] = 0.0

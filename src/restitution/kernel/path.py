@@ -22,40 +22,25 @@ from restitution.kernel.lanes import (
 # Places in one cell from which all eight lanes are quicker than one after another.
 _FEW = 2
 
+# Least rho, over the width of a cell, at which da/ds is its slope over rho: closer to a kink both vanish.
+_AT_KINK = 1e-6
+
 
 class Path(NamedTuple):
-    """Contact radius a(s) with depth d = s^2, dimensionless.
+    """Contact radius a(s) with depth d = s^2, dimensionless."""
 
-    Attributes
-    ----------
-    exponent : float
-        p of a = s^p; negative where the table below holds instead.
-    end : float
-        End of the table in s.
-    edges : ndarray, shape (n_cells + 1,)
-        Ends of the table's cells in s, rising from 0.
-    finder : ndarray of int, shape (n_bins + 1,)
-        The cells that hold the ends of equal bins in s.
-    cells : ndarray, shape (n_cells, 3)
-        Of each cell the origin of rho = sqrt(s - origin), negative where rho = s, then rho at its start, and its width.
-    radius : ndarray, shape (n_cells, n)
-        Polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first.
-    integral : ndarray, shape (n_cells, n + 4)
-        The same for `Pi = int_0^s a 2 s ds`.
-    kinks, strengths : ndarray, shape (n_kinks,)
-        Places and strengths of the kinks, beyond each of which `a = smooth + strength (s - kink)^power`.
-    power : float
-    """
-
-    exponent: float
-    end: float
-    edges: Any
-    finder: Any
+    exponent: float  # p of a = s^p; negative where the table below holds instead
+    end: float  # End of the table in s
+    edges: Any  # (n_cells + 1,): ends of the table's cells in s, rising from 0
+    finder: Any  # (n_bins + 1,): the cells that hold the ends of equal bins in s
+    # (n_cells, 3): of each cell the origin of rho = sqrt(s - origin), negative where rho = s, then rho at its start,
+    # and its width
     cells: Any
-    radius: Any
-    integral: Any
+    radius: Any  # (n_cells, n): polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first
+    integral: Any  # (n_cells, n + 4): the same for `Pi = int_0^s a 2 s ds`
+    # (n_kinks,): places and strengths of the kinks, beyond each of which `a = smooth + strength (s - kink)^power`
     kinks: Any
-    strengths: Any
+    strengths: Any  # (n_kinks,)
     power: float
 
 
@@ -117,7 +102,7 @@ def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
     if origin >= 0.0:
         rho = math.sqrt(max(s - origin, 0.0))
         # At a kink the slope over rho vanishes and da/ds is finite.
-        steepness = 0.5 / max(rho, 1e-6 * width)
+        steepness = 0.5 / max(rho, _AT_KINK * width)
     y = (rho - low) / width
     a = 0.0
     slope = 0.0
@@ -181,9 +166,9 @@ def _tables(path: Path, s: Any, scratch: Any) -> Any:
             a = a * y + path.radius[cell, n]
         for n in range(path.integral.shape[1] - 1, -1, -1):
             integral = integral * y + path.integral[cell, n]
-        write8(scratch[0], 0, from_lane(first, a, read8(scratch[0], 0)))
-        write8(scratch[1], 0, from_lane(first, integral, read8(scratch[1], 0)))
-    return read8(scratch[0], 0), read8(scratch[1], 0)
+        write8(scratch, 0, 0, from_lane(first, a, read8(scratch, 0, 0)))
+        write8(scratch, 1, 0, from_lane(first, integral, read8(scratch, 1, 0)))
+    return read8(scratch, 0, 0), read8(scratch, 1, 0)
 
 
 @inlined

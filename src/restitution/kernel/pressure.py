@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import compiled, entry_point
-from restitution.kernel.interpolation import interpolate, seek
+from restitution.kernel.dense import interpolate_at
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
-from restitution.kernel.workspace import LENGTH, N_APPROACH, S_, START, T_, V_, Work
+from restitution.kernel.workspace import N_APPROACH, S_, T_, V_, Problem, Work
 
 # Logarithms of the first sigma and of the least age, over sigma and its square at the turning point.
 _EARLIEST, _YOUNGEST = math.log(1e-4), math.log(1e-12)
@@ -57,24 +56,15 @@ def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: fl
     """
     now = work.turning_place[0] * math.exp(time)
     touch = math.sqrt(max(now * now - work.turning_place[0] ** 2 * math.exp(age), 0.0))
-    row, places = rule.row, work.places
-    element = seek(places, work.counts[N_APPROACH], now)
-    interpolate(scheme, work, work.approach[element], (now - places[START, element]) / places[LENGTH, element], row)
+    row = rule.row
+    element = interpolate_at(scheme, work, work.counts[N_APPROACH], now, row)
     t = row[T_]
-    first = seek(places, element, touch)
-    interpolate(scheme, work, work.approach[first], (touch - places[START, first]) / places[LENGTH, first], row)
+    interpolate_at(scheme, work, element, touch, row)
     r = radius_and_integral(problem.path, max(row[S_], 0.0))[0]
     total = 0.0
     for n in range(rule.places.shape[0]):
         sigma = touch + (now - touch) * rule.places[n]
-        element = seek(places, element, sigma)
-        interpolate(
-            scheme,
-            work,
-            work.approach[element],
-            (sigma - places[START, element]) / places[LENGTH, element],
-            row,
-        )
+        element = interpolate_at(scheme, work, element, sigma, row)
         a = radius_and_integral(problem.path, max(row[S_], 0.0))[0]
         if a > r:
             since = max(t - row[T_], 0.0)

@@ -13,46 +13,23 @@ Array = NDArray[np.float64]
 
 
 class Scheme(NamedTuple):
-    """Numbers of the S-stage Radau IIA method on the unit element.
+    """Numbers of the S-stage Radau IIA method on the unit element."""
 
-    Attributes
-    ----------
-    c : ndarray, shape (S + 1,)
-        Zero and the S nodes; the last node is 1.
-    A : ndarray, shape (S, S)
-        Butcher matrix, `A_ij = int_0^c_i l_j`.
-    columns, square : ndarray, shape (S, S)
-        The columns of A, and those of its square.
-    identity : ndarray, shape (S, S)
-    weights : ndarray, shape (S + 1,)
-        Weights of interpolation on `c`: `l_j(x) = weights_j prod_(i != j) (x - c_i)`.
-    tail : ndarray, shape (2, S + 1)
-        Rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant.
-    extrapolation : ndarray, shape (S,)
-        The same on the S nodes without zero.
-    derivative : ndarray, shape (S + 1, S + 1)
-        Maps values at `c` to the slopes of their interpolant there.
-    between : ndarray, shape (S,)
-        Places between the nodes, about halfway.
-    at_between, at_between_inner : ndarray, shape (S + 1, S), (S, S)
-        Columns of the interpolation from `c`, and from the nodes without zero, to `between`.
-    missed : ndarray, shape (2, S)
-        Weights at the nodes and at `between` of the rule on both of them less that of the method: on an integrand, what
-        the method misses.
-    """
-
-    c: Array
-    A: Array
-    columns: Array
-    square: Array
-    identity: Array
-    weights: Array
+    c: Array  # (S + 1,): zero and the S nodes; the last node is 1
+    A: Array  # (S, S): Butcher matrix, `A_ij = int_0^c_i l_j`
+    columns: Array  # (S, S): the columns of A
+    square: Array  # (S, S): the columns of its square
+    identity: Array  # (S, S)
+    weights: Array  # (S + 1,): weights of interpolation on `c`: `l_j(x) = weights_j prod_(i != j) (x - c_i)`
+    # (2, S + 1): rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant
     tail: Array
-    extrapolation: Array
-    derivative: Array
-    between: Array
-    at_between: Array
-    at_between_inner: Array
+    extrapolation: Array  # (S,): weights of interpolation on the S nodes without zero
+    derivative: Array  # (S + 1, S + 1): maps values at `c` to the slopes of their interpolant there
+    between: Array  # (S,): places between the nodes, about halfway
+    at_between: Array  # (S + 1, S): columns of the interpolation from `c` to `between`
+    at_between_inner: Array  # (S, S): the same from the nodes without zero
+    # (2, S): weights at the nodes and at `between` of the rule on both of them less that of the method: on an integrand,
+    # what the method misses
     missed: Array
 
     @property
@@ -84,7 +61,7 @@ def _lagrange_weights(x: Array) -> Array:
     return 1.0 / difference.prod(axis=1)
 
 
-def _interpolation(x: Array, places: Array) -> Array:
+def _interpolation(x: Array, places: Array) -> NDArray[np.floating[Any]]:
     """Columns of the matrix that takes values at x to those of their interpolant at some places."""
     degree = len(x) - 1
     basis = legendre.legvander(2.0 * x - 1.0, degree)
@@ -110,25 +87,10 @@ def _aligned(array: NDArray[np.floating[Any]]) -> Array:
 
 @cache
 def radau(stages: int) -> Scheme:
-    """Numbers of the Radau IIA method with `stages` stages.
+    """Numbers of the Radau IIA method with S = `stages`, from 2 to 12.
 
-    Parameters
-    ----------
-    stages : int
-        S, from 2 to 12.
-
-    Returns
-    -------
-    Scheme
-        Nodes, Butcher matrix and what the kernel needs besides.
-
-    Notes
-    -----
-    Order 2 S - 1 at the end of an element, stage order S, A-stable and stiffly accurate [1]_.
-
-    References
-    ----------
-    .. [1] E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5.
+    Its order is 2 S - 1 at the end of an element and S + 1 inside, and it is A-stable and stiffly accurate (E. Hairer, G.
+    Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5).
 
     Examples
     --------

@@ -11,31 +11,14 @@ Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.approach import KINK_TAIL, LAG, LEAST_NOISE, ROUGH, TABLE_NOISE
+from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LAG, LEAST_NOISE, ROUGH, TABLE_NOISE
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, invert, invert_modes, lagrange_lanes, matvec
-from restitution.kernel.interpolation import interpolate_lanes, tail
+from restitution.kernel.dense import combine, interpolate_lanes, invert, invert_modes, lagrange_lanes, matvec, tail
 from restitution.kernel.kinks import missed_rebound
-from restitution.kernel.lanes import (
-    WIDTH,
-    absolute,
-    at_least,
-    broadcast,
-    exp,
-    largest,
-    read8,
-    smallest,
-    write8,
-)
-from restitution.kernel.outcome import (
-    CAPTURED,
-    SEPARATED,
-    STEP_TOO_SMALL,
-    TOO_MANY_STEPS,
-)
+from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, smallest, write8
+from restitution.kernel.outcome import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
-from restitution.kernel.problem import Problem
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
@@ -58,18 +41,32 @@ from restitution.kernel.workspace import (
     V_,
     VALUES,
     WEIGHTED,
+    Problem,
     Work,
 )  # fmt: skip
 
-# Size of a step below which it may be rounding: at most, and over the velocity of the approach, of which little is left
-# at the turning point.
-ROUNDING, NOISE = 1e-9, 1e-14
+# Newton's method: size of a step below which it may be rounding, at most and over the velocity of the approach, of which
+# little is left at the turning point, and the least such velocity; rounds in all; largest step and least u over the largest
+# u.
+ROUNDING, NOISE, _LEAST_VELOCITY = 1e-9, 1e-14, 1e-12
 _MOST_ITERATIONS = 14
-# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a
-# body that loses much, and of one that loses little.
+_LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9
+# First guess: least s1; longest element over the last one that continues the polynomial of u/s1; factor to both sides
+# by which u/s1 may change.
+_LEAST_S, _FARTHEST, _MOST_CHANGE = 1e-12, 2.0, 10.0
+# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a body
+# whose elastic energy there is below `_LOSSY` of the kinetic energy before, and of one where it is above `_NEARLY_ELASTIC`.
 KAPPA, KAPPA_ELASTIC = 0.03, 0.3
-# Weight of an error of the time in the rebound, as F dt, beside that of the velocity.
-TIME_WEIGHT = 0.4
+_LOSSY, _NEARLY_ELASTIC = 0.6, 0.9
+# Weight of an error of the time, as F dt, beside that of the velocity; rounding of a place over the length of an element.
+TIME_WEIGHT, _PLACE_ROUNDING = 0.4, 1e-14
+# Length of an element: the first, over the shortest relaxation time that matters and the share of the force's tolerance
+# from which a mode matters; the shortest over sigma at the turning point; shares of what is left that count as all of it,
+# and of which two halves are made; factor to which a length beyond a kink is exceeded.
+_OF_RELAXATION, _MATTERS = 0.7, 0.1
+_SHORTEST, _WHOLE, _HALVED, _BEYOND_KINK = 1e-15, 0.999, 0.6, 1.01
+# Capture: dt/dlambda over s at the turning point, and length of an element over sigma there, where the edge turns outwards.
+_PAUSE, _PAUSE_LENGTH = 1e3, 1e-9
 
 
 @inlined
@@ -88,13 +85,13 @@ def rebound_element(
     J, G, M = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED]
     v0 = table[V_, 0]
     eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
-    v1, r1 = read8(past[V_], 0), 2.0 * read8(past[S_], 0)
+    v1, r1 = read8(past, V_, 0), 2.0 * read8(past, S_, 0)
     past_depth_slope = r1 * v1
     # Integrated by itself: as a difference of times it would lose the digits that fast modes feel.
     elapsed = delay + h * matvec(A, r1)
-    Pi = read8(work.vectors[INTEGRAL], 0)
-    u = read8(work.vectors[UNKNOWN], 0)
-    rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], 1e-12)
+    Pi = read8(work.vectors, INTEGRAL, 0)
+    u = read8(work.vectors, UNKNOWN, 0)
+    rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], _LEAST_VELOCITY)
     previous = math.inf
     largest_u = 0.0
     drift = 0.0
@@ -116,10 +113,10 @@ def rebound_element(
         for k in range(N):
             inverse = 1.0 / problem.times[k]
             x = exp(at_least((elapsed + duration) * -inverse, -700.0))
-            write8(X[k], 0, x)
+            write8(X, k, 0, x)
             x = problem.moduli[k] * x
-            force_k = x * read8(past[MODES_ + 2 * k], 0)
-            memory_k = x * (v1 - read8(past[MODES_ + 1 + 2 * k], 0))
+            force_k = x * read8(past, MODES_ + 2 * k, 0)
+            memory_k = x * (v1 - read8(past, MODES_ + 1 + 2 * k, 0))
             F = F + force_k
             phi = phi + x
             memory = memory + memory_k
@@ -134,11 +131,11 @@ def rebound_element(
             for k in range(N):
                 rate = (h / problem.times[k]) * u
                 for j in range(WIDTH):
-                    write8(B[k, j], 0, read8(unit[j], 0) + read8(A[j], 0) * rate[j])
+                    write8(B, k, j, 0, read8(unit, j, 0) + read8(A, j, 0) * rate[j])
             invert_modes(B, N)
             for j in range(WIDTH):
-                write8(G[j], 0, equilibrium * read8(unit[j], 0))
-                write8(M[j], 0, broadcast(0.0))
+                write8(G, j, 0, equilibrium * read8(unit, j, 0))
+                write8(M, j, 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
             start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
@@ -146,18 +143,18 @@ def rebound_element(
                 Wk = matvec(B[k], start)
                 weight = E * Wk / u
                 for j in range(WIDTH):
-                    column = read8(B[k, j], 0)
-                    write8(G[j], 0, read8(G[j], 0) + E * column)
-                    write8(M[j], 0, read8(M[j], 0) + column * weight[j])
+                    column = read8(B, k, j, 0)
+                    write8(G, j, 0, read8(G, j, 0) + E * column)
+                    write8(M, j, 0, read8(M, j, 0) + column * weight[j])
                 mode_slope = mode_slope + weight
             else:
-                Wk = read8(W[k], 0)
+                Wk = read8(W, k, 0)
                 # After one round fast modes lag behind u by as much as the chord step, which then says nothing.
                 lags = not final_round and h * largest_u > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
                     defect = start - Wk - (h / problem.times[k]) * matvec(A, u * Wk)
                     Wk = Wk + matvec(B[k], defect)
-            write8(W[k], 0, Wk)
+            write8(W, k, 0, Wk)
             psi = psi + E * Wk
         if final_round:
             break
@@ -168,16 +165,16 @@ def rebound_element(
             net = F - external_force
             direct = h * (u * (psi_t - eta * F_t) + past_depth_slope * phi_t)
             for j in range(WIDTH):
-                column = read8(A[j], 0)
+                column = read8(A, j, 0)
                 change = -h * (column * net[j] + matvec(A, row * column))
-                change = matvec(G, change) + read8(M[j], 0) - read8(unit[j], 0) * mode_slope[j]
-                write8(J[j], 0, u * change + direct * column + read8(unit[j], 0) * psi[j])
+                change = matvec(G, change) + read8(M, j, 0) - read8(unit, j, 0) * mode_slope[j]
+                write8(J, j, 0, u * change + direct * column + read8(unit, j, 0) * psi[j])
             invert(work.matrices, JACOBIAN)
         step = matvec(J, residual)
         largest_u = largest(absolute(u - step))
-        u = at_least(u - step, 1e-9 * largest_u)
+        u = at_least(u - step, _LEAST_PACE * largest_u)
         size = largest(absolute(step)) / largest_u
-        if not size < 1e3:
+        if not size < _LARGEST_STEP:
             return -1
         drift = size if refactor else drift
         verdict = newton_verdict(size, previous, drift, refactor, renewed, rounding, accept)
@@ -191,15 +188,15 @@ def rebound_element(
         refactor = verdict == FACTOR
         renewed = renewed or (refactor and size < rounding)
         previous = size
-    write8(work.vectors[UNKNOWN], 0, u)
-    write8(table[S_], 1, read8(past[S_], 0))
-    write8(table[V_], 1, v)
-    write8(table[T_], 1, table[T_, 0] + duration)
-    write8(work.vectors[DELAY], 0, elapsed + duration)
-    write8(table[F_], 1, F)
+    write8(work.vectors, UNKNOWN, 0, u)
+    write8(table, S_, 1, read8(past, S_, 0))
+    write8(table, V_, 1, v)
+    write8(table, T_, 1, table[T_, 0] + duration)
+    write8(work.vectors, DELAY, 0, elapsed + duration)
+    write8(table, F_, 1, F)
     for k in range(N):
-        write8(table[MODES_ + 2 * k], 1, read8(X[k], 0))
-        write8(table[MODES_ + 1 + 2 * k], 1, read8(W[k], 0))
+        write8(table, MODES_ + 2 * k, 1, read8(X, k, 0))
+        write8(table, MODES_ + 1 + 2 * k, 1, read8(W, k, 0))
     return iterations
 
 
@@ -226,11 +223,11 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         glass += problem.moduli[k]
     # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
     recoverable = 0.8 * table[F_, 0] * s_m * s_m
-    elastic_share = min(max((recoverable - 0.6) / 0.3, 0.0), 1.0)
+    elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
     amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
     for k in range(N):
-        if work.turning[F_] * problem.times[k] * problem.moduli[k] > 0.1 * tolerance * amplitude * glass:
-            h = min(h, 0.7 * problem.times[k] / (2.0 * s_m))
+        if work.turning[F_] * problem.times[k] * problem.moduli[k] > _MATTERS * tolerance * amplitude * glass:
+            h = min(h, _OF_RELAXATION * problem.times[k] / (2.0 * s_m))
     kink = work.counts[N_APPROACH]
     position = 0.0
     delay = 0.0
@@ -238,14 +235,14 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     previous = 0.0
     while True:
         attempts += 1
-        if element >= work.rebound.shape[0] - 1 or attempts > 4 * work.rebound.shape[0]:
+        if element >= work.rebound.shape[0] - 1 or attempts > ATTEMPTS * work.rebound.shape[0]:
             return TOO_MANY_STEPS
         # Under a constant force the edge of contact may turn outwards again: psi vanishes, dt/dlambda diverges as the
         # inverse root of the distance to that place. Rounding would stop the elements in front of it.
-        paused = element > 0 and work.slopes[element - 1, S - 1] > 1e3 * s_m
-        if problem.external_force > 0.0 and paused and h < 1e-9 * sigma_m:
+        paused = element > 0 and work.slopes[element - 1, S - 1] > _PAUSE * s_m
+        if problem.external_force > 0.0 and paused and h < _PAUSE_LENGTH * sigma_m:
             return CAPTURED
-        if not h > 1e-15 * sigma_m:
+        if not h > _SHORTEST * sigma_m:
             return STEP_TOO_SMALL
         left = sigma_m - position
         # Elements end where the approach passed a kink.
@@ -255,20 +252,20 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if kink > 0 and h > ahead - work.places[LENGTH, kink]:
             # What the approach could not do in one element beyond a kink cannot be done here either.
             beyond = work.places[LENGTH, kink]
-            h = min(h, ahead) if ahead <= 1.01 * beyond else min(h, max(0.5 * ahead, ahead - beyond))
-        ends = h >= 0.999 * ahead
+            h = min(h, ahead) if ahead <= _BEYOND_KINK * beyond else min(h, max(0.5 * ahead, ahead - beyond))
+        ends = h >= _WHOLE * ahead
         final = ends and kink == 0
         if ends:
             h = ahead
-        elif h > 0.6 * ahead and kink == 0:
+        elif h > _HALVED * ahead and kink == 0:
             h = 0.5 * ahead
         table = work.rebound[element]
         sigma = left - h * read8(scheme.c, 1)
         if final:
             sigma = at_least(sigma, 0.0)
         place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
-        Pi = radii_and_integrals(problem.path, read8(work.past[S_], 0), work.vectors[VALUES:])[1]
-        write8(work.vectors[INTEGRAL], 0, Pi)
+        Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[1]
+        write8(work.vectors, INTEGRAL, 0, Pi)
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
@@ -279,13 +276,13 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         # Taken from the pace: as a difference of times it would be rounding after a long contact.
         duration = work.vectors[VALUES]
         duration[0] = 0.0
-        write8(duration, 1, h * matvec(scheme.columns, read8(work.vectors[UNKNOWN], 0)))
+        write8(duration, 1, h * matvec(scheme.columns, read8(work.vectors, UNKNOWN, 0)))
         # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
         # known to what rounding leaves of a place in a short element.
         late = tail(scheme, duration)
         weight = max(tolerance / (KINK_TAIL * accept), 1.0) if ends and kink > 0 else 1.0
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
-        error = max(weight * error, late / (table[T_, S] * max(tolerance, 1e-14 * sigma_m / h)))
+        error = max(weight * error, late / (table[T_, S] * max(tolerance, _PLACE_ROUNDING * sigma_m / h)))
         if problem.path.exponent < 0.0:
             rough = missed_rebound(problem, scheme, work, table, left, h, hint, TABLE_NOISE * accept + LEAST_NOISE)
             error = max(error, rough / (ROUGH * accept * scale))
@@ -294,7 +291,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             continue
         work.places[BACK_START, element] = position
         work.places[BACK_LENGTH, element] = h
-        write8(work.slopes[element], 0, read8(work.vectors[UNKNOWN], 0))
+        write8(work.slopes, element, 0, read8(work.vectors, UNKNOWN, 0))
         previous = h
         hint = place
         delay = work.vectors[DELAY, S - 1]
@@ -320,7 +317,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
 
     At the turning point, where X_k = 1: -psi = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
     """
-    s1 = at_least(read8(work.past[S_], 0), 1e-12)
+    s1 = at_least(read8(work.past, S_, 0), _LEAST_S)
     if element == 0:
         braking = problem.viscosity * (work.turning[F_] - problem.external_force)
         pace_ratio = broadcast(1.0)
@@ -328,15 +325,15 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
             glass = problem.equilibrium
             for k in range(problem.moduli.shape[0]):
                 glass += problem.moduli[k]
-            contact = glass * at_least(read8(work.past[V_], 0), 0.0)
+            contact = glass * at_least(read8(work.past, V_, 0), 0.0)
             pace_ratio = contact / (contact + braking)
-        write8(work.vectors[UNKNOWN], 0, 2.0 * s1 * pace_ratio)
+        write8(work.vectors, UNKNOWN, 0, 2.0 * s1 * pace_ratio)
         return
     ratios = work.vectors[VALUES]
-    write8(ratios, 0, read8(work.slopes[element - 1], 0) / read8(work.rebound[element - 1, S_], 1))
+    write8(ratios, 0, read8(work.slopes, element - 1, 0) / read8(work.rebound, element - 1, S_, 1))
     x = 1.0 + (h / previous) * read8(scheme.c, 1)
     end = ratios[WIDTH - 1]
-    if h <= 2.0 * previous:
+    if h <= _FARTHEST * previous:
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
         ratio = combine(work.basis, WIDTH, ratios)
     else:
@@ -346,6 +343,6 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
         first = (ratios[middle] - ratios[0]) / (x1 - x0)
         second = ((end - ratios[middle]) / (1.0 - x1) - first) / (1.0 - x0)
         ratio = ratios[0] + (x - x0) * (first + (x - x1) * second)
-    if not (smallest(ratio) > 0.1 * end and largest(ratio) < 10.0 * end):
+    if not (smallest(ratio) > end / _MOST_CHANGE and largest(ratio) < _MOST_CHANGE * end):
         ratio = broadcast(end)
-    write8(work.vectors[UNKNOWN], 0, ratio * s1)
+    write8(work.vectors, UNKNOWN, 0, ratio * s1)

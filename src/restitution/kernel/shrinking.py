@@ -13,58 +13,43 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import entry_point, inlined
-from restitution.kernel.growing import Elements, growing_contact, root_of_depth
-from restitution.kernel.memory import Memory, legendre_values, recall
+from restitution.kernel.growing import NEWTON_ROUNDING, NEWTON_ROUNDS, Elements, growing_contact, root_of_depth
+from restitution.kernel.memory import (
+    DEPTH,
+    TIME_ROUNDING,
+    Contact,
+    Memory,
+    Scratch,
+    legendre_values,
+    prescribed,
+    recall,
+)
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.prescribed import DEPTH, TIME_ROUNDING, Contact, Scratch, prescribed
+
+# Search for an instant: estimate of the step after the next, and width of the interval, over the time: both rounding.
+_NEXT_STEP, _SPACING = 1e-16, 2e-16
 
 
 class Past(NamedTuple):
-    """The growing contact and its memory.
-
-    Attributes
-    ----------
-    elements : Elements
-    total : int
-        Number of elements.
-    depth : Memory
-        H_k over the elements and, under a prescribed depth, over the rest of the history.
-    integral : Memory
-        Y_k over the elements.
-    first : int
-        Segment of the history in which the contact starts to shrink.
-    turning : float
-        Time at which it does; the end of the history where it does not.
-    end : float
-        Time at which the contact ends; infinite where it does not.
-    """
+    """The growing contact and its memory."""
 
     elements: Elements
-    total: int
-    depth: Memory
-    integral: Memory
-    first: int
-    turning: float
-    end: float
+    total: int  # Number of elements
+    depth: Memory  # H_k over the elements and, under a prescribed depth, over the rest of the history
+    integral: Memory  # Y_k over the elements
+    first: int  # Segment of the history in which the contact starts to shrink
+    turning: float  # Time at which it does; the end of the history where it does not
+    end: float  # Time at which the contact ends; infinite where it does not
 
 
 @inlined
 def equal_contact(
     contact: Contact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float]:
-    """Find the instant t1 at which the growing contact had the radius that it has at t.
+    """Find the instant t1 at which the growing contact had the radius that it has at t, from t1 in element e on.
 
-    Parameters
-    ----------
-    t, target : float
-        Time, and the right-hand side of the equation for t1.
-    e, t1 : int, float
-        Element and instant from which to start.
-
-    Returns
-    -------
-    int, float, float, float, float, float
-        Element, t1, depth and Pi there, the modulus E(t - t1) and the derivative of the left-hand side by t1.
+    `target` is the right-hand side of the equation for t1. Returns the element, t1, depth and Pi there, the modulus
+    E(t - t1), and the derivative of the left-hand side with respect to t1.
     """
     elements = past.elements
     by_depth = contact.control == DEPTH
@@ -109,11 +94,9 @@ def equal_contact(
         t1 = min(max(t1, low), high)
         # The left-hand side bends over the shortest relaxation time.
         scale = min(h, contact.shortest)
-        previous = scale
-        side = 0
-        modulus = 0.0
-        slope = 0.0
-        for _ in range(200):
+        previous, side = scale, 0
+        modulus, slope = 0.0, 0.0
+        for _ in range(NEWTON_ROUNDS):
             depth, depth_rate, integral, integral_rate = growing_contact(contact, work, segment, t1)
             legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
             value = contact.equilibrium * (depth if by_depth else integral)
@@ -146,11 +129,11 @@ def equal_contact(
                 trial = 0.5 * (low + high)
             step = abs(trial - t1)
             # Newton's next step is about step^2/scale, or step^3/previous^2 where that is more.
-            done = step <= TIME_ROUNDING * t or step * max(step / scale, (step / previous) ** 2) <= 1e-16 * t
+            done = step <= TIME_ROUNDING * t or step * max(step / scale, (step / previous) ** 2) <= _NEXT_STEP * t
             t1 = trial
             if done and low < t1 < high:
                 break
-            if low_known and high_known and high - low <= 2e-16 * high:
+            if low_known and high_known and high - low <= _SPACING * high:
                 break
             previous = step
         if side < 0 and e > 0 and direction <= 0:
@@ -227,13 +210,11 @@ def write_depth_memory(contact: Contact, past: Past, work: Scratch, i: int, t: f
 def shrinking_contact(
     contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float, float]:
-    """Shrinking contact at time t in segment i; e and t1 are where to start.
+    """Shrinking contact at time t in segment i; the search begins at t1 in element e.
 
-    Returns
-    -------
-    int, float, float, float, float, float, float
-        Element, t1, depth there, force; the rate of the right-hand side less that of the left at constant t1, which must
-        not be positive; E(t - t1) and the derivative of the left-hand side by t1, which divide it to the rates of d1 and t1.
+    Returns the element, t1, the depth there, the force, the growth, E(t - t1), and the derivative of the left-hand side
+    with respect to t1. The growth is the rate of the right-hand side less that of the left at constant t1. It must not be
+    positive. Over the last two numbers it is the rate of d1 and of t1.
     """
     value, rate, _ = prescribed(contact, i, t)
     if contact.control == DEPTH:
@@ -255,13 +236,7 @@ def shrinking_contact(
 def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
     """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite where it does not.
 
-    Parameters
-    ----------
-    contact : Contact
-    past : Past
-    work : Scratch
-    places, times : ndarray, shape (n,)
-        Segments, from that on in which the contact starts to shrink, and ascending times in them, their ends included.
+    `times` rise through the segments `places`, from the one on in which the contact starts to shrink, ends included.
     """
     low = 0.0
     for n in range(times.shape[0]):
@@ -272,7 +247,7 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
         if n > 0 and places[n - 1] == i and t > low:
             high = t
             t = 0.5 * (low + high)
-            for _ in range(200):
+            for _ in range(NEWTON_ROUNDS):
                 load, rate = innermost_load(contact, past, work, i, t)
                 if load > 0.0:
                     low = t
@@ -281,7 +256,7 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
                 trial = t - load / rate if rate < 0.0 else low
                 if not low < trial < high:
                     trial = 0.5 * (low + high)
-                if abs(trial - t) <= 4e-16 * t or high - low <= 4e-16 * high:
+                if abs(trial - t) <= NEWTON_ROUNDING * t or high - low <= NEWTON_ROUNDING * high:
                     break
                 t = trial
         return t
@@ -294,14 +269,7 @@ def regrowth(
 ) -> int:
     """First of the given times at which the shrinking contact grows again; -1 where it never does.
 
-    Parameters
-    ----------
-    contact, past, work, places, times
-        As for `end_of_contact`.
-    tolerance : float
-        Growth of the depth at equal contact that is harmless.
-    rounding : float
-        Rounding of the rate of the load.
+    The tolerance is a growth of the depth at equal contact that is harmless, `rounding` that of the rate of the load.
     """
     e, t1 = past.total - 1, past.turning
     least = math.inf

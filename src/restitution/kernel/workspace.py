@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.lanes import WIDTH
+from restitution.kernel.path import Path
 
 # Rows of a stored element: s, v, t, F, then two numbers of each mode (see `approach` and `rebound`).
 S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
@@ -20,47 +21,38 @@ START, LENGTH, BACK_START, BACK_LENGTH, AT_KINK, N_PLACES = range(6)
 N_APPROACH, N_REBOUND, N_FACTOR = range(3)
 
 
-class Work(NamedTuple):
-    """Scratch space and stored halves for N modes and E elements of S = 8 stages.
+class Problem(NamedTuple):
+    """One impact in units in which mass and impact velocity are 1, d = s^2 and a = a(s).
 
-    Attributes
-    ----------
-    vectors : ndarray, shape (9, 2 S)
-        Values at the nodes; the basis of an interpolation has S + 1.
-    basis : ndarray, shape (S + 1, S)
-    matrices : ndarray, shape (5, S, S)
-    inverses : ndarray, shape (N, S, S)
-        Frozen inverses of the modes' matrices B_k.
-    modes : ndarray, shape (2, N, S)
-        Y_k or X_k, and W_k, at the nodes.
-    past : ndarray, shape (4 + 2 N, S)
-        The stored approach at the nodes of a rebound element.
-    approach, rebound : ndarray, shape (E, 4 + 2 N, S + 1)
-        Stored points, a row for each quantity. The rebound's first row is the s of the approach with the same contact
-        radius, its modes are X_k and W_k.
-    places : ndarray, shape (5, E)
-    slopes : ndarray, shape (E, S)
-        u = dt/dlambda at the nodes of the rebound.
-    turning : ndarray, shape (4 + 2 N,)
-        The approach at the turning point.
-    turning_place : ndarray, shape (1,)
-        Its sigma.
-    counts : ndarray of int, shape (3,)
+    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - external_force).
     """
 
-    vectors: Any
-    basis: Any
-    matrices: Any
-    inverses: Any
-    modes: Any
-    past: Any
+    equilibrium: float
+    moduli: Any
+    times: Any
+    viscosity: float
+    external_force: float
+    path: Path
+
+
+class Work(NamedTuple):
+    """Scratch space and stored halves for N modes and E elements of S = 8 stages."""
+
+    vectors: Any  # (9, 2 S): values at the nodes; the basis of an interpolation has S + 1
+    basis: Any  # (S + 1, S)
+    matrices: Any  # (5, S, S)
+    inverses: Any  # (N, S, S): frozen inverses of the modes' matrices B_k
+    modes: Any  # (2, N, S): Y_k or X_k, and W_k, at the nodes
+    past: Any  # (4 + 2 N, S): the stored approach at the nodes of a rebound element
+    # (E, 4 + 2 N, S + 1): stored points, a row for each quantity. The rebound's first row is the s of the approach
+    # with the same contact radius, its modes are X_k and W_k
     approach: Any
-    rebound: Any
-    places: Any
-    slopes: Any
-    turning: Any
-    turning_place: Any
-    counts: Any
+    rebound: Any  # (E, 4 + 2 N, S + 1)
+    places: Any  # (5, E)
+    slopes: Any  # (E, S): u = dt/dlambda at the nodes of the rebound
+    turning: Any  # (4 + 2 N,): the approach at the turning point
+    turning_place: Any  # (1,): its sigma
+    counts: Any  # (3,)
 
 
 def aligned(*shape: int) -> Any:

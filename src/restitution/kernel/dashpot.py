@@ -1,0 +1,38 @@
+"""Dashpot in parallel in an element of the approach, where its force eta a v makes the velocity implicit."""
+
+from restitution.kernel.compile import compiled
+from restitution.kernel.dense import invert, matvec
+from restitution.kernel.lanes import WIDTH, read8, write8
+from restitution.kernel.path import radius_slope
+from restitution.kernel.radau import Scheme
+from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SPEED, UNKNOWN, Problem, Work
+
+
+@compiled
+def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
+    """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
+
+    (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
+    """
+    A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
+    F, a = read8(vectors, FORCE, 0), read8(vectors, RADIUS, 0)
+    r = 2.0 * read8(vectors, UNKNOWN, 0)
+    braking = (h * problem.viscosity) * (r * a)
+    for j in range(WIDTH):
+        write8(M, j, 0, read8(scheme.identity, j, 0) + read8(A, j, 0) * braking[j])
+    invert(work.matrices, DASHPOT)
+    v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)))
+    write8(vectors, SPEED, 0, v)
+    write8(vectors, FORCE, 0, F + problem.viscosity * (a * v))
+
+
+@compiled
+def dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
+    """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
+    A, vectors = scheme.columns, work.vectors
+    inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
+    for j in range(WIDTH):
+        write8(coupling, j, 0, matvec(A, matvec(inverse, read8(A, j, 0))))
+    for i in range(WIDTH):
+        slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
+        vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
