@@ -10,6 +10,9 @@ import matplotlib
 import pytest
 from matplotlib import pyplot as plt
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
 # Each point of its curves is a material of its own.

@@ -13,6 +13,9 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
 STEEL = Material(8e10, 1.6e11, density=7800.0)
 SOFT = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2]), 1e9)

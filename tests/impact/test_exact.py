@@ -27,6 +27,9 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 RUBBER = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
 LAYERED = Material(PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)
 FIELDS = (

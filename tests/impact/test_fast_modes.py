@@ -12,6 +12,9 @@ from restitution.impact.solve import solve
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 
 @pytest.fixture(scope="module")
 def impacts() -> list[Impact]:

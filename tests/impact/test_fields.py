@@ -20,6 +20,9 @@ from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 ELASTIC = Material(1.3, 2.1)
 SOLID = Material(PronySeries(1.0, [4.0, 2.0, 1.0], [0.02, 0.3, 20.0]), 3.0)
 LIQUID = Material(PronySeries(0.0, [4.0, 1.0], [0.1, 2.0]), 5.0)

@@ -14,6 +14,9 @@ from restitution.impact.status import SolverError, Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 SOLID = Material(PronySeries(1.0, [3.0], [0.5]), math.inf)
 LIQUID = Material(PronySeries(0.0, [1.0], [0.03]), math.inf)
 GOOD = Impact(SOLID, Parabola(1.0), 1.0, 1.0)

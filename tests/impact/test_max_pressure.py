@@ -11,6 +11,9 @@ import restitution as rs
 from restitution import quantities
 from restitution.kernel import pressure as kernel
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 ELASTIC = rs.Material(1.0, 1.0)
 
 

@@ -17,6 +17,9 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
 MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], parallel_viscosity=30.0), 2e7)

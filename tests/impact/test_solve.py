@@ -25,6 +25,9 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from strategies import logarithmic, materials, prony_series
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 DATA = Path(__file__).resolve().parents[1] / "data"
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 RTOL = 1e-9

@@ -14,6 +14,9 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 RADII = np.linspace(0.0, 50.0, 101)
 TABLE = Tabulated(RADII, RADII**2 / 2.0)
 

@@ -15,6 +15,9 @@ from restitution.impact.problem import Body, Impact, drop, for_contact, window_a
 from restitution.impact.solve import solve
 from restitution.material.fractional import FractionalMaterial, fractional_zener, springpot
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 GEL = FractionalMaterial(springpot(1e4, 0.3), bulk=math.inf, density=1000.0, name="gel")
 ZENER = FractionalMaterial(fractional_zener(1e6, 1e7, 1e-3, 0.5), bulk=1e9, rtol=1e-7)
 

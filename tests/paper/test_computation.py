@@ -87,6 +87,7 @@ def test_random_inputs_span_their_decades() -> None:
     assert np.abs(np.corrcoef(free) - np.eye(4)).max() < 0.4
 
 
+@pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 def test_a_failed_impact_is_an_error_and_doubts_of_random_bodies_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -25,6 +25,9 @@ from restitution.impact.closed_forms import (
 from restitution.surrogates.velocity import content_hash
 from strategies import logarithmic, materials
 
+# Many bodies are no real ones.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)

@@ -96,7 +96,7 @@ def plot_sweep(
     Examples
     --------
     >>> import restitution as rs
-    >>> result = rs.sweep(None, {"nu": [0.3, 0.5], "p2": 0.1, "p3": rs.Logarithmic(0.01, 100.0, 9)})
+    >>> result = rs.sweep(None, {"nu": [0.45, 0.5], "p2": 0.1, "p3": rs.Logarithmic(0.01, 100.0, 9)})
     >>> figure = plot_sweep(result, ["restitution_coefficient"])
     >>> len(figure.axes), len(figure.axes[0].lines)
     (1, 2)
