@@ -1,4 +1,4 @@
-"""The paper's element method and the exact one agree within the error that the element method states."""
+"""The element method agrees with the exact method within its own error estimate."""
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""Falls and bounces against free fall, constant e, energy, and the ways in which they end."""
+"""Falls and bounces against free fall, constant e and energy; the endings of a series."""
 
 import math
 import re
@@ -45,7 +45,7 @@ def test_elastic_ball_never_rests(with_weight):
 
 
 def test_constant_restitution():
-    """A flat punch on a Kelvin-Voigt solid has one e; so stiff that contact and imprint are as nothing."""
+    """A flat punch on a stiff Kelvin-Voigt solid: constant e, negligible contact time and imprint."""
     damping, stiffness = 0.1, 8e12
     tau = 2.0 * damping / math.sqrt(stiffness)
     e = cf.flat_punch_kelvin_voigt_restitution(damping)

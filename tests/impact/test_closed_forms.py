@@ -154,7 +154,7 @@ def test_vanishing_bulk_stiffness_is_a_softer_incompressible_case():
 
 @pytest.mark.parametrize(("x", "tolerance"), [(0.1, 1e-6), (0.5, 1e-6), (1.0, 7e-4), (3.0, 7e-4)])
 def test_pade_of_mueller_and_poeschel(x, tolerance):
-    """Against its own equation of motion, rho = m = v0 = 1, up to where the force vanishes."""
+    """Against the equation of motion with rho = m = v0 = 1, until the force vanishes."""
     from scipy.integrate import solve_ivp
 
     a = x**2 / 1.5

@@ -1,4 +1,4 @@
-"""Two bodies as one impact: reduced radius and mass, and what symmetry says of pairs."""
+"""Two bodies as one impact: reduced radius and mass, and symmetric pairs."""
 
 import math
 import re
@@ -46,7 +46,7 @@ def test_ball_on_rigid_wall_is_the_plain_impact():
 
 
 def test_two_equal_spheres_are_one_on_a_rigid_wall():
-    """In the plane of symmetry each ball meets a rigid wall, at half of the relative velocity."""
+    """Each ball hits the plane of symmetry like a rigid wall, at half of the relative velocity."""
     ball = Body(RUBBER, radius=0.01)
     pair = solve(collision(ball, ball, velocity=2.0))
     wall = solve(collision(ball, Body(None), velocity=1.0))
@@ -67,7 +67,7 @@ def test_order_of_the_bodies_does_not_matter():
 
 
 def test_unlike_spheres_lose_by_the_softer_one():
-    """Rubber on steel loses as rubber on a rigid body; on rubber as much at the same approach of each."""
+    """Rubber on steel has the e of rubber on a rigid body, and rubber on rubber the same at the same depth of each."""
     rubber, steel, rigid = Body(RUBBER, radius=0.01), Body(STEEL), Body(None)
     on_steel, on_rigid = (solve(collision(rubber, wall, velocity=1.0)) for wall in (steel, rigid))
     # The compliances are as 1e-5.

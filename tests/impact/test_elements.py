@@ -1,4 +1,4 @@
-"""The paper's scheme: its order, its limits against closed forms, and other materials and profiles."""
+"""The scheme of the paper: its order, its limits against closed forms, other materials and profiles."""
 
 import csv
 import math
@@ -150,7 +150,7 @@ def test_flat_punch_on_kelvin_voigt(damping):
 
 
 def test_standard_solid_element_is_the_reduced_modulus():
-    """Three inner displacements and two branches of E* relax alike: exactly, also in explicit Euler."""
+    """Three inner displacements and two branches of E* relax in the same way, in explicit Euler too."""
     series, bulk = Impact(SOLID, Parabola(1.0), 1.0, 1.0).reduced_modulus, SOLID.bulk.equilibrium_modulus
     paper, maxwell = StandardSolidElement(1.0, 10.0, 1.0, bulk), MaxwellElement(series)
     rng = np.random.default_rng(1)

@@ -92,7 +92,7 @@ def test_the_three_groups_broadcast() -> None:
 
 
 def test_a_point_does_not_depend_on_its_neighbours() -> None:
-    """The bits of e are those of the point alone, whatever stands beside it and however many."""
+    """The bits of e do not depend on the other points of an array or on their number."""
     rng = np.random.default_rng()
     nu = rng.choice([0.5, -1.0, 0.3, -0.2, 0.499], 60)
     p2, p3 = 10.0 ** rng.uniform(-3, 1, 60), 10.0 ** rng.uniform(-2, 2, 60)

@@ -1,4 +1,4 @@
-"""Modes much faster than the contact, of any strength: they lag behind it, and the tolerance is kept all the same."""
+"""Modes much faster than the contact, of any strength: the tolerance holds."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Pressure, displacement of the surface and its recovery against closed forms and hereditary integrals."""
+"""Pressure and surface displacement, with its recovery, against closed forms and hereditary integrals."""
 
 import functools
 import math
@@ -204,7 +204,7 @@ def test_line_load_is_the_hereditary_integral(material):
 @pytest.mark.parametrize("material", [SOLID, LIQUID, VISCOUS], ids=["solid", "liquid", "dashpot"])
 @pytest.mark.parametrize("share", [0.3, 0.8, 1.0, 1.3, 5.0])
 def test_far_surface_creeps_under_the_force_history(profile, material, share):
-    """w pi r -> int J*(t - t') dF(t') far away, in contact and after it: the force is all that it sees."""
+    """w pi r -> int J*(t - t') dF(t') far away, in contact and after it: only the force matters there."""
     result = impact(material, profile)
     t = share * result.contact_time
     then, weight = contact_rule(result, min(t, result.contact_time))

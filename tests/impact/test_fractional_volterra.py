@@ -1,4 +1,4 @@
-"""Fractional materials against the hereditary contact equations by direct quadrature, which know no Prony series."""
+"""Fractional materials against the hereditary contact equations by direct quadrature, without a Prony series."""
 
 import importlib.util
 import math
@@ -36,7 +36,7 @@ CONE = Cone(math.atan(0.5 * math.pi))
 
 
 def test_quadrature_returns_an_elastic_body():
-    """E* = 1: all comes back, in the contact time of Hertz."""
+    """E* = 1: e = 1, with the contact time of Hertz."""
     elastic = volterra.Kernel(lambda t: 1.0 + 0.0 * t, lambda t: 1.0 * t, 2.0)
     e, time = volterra.extrapolated(elastic, volterra.parabola, 0.005)
     assert e == pytest.approx(1.0, abs=2e-6)

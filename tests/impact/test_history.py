@@ -1,4 +1,4 @@
-"""The dense output: the motion between the solver's own steps obeys the equations."""
+"""The motion between the steps of the solver obeys the equations."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Lists of impacts: those alike are solved in one block, and each keeps its own outcome."""
+"""Lists of impacts: similar impacts are solved in one block, and each has its own outcome."""
 
 import math
 

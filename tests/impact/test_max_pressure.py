@@ -1,4 +1,4 @@
-"""The largest contact pressure, against Hertz, closed forms and quadratures of the history."""
+"""The largest contact pressure against Hertz, closed forms and quadratures of the history."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What an impact accepts, and the one line that says why it does not."""
+"""Input of an impact, and the messages of refusals."""
 
 import math
 

@@ -1,6 +1,6 @@
-"""Every profile by brute force: the element method falls to the exact solution at first order.
+"""Every profile by the element method, which converges to the exact solution at first order.
 
-The elements know the transform g(x) of a profile only; the exact solution knows its inverse over the depth, in
+The elements use the transform g(x) of a profile only; the exact solution uses its inverse over the depth, in
 the closed form or as a table.
 """
 
@@ -84,7 +84,7 @@ def test_first_order_throughout(name):
 
 
 def test_elements_stay_within_a_table():
-    """The grid of elements reaches beyond the largest contact, and perhaps beyond what a table describes."""
+    """The grid of elements may extend beyond the end of a table."""
     r = np.linspace(0.0, 0.7, 15)
     short, whole = Impact(SOLID, Tabulated(r, r**2 / 2.0), 1.0, 1.0), Impact(SOLID, Parabola(1.0), 1.0, 1.0)
     found, wanted = (solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole))

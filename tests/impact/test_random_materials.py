@@ -1,4 +1,4 @@
-"""Random materials on every profile: what must not change a result, and what every result must satisfy."""
+"""Random materials on every profile: invariance under equivalent inputs, and admissible results."""
 
 import math
 from collections.abc import Callable
@@ -52,7 +52,7 @@ PROFILES = st.sampled_from(sorted(BUILDS)).flatmap(BUILDS.__getitem__)
 
 
 def solved(impact: Impact) -> ImpactResult | None:
-    """The result; None of a body that goes deeper than its table."""
+    """Return the result; None for a body that goes deeper than its table."""
     try:
         return solve(impact, rtol=RTOL)
     except ValueError as refusal:
@@ -61,7 +61,7 @@ def solved(impact: Impact) -> ImpactResult | None:
 
 
 def reordered(series: PronySeries, share: float, k: int, seed: int) -> PronySeries:
-    """Same function: branch k in two parts, one of zero modulus added, all in another order."""
+    """Return the same function with branch k in two parts, a branch of zero modulus, and another order."""
     if series.n_branches == 0:
         return series
     moduli, times = series.branch_moduli, series.relaxation_times

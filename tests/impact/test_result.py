@@ -1,4 +1,4 @@
-"""What a result offers: numbers by name, history with energies, budget, picture."""
+"""Results: numbers by name, history with energies, energy budget, picture."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""One solve of an impact serves the result, its history, its energies and its fields, and can be sent elsewhere."""
+"""One solve serves the result, its history, energies and fields; results can be pickled."""
 
 import multiprocessing
 import pickle

@@ -1,4 +1,4 @@
-"""The exact solver against tables of other programs, closed forms, and what must not change a result."""
+"""The exact solver against tables of other programs and closed forms, and its invariance."""
 
 import csv
 import math
@@ -48,7 +48,7 @@ def standard(nu: float, p2: float, p3: float, **options) -> Impact:
 
 
 def same_to(found, wanted, rtol=RTOL) -> bool:
-    """Whether two e agree within what `rtol` promises for each of them."""
+    """Whether two values of e agree within the tolerance of both."""
     return abs(found - wanted) <= 2.0 * rtol * max(wanted, 1e-3)
 
 
@@ -268,7 +268,7 @@ PROFILES = st.one_of(
 @settings(max_examples=150, deadline=None)
 @given(material=materials(), profile=PROFILES, mass=logarithmic(1e-3, 1e3), velocity=logarithmic(1e-3, 1e3))
 def test_any_solid_and_profile(material, profile, mass, velocity):
-    """1 to 25 branches over twelve decades, in shear and bulk: e in (0, 1], and the energy is found again."""
+    """1 to 25 branches over twelve decades, in shear and bulk: e in (0, 1], and the energy balance closes."""
     result = solve(Impact(material, profile, mass, velocity))
     assert result.status is Status.SEPARATED
     assert 0.0 < result.restitution_coefficient <= 1.0 + RTOL
@@ -295,7 +295,7 @@ def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
 )
 @pytest.mark.parametrize("rtol", [1e-8, 1e-11])
 def test_body_that_hardly_comes_back(series, profile, rtol):
-    """After a contact of a thousand times what stopped the body, time is known to fewer digits than its steps."""
+    """After a contact of a thousand stopping times, the time has fewer digits than its steps."""
     impact = Impact(Material(series, math.inf), profile, 1.0, 1.0)
     result = solve(impact, rtol=rtol)
     assert 0.0 < result.restitution_coefficient < 1e-5
@@ -363,7 +363,7 @@ def test_nearly_newtonian_liquids_hold_the_body(profile, rtol):
     "profile", [FlatPunch(0.6), TruncatedCone(0.3, 1.0), Parabola(1.0), FlatEndedParabola(1.0, 0.3)]
 )
 def test_dashpot_beside_weak_fast_branches(profile, rtol):
-    """The dashpot meets a moving face at once, and what the branches make of that lasts no longer than they."""
+    """The dashpot acts on a moving face at once, and the response of the branches decays with them."""
     shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
     impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
     fine = solve(impact, rtol=1e-12).restitution_coefficient
@@ -400,7 +400,7 @@ def test_tip_with_sharp_joints(heights, rtol):
 
 
 def test_shallow_impacts_beside_deep_ones():
-    """All share a table of the tip, whose error is one of the deepest."""
+    """All impacts share a table of the tip, with the error of the deepest one."""
     tip = Tabulated(np.linspace(0.0, 3.0, 8), [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804])
     material = Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf)
     velocity = np.logspace(-5.0, 0.0, 6)
@@ -541,7 +541,7 @@ def test_weight_on_a_liquid_sinks_for_ever():
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
 @pytest.mark.parametrize(("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)])
 def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
-    """Work of the weight as large as the kinetic energy, or many times that."""
+    """Work of the weight as large as the kinetic energy, or much larger."""
     impact = Impact(Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, external_force=force)
     fine = solve(impact, rtol=1e-11).restitution_coefficient
     result = solve(impact, rtol=rtol)
@@ -565,7 +565,7 @@ def test_weight_slows_the_rebound():
 
 @pytest.mark.parametrize("force", [2.0, 3.0, 30.0])
 def test_weight_captures_where_it_outweighs_the_rebound(force):
-    """The contact grows again before it is empty: the SciPy solution says so for these."""
+    """The contact grows again before separation, by the SciPy solution too."""
     result = solve(unit_impact(PronySeries(1.0, [3.0], [0.5]), external_force=force))
     assert result.status is Status.CAPTURED
     assert result.restitution_coefficient == 0.0

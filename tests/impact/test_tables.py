@@ -1,4 +1,4 @@
-"""Profiles from a table end as the closed form does, also where the first table turns out too short."""
+"""Tabulated profiles against closed forms, also where the first table is too short."""
 
 import math
 
@@ -56,7 +56,7 @@ def noisy_tip(seed: int) -> Tabulated:
 
 
 def stepped_tip(points: int, step: float) -> Tabulated:
-    """Paraboloid whose heights are multiples of the resolution of an instrument: the contact jumps outwards near the tip."""
+    """Paraboloid with heights rounded to the resolution of an instrument: the contact jumps outwards near the tip."""
     r = np.linspace(0.0, 12.0, points)
     return Tabulated(r, step * np.round(0.5 * r**2 / step))
 

@@ -1,4 +1,4 @@
-"""Two equal spheres and one on a rigid wall: mirror images, so exactly the same motion, whatever the material."""
+"""Two equal spheres and one sphere on a rigid wall have the same motion, for any material."""
 
 import math
 
@@ -25,7 +25,7 @@ MATERIALS = {
 
 @pytest.mark.parametrize("name", MATERIALS)
 def test_mirror_images(name):
-    """Each ball sees the plane of symmetry as a rigid wall that it meets at half of the relative velocity."""
+    """Each ball hits the plane of symmetry like a rigid wall, at half of the relative velocity."""
     ball = Body(MATERIALS[name], radius=0.01)
     pair = solve(collision(ball, ball, velocity=1.6))
     wall = solve(collision(ball, Body(None), velocity=0.8))

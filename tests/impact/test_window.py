@@ -1,4 +1,4 @@
-"""Windows of fractional materials: around the contact, wide enough to change nothing, and against a closed form."""
+"""Windows of fractional materials: around the contact, wide enough, and against a closed form."""
 
 import math
 import re
