@@ -1,4 +1,4 @@
-"""The sources are BibTeX, and are those of the page of references."""
+"""The sources are valid BibTeX and agree with the page of references."""
 
 import re
 import unicodedata

@@ -1,4 +1,4 @@
-"""What is cited for problems of known ingredients."""
+"""Citations of problems with known methods, materials and profiles."""
 
 import math
 from pathlib import Path

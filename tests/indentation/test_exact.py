@@ -1,4 +1,4 @@
-"""Indentations against direct quadrature of the integral equations, which shares no code with the kernel."""
+"""Indentations compared with a quadrature of the integral equations that shares no code with the kernel."""
 
 import math
 from itertools import pairwise

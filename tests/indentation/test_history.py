@@ -1,4 +1,4 @@
-"""What is prescribed: straight lines through points, fitted functions, and what is refused."""
+"""Histories: straight lines through points, fitted functions, and refused input."""
 
 import math
 
@@ -82,7 +82,7 @@ def test_knots_are_put_where_the_history_changes_sign_and_turns():
         (lambda: History.from_points([0, 1, 1, 1, 2], [0, 0, 1, 2, 0]), "time", 1.0),
         (lambda: History.from_points([0, 1, 1], [0, 1, 2], name="depth"), "time", 1.0),
         (lambda: History.from_function(np.sin, [1.0]), "time", ABSENT),
-        (lambda: History.from_function(lambda t: np.where(t > 0.3, 1.0, 0.0), [0.0, 1.0], name="force"), "force", ABSENT),
+        (lambda: History.from_function(lambda t: (t > 0.3).astype(float), [0.0, 1.0], name="force"), "force", ABSENT),
         (lambda: History.from_function(lambda t: np.sin(1e5 * t), [0.0, 1.0], name="force"), "force", ABSENT),
         (lambda: ramp(-1.0, 1.0), "value", -1.0),
         (lambda: triangle(1.0, 0.0), "loading_time", 0.0),

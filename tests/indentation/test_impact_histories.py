@@ -1,4 +1,4 @@
-"""The motion of an impact, prescribed as an indentation: two kernels that share no step, one force, one depth."""
+"""The motion of an impact prescribed as an indentation: two kernels that share no step give the same force and depth."""
 
 import math
 

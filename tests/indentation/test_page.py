@@ -1,4 +1,4 @@
-"""The page on prescribed indentation: its code prints what it says, its case file says the same."""
+"""The page on prescribed indentation: its code prints the output shown, and its case file gives the same result."""
 
 import re
 from pathlib import Path

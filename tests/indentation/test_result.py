@@ -1,4 +1,4 @@
-"""What an indentation tells: history, largest values, work, doubts, its picture."""
+"""Results of an indentation: history, largest values, work, validity and picture."""
 
 import math
 import pickle
@@ -225,7 +225,7 @@ def test_times_whose_units_round_are_within_the_history():
 
 
 def test_work_where_the_rate_is_infinite_at_touch():
-    """A dashpot in parallel: a^3 = (3 R/4) int J dF with J = (1 - exp(-E t/eta))/E, so that d is as t^(4/3) at touch."""
+    """A dashpot in parallel: a^3 = (3 R/4) int J dF with J = (1 - exp(-E t/eta))/E, so d grows as t^(4/3) at touch."""
     body = Material(PronySeries(0.5, parallel_viscosity=0.75), math.inf)
     for start in (0.0, 0.3, 7.0):
         result = indent(

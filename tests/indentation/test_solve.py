@@ -1,4 +1,4 @@
-"""Indentations against closed forms, and what is refused."""
+"""Indentations compared with closed forms, and refused input."""
 
 import math
 
@@ -403,7 +403,7 @@ def test_the_public_names_are_these():
 
 @pytest.mark.plain
 def test_fast_modes_that_answer_to_a_kink_are_not_missed():
-    """Depth and radius just after the force has ceased to rise, with modes ten thousand times faster than the contact."""
+    """Depth and radius just after the rise of the force, with modes ten thousand times faster than the contact."""
     series = PronySeries(0.25, [0.5, 17.0, 2.0], [2e-5, 0.3, 7.0])
     history = triangle(1.0, 1.0, unloading_time=0.8, hold_time=1.0)
     t = np.concatenate([1.0 + np.geomspace(1e-6, 1.0, 30), np.linspace(2.0, 2.8, 40)])

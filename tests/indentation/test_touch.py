@@ -1,4 +1,4 @@
-"""Histories that begin before first touch, against the same histories begun at touch, at random contact points."""
+"""Histories that begin before first touch, compared with those that begin at touch, at random contact points."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The page on surrogates: its code runs, and its table is what the benchmark writes."""
+"""The page on surrogates: its code runs, and its table is that of the benchmark."""
 
 import re
 from pathlib import Path

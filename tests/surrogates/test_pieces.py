@@ -1,4 +1,4 @@
-"""Piecewise Chebyshev interpolants of functions that are known."""
+"""Piecewise Chebyshev interpolants of known functions."""
 
 import math
 

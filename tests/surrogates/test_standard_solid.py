@@ -1,4 +1,4 @@
-"""The paper's restitution coefficient by interpolation, against the exact method where it was not fitted."""
+"""The paper's restitution coefficient by interpolation, compared with the exact method at other points."""
 
 import importlib.util
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Surrogates over the velocity, against solves that did not make them and against closed forms."""
+"""Surrogates over the velocity, compared with closed forms and with solves that did not build them."""
 
 import json
 import math
