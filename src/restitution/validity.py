@@ -127,10 +127,10 @@ class Validity:
     @classmethod
     def from_dict(cls, checks: dict[str, dict[str, Any]]) -> Validity:
         """Return the report that `to_dict` turned into these numbers and texts, perhaps by way of JSON."""
-        limits = {kind: check["threshold"] for kind, check in checks.items()}
-        # JSON has no tuples.
-        limits |= {kind: tuple(limit) for kind, limit in limits.items() if isinstance(limit, list)}
-        return cls(tuple(Check(**check | {"kind": kind, "threshold": limits[kind]}) for kind, check in checks.items()))
+        made: list[dict[str, Any]] = [{**check, "kind": kind} for kind, check in checks.items()]
+        for one in made:
+            one["threshold"] = tuple(one["threshold"]) if isinstance(one["threshold"], list) else one["threshold"]
+        return cls(tuple(Check(**one) for one in made))
 
     def __str__(self) -> str:
         """Return the report as a table, with advice on what is doubtful."""
@@ -302,7 +302,7 @@ def report(numbers: Numbers) -> Validity:
         name, limit, reason, describe = _KINDS[kind]
         known = ~np.isnan(values)
         worst = int(np.argmax(np.where(known, values, -np.inf)))
-        one = Numbers(*(float(column[worst]) for column in numbers))  # pyright: ignore[reportArgumentType]
+        one: Any = Numbers(*(column[worst] for column in numbers))
         exceeded = bool(values[worst] > 1.0)
         # A body without a density may have the slower waves.
         sure = exceeded or kind != "waves" or not numbers.density_missing.any()
@@ -313,10 +313,10 @@ def report(numbers: Numbers) -> Validity:
         if kind == "waves" and math.isnan(one.radiated_energy_ratio):
             name, limit = "mach_number", SPEED_LIMIT
         elif kind == "density":
-            limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * one.density_factor)
+            limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * float(one.density_factor))
         text, advice = describe(one, exceeded)
         message = f"{_TITLES[kind]}: {text}"
-        checks.append(Check(kind, VALIDITY[name].words, getattr(one, name), limit, exceeded, message, advice))
+        checks.append(Check(kind, VALIDITY[name].words, float(getattr(one, name)), limit, exceeded, message, advice))
     return Validity(tuple(checks))
 
 

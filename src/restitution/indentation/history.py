@@ -130,7 +130,7 @@ class History:
                 values_at(np.minimum(lows[:, None] + width * nodes, ends)) for nodes in (_NODES, _BETWEEN)
             )
             scale = max(scale, float(np.max(np.abs(values))), float(np.max(np.abs(exact))))
-            fit = np.asarray(np.linalg.solve(polyvander(_NODES, _DEGREE), values.T).T)
+            fit: Array = np.linalg.solve(polyvander(_NODES, _DEGREE), values.T).T.astype(np.float64, copy=False)
             error = np.max(np.abs(polyval(_BETWEEN, fit.T) - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
             good = error <= _FIT * scale
@@ -370,7 +370,7 @@ def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
     return t[keep], v[keep]
 
 
-def _may_change_sign(c: Array) -> NDArray[np.bool_]:
+def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
     degree = c.shape[1] - 1
     rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]

@@ -215,9 +215,9 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
 
 def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
     wanted = 2 * (int(count.value) or len(data) // 2)
-    if len(data) != wanted or max(data) > wanted:
+    if len(data) != wanted or sorted(data) != list(range(1, wanted + 1)):
         last = max((entry.line for entry in data.values()), default=count.line)
-        should = f"must be {wanted}, for {wanted // 2} terms (line {count.line})"
+        should = f"must be {wanted}, numbered from 1, for {wanted // 2} terms (line {count.line})"
         raise FileError(source, last, f"{len(data)} constants in TBDATA: {should}")
     entries = [data[i] for i in range(1, wanted + 1)]
     return _terms(source, kind, entries[0::2], entries[1::2])
