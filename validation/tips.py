@@ -1,16 +1,20 @@
 """Random measured tips of 20 to 2000 points under the exact method: does its tolerance hold, and what does an impact cost?
 
-The error is that against `rtol = 1e-12`, and of the first tips against SciPy (`method="reference"`).
+The error is that against `rtol = 1e-12`, and of the first tips against SciPy (`method="reference"`). Solved tips are kept
+in a file: an interrupted run goes on from there, and a run with another `NUMBA_CPU_NAME` adds a table.
 
-Usage: python validation/tips.py [--tips 10000] [--depths 20] [--compared 10] [--workers 2]
+Usage: python validation/tips.py [--tips 10000] [--depths 20] [--compared 10] [--workers 2] [--rows tips.csv]
 """
 
 import argparse
+import math
 import os
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from rich.progress import track
 
 import restitution as rs
@@ -19,6 +23,19 @@ from restitution.errors import InputError
 KINDS = ("few points, rough", "noise", "quantised heights", "flat end, noise", "uneven spacing, waves")
 RTOL = (1e-6, 1e-9)
 WIDTH = 12.0
+PROCESSOR = os.environ.get("NUMBA_CPU_NAME") or "this machine"
+
+
+class Row(NamedTuple):
+    """Errors of the impacts of one tip at one tolerance."""
+
+    processor: str
+    seed: int
+    rtol: float
+    impacts: int
+    above: int
+    failed: int
+    worst: float
 
 
 def draw_tip(seed: int) -> rs.Tabulated:
@@ -61,14 +78,19 @@ def draw_impacts(seed: int, depths: int) -> rs.Impact | None:
     return rs.Impact(solid, tip, mass=tip.contact_radius(depth) * depth**2, velocity=1.0)
 
 
-def errors(seed: int, depths: int) -> list[np.ndarray] | None:
-    """Error of e over `rtol max(e, 1e-3)` at each tolerance; NaN where a solve failed."""
+def errors(seed: int, depths: int) -> list[Row]:
+    """Errors of e of one tip at each tolerance; no rows for a tip that is refused."""
     impact = draw_impacts(seed, depths)
     if impact is None:
-        return None
+        return [Row(PROCESSOR, seed, math.nan, 0, 0, 0, 0.0)]
     wanted = rs.solve(impact, rtol=1e-12, workers=1).restitution_coefficient
-    found = [rs.solve(impact, rtol=rtol, workers=1).restitution_coefficient for rtol in RTOL]
-    return [np.abs(e - wanted) / rtol / np.maximum(wanted, 1e-3) for e, rtol in zip(found, RTOL, strict=True)]
+    rows = []
+    for rtol in RTOL:
+        found = rs.solve(impact, rtol=rtol, workers=1).restitution_coefficient
+        ratio = np.abs(found - wanted) / rtol / np.maximum(wanted, 1e-3)
+        failed, above = int(np.isnan(ratio).sum()), int(np.sum(ratio > 1.0))
+        rows.append(Row(PROCESSOR, seed, rtol, ratio.size, above, failed, float(np.nanmax(ratio, initial=0.0))))
+    return rows
 
 
 def compared(seed: int) -> float | None:
@@ -81,6 +103,25 @@ def compared(seed: int) -> float | None:
     return abs(e - other) / max(other, 1e-3)
 
 
+def table(rows: pd.DataFrame) -> list[str]:
+    """Lines of the table of one processor."""
+    solved = rows[rows["impacts"] > 0]
+    refused = rows["seed"].nunique() - solved["seed"].nunique()
+    lines = [
+        f"**Processor of the compiler: {rows['processor'].iloc[0]}.** {rows['seed'].nunique():,} random tips, "
+        f"{solved['impacts'].max()} impacts each. Refused, because g(x) falls somewhere: {refused:,} tips.",
+        "",
+        "| tip | solved tips | impacts | rtol | above rtol | failed | largest error over rtol max(e, 1e-3) |",
+        "|" + "---|" * 7,
+    ]
+    for (kind, rtol), own in solved.groupby([solved["seed"] % len(KINDS), "rtol"]):
+        lines.append(
+            f"| {KINDS[kind]} | {len(own):,} | {own['impacts'].sum():,} | {rtol:g} | {own['above'].sum():,} "
+            f"| {own['failed'].sum():,} | {own['worst'].max():.2f} |"
+        )
+    return [*lines, ""]
+
+
 def main() -> None:
     """Write `tips.md`."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -88,34 +129,22 @@ def main() -> None:
     parser.add_argument("--depths", type=int, default=20)
     parser.add_argument("--compared", type=int, default=10)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--rows", type=Path, default=Path("tips.csv"), help="solved tips, from which a run goes on")
     options = parser.parse_args()
+    if not options.rows.exists():
+        options.rows.write_text(",".join(Row._fields) + "\n")
+    known = pd.read_csv(options.rows)
+    left = sorted(set(range(options.tips)) - set(known.loc[known["processor"] == PROCESSOR, "seed"]))
     with ProcessPoolExecutor(options.workers) as pool:
-        tasks = pool.map(errors, range(options.tips), [options.depths] * options.tips)
-        rows = list(track(tasks, "tips", options.tips))
+        tasks = [pool.submit(errors, seed, options.depths) for seed in left]
+        for task in track(as_completed(tasks), "tips", len(tasks)):
+            pd.DataFrame(task.result()).to_csv(options.rows, mode="a", header=False, index=False)
         others = [x for x in pool.map(compared, range(options.compared)) if x is not None]
-    lines = [
-        f"{options.tips:,} random tips, {options.depths} impacts each; processor of the compiler: "
-        f"{os.environ.get('NUMBA_CPU_NAME') or 'this machine'}.",
-        "",
-        "| tip | solved tips | impacts | rtol | above rtol | failed | largest error over rtol max(e, 1e-3) |",
-        "|" + "---|" * 7,
-    ]
-    for kind, name in enumerate(KINDS):
-        own = [row for row in rows[kind :: len(KINDS)] if row is not None]
-        for n, rtol in enumerate(RTOL):
-            ratio = np.concatenate([row[n] for row in own]) if own else np.empty(0)
-            lines.append(
-                f"| {name} | {len(own):,} | {ratio.size:,} | {rtol:g} | {np.sum(ratio > 1.0):,} "
-                f"| {np.sum(np.isnan(ratio)):,} | {np.nanmax(ratio, initial=0.0):.2f} |"
-            )
-    refused = sum(row is None for row in rows)
-    lines += ["", f"Refused, because g(x) falls somewhere: {refused:,} tips."]
+    rows = pd.read_csv(options.rows)
+    lines = [line for _, own in rows.groupby("processor", sort=False) for line in table(own)]
     if others:
-        lines += [
-            "",
-            f"Against SciPy at 1e-9, {len(others)} impacts: at most {max(others):.1e} max(e, 1e-3).",
-        ]
-    Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n")
+        lines += [f"Against SciPy at 1e-9, {len(others)} impacts: at most {max(others):.1e} max(e, 1e-3)."]
+    Path(__file__).with_suffix(".md").write_text("\n".join(lines).rstrip() + "\n")
 
 
 if __name__ == "__main__":

@@ -67,6 +67,22 @@ def test_love_and_sneddon_cone():
     assert pressure(load, 0.0) == math.inf
 
 
+@pytest.mark.parametrize("n", [0.7, 1.02, 1.1, 1.5, 1.9, 2.5, 3.3])
+def test_power_law_at_its_tip(n):
+    # p(0) = E* kappa_n A n a^(n-1)/(pi (n-1)), and off the axis (E*/pi) int_r^a g'(x)/sqrt(x^2 - r^2) dx over x = r cosh y.
+    profile, a, modulus = PowerLaw(n, 2.0), 0.3, 5.0
+    load, _ = elastic(profile, (), a, modulus)
+    factor = modulus * float(profile.transform(1.0)) * n / math.pi
+    axis = factor * a ** (n - 1.0) / (n - 1.0) if n > 1.0 else math.inf
+    assert pressure(load, 0.0, tip_exponent=n) == pytest.approx(axis, rel=3e-9)
+    for r in (1e-9, 1e-5, 1e-2):
+        end = math.acosh(a / r)
+        integral = quad(lambda y, r=r: (r * math.cosh(y)) ** (n - 1.0), 0.0, end, epsrel=1e-12, epsabs=0.0, limit=200)[
+            0
+        ]
+        assert pressure(load, r, tip_exponent=n) == pytest.approx(factor * integral, rel=3e-9)
+
+
 def test_boussinesq_flat_punch():
     # q = E* d: p = E* d/(pi sqrt(a^2 - r^2)), w = (2 d/pi) arcsin(a/r) outside.
     a, depth, modulus = 0.02, 1e-5, 3.0

@@ -49,6 +49,7 @@ def test_on_the_axis_of_an_elastic_power_law(exponent, rel):
     E = float(result.impact.reduced_modulus.equilibrium_modulus)
     wanted = exponent / (exponent - 1) * E * result.max_indentation_depth / math.pi / result.max_contact_radius
     assert result.max_pressure == pytest.approx(wanted, rel=rel)
+    assert result.pressure(0.0, 0.5 * result.contact_time) == pytest.approx(wanted, rel=1e-7)
 
 
 def test_off_the_axis_of_a_blunt_elastic_punch():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,8 @@ _FAR = 2.0
 # Numbers held at a time; bounds the memory at some tens of megabytes.
 _BLOCK = 500_000
 _DEGREE = 20
-_TAIL = 1e-12
+# Of g, its slope and Pi; Newton's method needs no more of the slope.
+_TAILS = np.array([1e-12, 1e-8, 1e-12])
 _MAX_SPLITS = 6
 
 
@@ -64,10 +66,6 @@ class AbelTransform:
         first, second = self._first(self._far_nodes), self._second(self._far_nodes)
         integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=-1)
         self._far_integrands = (0.5 * widths[:, None] * weights)[..., None] * integrands
-        self._cells: NDArray[np.float64] = np.empty((0, 3))
-        self._series: NDArray[np.float64] = np.empty((_DEGREE + 1, 0, 3))
-        if len(self._breaks) > 2:
-            self._build()
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
@@ -80,11 +78,12 @@ class AbelTransform:
             piece, root = self._located(x[far])
             # Just before a break the sum may round up to where the next piece begins.
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
-            cell = np.searchsorted(self._cells[:, 0] + self._cells[:, 1], place, side="right") - 1
-            cell = np.clip(cell, 0, len(self._cells) - 1)
-            low, high = self._cells[cell, 1], self._cells[cell, 2]
+            cells, series = self._series
+            cell = np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1
+            cell = np.clip(cell, 0, len(cells) - 1)
+            low, high = cells[cell, 1], cells[cell, 2]
             values[far] = np.polynomial.chebyshev.chebval(
-                ((2.0 * root - low - high) / (high - low))[:, None], self._series[:, cell], tensor=False
+                ((2.0 * root - low - high) / (high - low))[:, None], series[:, cell], tensor=False
             )
         return Transformed(*values.T)
 
@@ -101,15 +100,34 @@ class AbelTransform:
         start, end = self._breaks[piece], self._breaks[piece + 1]
         return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
 
-    def _build(self) -> None:
+    def falls(self) -> Array:
+        """First flat y [m] from which g falls to the next of them, if it falls between the breaks and their middles."""
+        edges = self.beyond_face(self._breaks)
+        y = np.interp(np.arange(2 * len(edges) - 1), np.arange(0, 2 * len(edges), 2), edges)
+        falls = self._falling(y)
+        if falls.size:
+            # Again around that place, with eight samples of each piece.
+            near = int(np.searchsorted(edges, falls[0], side="right"))
+            ends = edges[max(near - 2, 0) : near + 2]
+            y = np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends)
+            closer = self._falling(y)
+            falls = closer if closer.size else falls
+        return falls[:1]
+
+    def _falling(self, y: Array) -> Array:
+        return y[:-1][np.diff(self._integrated(y)[:, 0]) <= 0.0]
+
+    @cached_property
+    def _series(self) -> tuple[Array, Array]:
+        """Piece, start and end of each cell beyond the first piece, and the Chebyshev coefficients on it."""
         pending = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
         scale = self._integrated(self.beyond_face(self._breaks[-1:]))[0]
         cells: list[Array] = []
         series: list[Array] = []
         for split in range(_MAX_SPLITS + 1):
             coefficients = self._chebyshev(pending)
-            tail = np.max(np.abs(coefficients[-2:]) / scale, axis=(0, 2))
-            good = (tail <= _TAIL) | (split == _MAX_SPLITS)
+            tail = np.max(np.abs(coefficients[-2:]) / scale, axis=0)
+            good = np.all(tail <= _TAILS, axis=1) | (split == _MAX_SPLITS)
             cells.append(pending[good])
             series.append(coefficients[:, good])
             piece, low, high = pending[~good].T
@@ -119,8 +137,7 @@ class AbelTransform:
                 break
         found = np.concatenate(cells)
         order = np.lexsort((found[:, 1], found[:, 0]))
-        self._cells = found[order]
-        self._series = np.concatenate(series, axis=1)[:, order]
+        return found[order], np.concatenate(series, axis=1)[:, order]
 
     def _chebyshev(self, cells: Array) -> Array:
         angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +14,16 @@ from restitution.contact.profile import Array, as_array
 # Gauss nodes of a cell. A cell spans at most a ratio of two in x, over which the integrand of degree ten has
 # its nearest singularity at a Bernstein parameter of 2.8: 2.8^-40 is at rounding level.
 _NODES = 20
+# Terms x^n, x^2n, ... of a line load at the tip of a power law, and lengths over which they are integrated.
+_TIP_TERMS = 4
+_PANEL = 2.0
 # Numbers held at a time; bounds the memory at some tens of megabytes.
 _BLOCK = 500_000
 # What the fit of a line load leaves at an edge where it vanishes, and of a slope at x = 0 where it is even.
 _NOISE = 1e-9
 
 
-def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sharp_tip: bool = True) -> Array:
+def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, tip_exponent: float = 1.0) -> Array:
     """Contact pressure p(r) [Pa] under a line load.
 
     Parameters
@@ -30,14 +34,15 @@ def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sh
         Radii [m], >= 0, of any shape.
     noise : float
         Relative error of the line load; an edge load, and a slope on the axis, that are smaller are taken for zero.
-    sharp_tip : bool
-        Whether q'(0) may differ from zero, as under a conical tip.
+    tip_exponent : float
+        Exponent n of the profile at its tip, > 0: next to the axis q is a series in x^n. With 1, the exponent of a
+        cone, q'(0) may differ from zero.
 
     Returns
     -------
     array
         Pressure [Pa], of the shape of r; 0 beyond a. Infinite at r = a if q(a) is not zero, and at r = 0
-        under a conical tip, where q'(0) is not zero.
+        under a tip as sharp as a cone, n <= 1.
 
     Notes
     -----
@@ -62,11 +67,14 @@ def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, sh
     scale = float(np.max(np.abs(line_load.coefficients[:, 0])))
     result = np.zeros(flat.size)
     inside = np.flatnonzero(flat < a)
-    least = noise * scale if sharp_tip else np.inf
+    if tip_exponent % 1.0 == 0.0:
+        first_cell = partial(_first_cell, least=noise * scale if tip_exponent == 1.0 else np.inf)
+    else:
+        first_cell = partial(_first_cell_of_power, exponent=tip_exponent)
     rows = max(1, _BLOCK // (_NODES * len(line_load.coefficients)))
     for start in range(0, inside.size, rows):
         part = inside[start : start + rows]
-        integral = _outer_cells(line_load, flat[part]) + _first_cell(line_load, flat[part], least)
+        integral = _outer_cells(line_load, flat[part]) + first_cell(line_load, flat[part])
         result[part] = -integral / math.pi
     if abs(line_load.edge_value) > noise * scale:
         here = flat[inside]
@@ -162,6 +170,28 @@ def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
         total = total + coefficients[n] * moment
     if coefficients[0]:
         total[on_axis] = np.copysign(np.inf, coefficients[0])
+    return total / end
+
+
+def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array:
+    """The same where q is a series in x^n: with x = r cosh(y), in which its terms are analytic."""
+    end = float(load.edges[1])
+    t = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, load.coefficients.shape[1]) / (load.coefficients.shape[1] - 1))
+    powers = exponent * np.arange(1, _TIP_TERMS + 1)
+    values = load(end * t) - load(0.0)
+    terms = np.linalg.lstsq(t[:, None] ** powers, values, rcond=None)[0] * powers
+    on_axis = np.sum(terms / (powers - 1.0)) if exponent > 1.0 else np.copysign(np.inf, terms[0])
+    total = np.where(r == 0.0, on_axis, 0.0)
+    near = np.flatnonzero((r > 0.0) & (r < end))
+    if near.size:
+        ratio = r[near] / end
+        reach = np.arccosh(1.0 / ratio)
+        panels = math.ceil(float(np.max(reach)) / _PANEL)
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        y = reach[:, None] * ((np.arange(panels)[:, None] + 0.5 + 0.5 * nodes).ravel() / panels)
+        logarithm = np.log(ratio)[:, None] + np.logaddexp(y, -y) - math.log(2.0)
+        integrand = sum(term * np.exp((power - 1.0) * logarithm) for term, power in zip(terms, powers, strict=True))
+        total[near] = integrand @ np.tile(weights, panels) * reach * (0.5 / panels)
     return total / end
 
 

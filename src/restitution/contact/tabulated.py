@@ -76,8 +76,10 @@ class Tabulated(Profile, case_name="tabulated"):
         falls_at = 0.0
         for pieces, order in _interpolants(r[face:], f[face:]):
             transform = AbelTransform(pieces)
-            y, depth, slope = _sampled(transform, pieces.x)
-            falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
+            falls = transform.falls()
+            if not falls.size:
+                y, depth, slope = _sampled(transform, pieces.x)
+                falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
             if not falls.size:
                 made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
                 break

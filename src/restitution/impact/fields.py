@@ -59,15 +59,17 @@ class ImpactFields:
         self._coupling = roots.terms[:, ::-1] * self._moduli
         self._flow = series.flow_viscosity if series.is_liquid else np.inf
         self._deepest = solution.deepest
-        # Only a cone has a slope g'(0).
-        self._sharp = float(self._profile.transform(_NEAR_TIP)) > 1e-9 * _NEAR_TIP
+        # Without a power law, only a table that starts like a cone has a slope g'(0).
+        sharp = float(self._profile.transform(_NEAR_TIP)) > 1e-9 * _NEAR_TIP
+        power = self._profile.path_exponent
+        self._tip_exponent = (1.0 if sharp else 2.0) if not power else 2.0 / float(power)
         self._noise = min(max(_NOISE, 1e3 * rtol), _MOST_NOISE)
         self._loads: Kept = {}
         self._displacements: Kept = {}
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
-        field = partial(pressure, noise=self._noise, sharp_tip=self._sharp)
+        field = partial(pressure, noise=self._noise, tip_exponent=self._tip_exponent)
         return self._over_times(self._loads, self.line_load, field, r, t)
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:

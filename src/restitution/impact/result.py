@@ -313,10 +313,6 @@ class ImpactResult:
         Inverse transform of the line load of the foundation, `q(x, t) = int E*(t - t') du(x, t')`, by the method of
         dimensionality reduction (Popov and Hess 2015). Its integral over the contact is the force.
 
-        At r = 0 under a power law with an exponent between 1 and 2 the value is too low: by 0.3 % for the exponent
-        1.5, 8 % for 1.2, 30 % for 1.1. It is right from a thousandth of the contact radius on. `max_pressure` is
-        right.
-
         Examples
         --------
         Hertz's ellipse `p = 3 F/(2 pi a^2) sqrt(1 - r^2/a^2)` on an elastic half-space:
