@@ -1,4 +1,4 @@
-"""Bounces of case files against the constant restitution of a flat punch, and what such files may not say."""
+"""Bounces of case files against the constant restitution of a flat punch, and refused files of bounces."""
 
 import math
 import re

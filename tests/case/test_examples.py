@@ -1,3 +1,5 @@
+"""The example cases against their sources, and the page of all keys against the sections."""
+
 import csv
 import importlib.util
 import re

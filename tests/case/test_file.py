@@ -1,3 +1,5 @@
+"""Case files of impacts: what they mean in SI, and all mistakes of a file at once."""
+
 import math
 import pickle
 import re

@@ -1,4 +1,4 @@
-"""Case files of prescribed indentations: every form against the same in Python, and what they may not say."""
+"""Case files of prescribed indentations: every form against the same in Python, and refused files."""
 
 import math
 from pathlib import Path

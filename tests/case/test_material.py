@@ -1,3 +1,5 @@
+"""Sections of materials: every form against the same material in Python, and refused sections."""
+
 import math
 import re
 from pathlib import Path

@@ -1,3 +1,5 @@
+"""Sections of profiles: every type against the same profile in Python, and refused sections."""
+
 import math
 from pathlib import Path
 

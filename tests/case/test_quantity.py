@@ -1,3 +1,5 @@
+"""Texts with units against the definitions of the units."""
+
 import math
 import re
 

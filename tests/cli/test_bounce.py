@@ -1,4 +1,4 @@
-"""What `restitution bounce` prints and writes of bounces whose numbers are easy to recognise."""
+"""The command bounce: its tables, files and refusals, for bounces whose numbers are easy to recognise."""
 
 import csv
 import json

@@ -1,3 +1,5 @@
+"""The command cite: BibTeX of the methods and materials of a case."""
+
 import json
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Damaged input ends with exit code 0, 2 or 3 and a line that says why, and soon."""
+"""Damaged input ends soon, with exit code 0, 2 or 3 and a line with the reason."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What `restitution indent` prints and writes."""
+"""The command indent: its tables, files and refusals."""
 
 import csv
 import json

@@ -1,3 +1,5 @@
+"""The commands solve, standard-solid and reproduce, the exit codes, and the program in a process of its own."""
+
 import json
 import math
 import os

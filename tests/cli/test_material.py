@@ -1,3 +1,5 @@
+"""The command material: its tables, JSON, pictures and refusals."""
+
 import json
 import re
 from pathlib import Path
@@ -260,3 +262,12 @@ def test_bad_temperatures_of_files(arguments: list[str], message: str) -> None:
     factors()
     answer = run(*arguments)
     assert (answer.exit_code, answer.stderr) == (2, f"error: {message}\n")
+
+
+def test_a_place_in_a_deck_that_does_not_exist_is_refused() -> None:
+    Path("m.mac").write_text("MP,EX,1,9e6\nMP,PRXY,1,.45\nTB,PRON,1,1,1,SHEA\nTBDATA,0,.2,1e-4\n")
+    answer = run("m.mac")
+    assert (answer.exit_code, answer.stderr) == (
+        2,
+        "error: m.mac: line 4: TBDATA from place 0: must be a whole number >= 1\n",
+    )

@@ -1,4 +1,4 @@
-"""The command surrogate: what it prints, writes and refuses."""
+"""The command surrogate: its tables, files and refusals."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The commands sweep, plot and map: what they print, write and refuse."""
+"""The commands sweep, plot and map: their output, files and refusals."""
 
 import json
 from pathlib import Path

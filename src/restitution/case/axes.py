@@ -76,10 +76,11 @@ def known_place(field: str, keys: tuple[str, ...]) -> str:
     >>> known_place("", ("velocity",)), known_place("", ("nu",)), known_place("", ("profile", "radius"))
     ('impact.velocity', 'material.poisson_ratio', 'profile.radius')
     """
-    if len(keys) > 1:
+    given, *more = keys
+    if more:
         return ".".join(keys)
-    _known(field, keys[0], (*_SHORT, *ALIASES, *_SECTIONS))
-    name = ALIASES.get(keys[0], keys[0])
+    _known(field, given, (*_SHORT, *ALIASES, *_SECTIONS))
+    name = ALIASES.get(given, given)
     return _SHORT.get(name, "") + name
 
 
@@ -116,7 +117,7 @@ def value_in_si(field: str, place: str, given: Any) -> Any:
 
 
 def read_axis(field: str, place: str, spec: Any) -> Any:
-    """Return the axis of a key at a place: `Linear`, `Logarithmic`, a list, or one value; `field` names it in messages."""
+    """Return the axis of a key at a place, or its list or one value; `field` names it in messages."""
     if isinstance(spec, list):
         if not spec:
             raise InputError(field, wanted="must hold at least one value")
@@ -133,7 +134,7 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
 
 
 def _admissible(field: str, place: str, value: Any) -> Any:
-    """Return a value of an axis, refusing a number outside the range of a quantity that has the same one everywhere."""
+    """Return a value of an axis, refusing a number outside the range of its quantity."""
     quantity = INPUTS.get(key_of(place))
     return quantity.check(value, field) if quantity is not None and isinstance(value, float) else value
 

@@ -104,7 +104,7 @@ class IndentationSection(Section):
         if self.file is not None:
             names = named_columns(folder, self.file)
             if {"depth", "force"} <= set(names):
-                refuse("has columns of depth and of force: one of the two is prescribed; leave the other out", "file")
+                refuse("has columns of depth and of force: one of the two is prescribed; leave the other out")
             name = "force" if "force" in names else "depth"
             dimensions = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
             columns = read_columns(folder, self.file, dimensions)

@@ -73,8 +73,10 @@ class ShiftSection(Section):
 
     def build(self) -> Shift:
         """Law in SI."""
-        ends = self.temperature_range
-        return self.law(**self.model_dump() | {"temperature_range": None if ends is None else tuple(ends)})
+        given: dict[str, Any] = self.model_dump(exclude_none=True)
+        if self.temperature_range is not None:
+            given["temperature_range"] = tuple(self.temperature_range)
+        return self.law(**given)
 
 
 class WLFSection(ShiftSection):

@@ -165,7 +165,10 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        known = {FileNotFoundError: "no such file", IsADirectoryError: "is a folder, not a case file"}
+        known: dict[type[OSError], str] = {
+            FileNotFoundError: "no such file",
+            IsADirectoryError: "is a folder, not a case file",
+        }
         why = known.get(type(error), f"cannot be read: {error.strerror}")
     except ValueError:
         why = "cannot be read: not a text file in UTF-8"

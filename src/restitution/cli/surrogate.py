@@ -35,7 +35,7 @@ def surrogate(
     json: Json = False,
     workers: Workers = None,
 ) -> None:
-    """Replace an impact by an interpolant over its velocity, with a stated error: restitution, contact time, peak force.
+    """Replace an impact by an interpolant over its velocity: restitution, contact time and peak force, with an error.
 
     The velocity of the case file does not matter.
     """

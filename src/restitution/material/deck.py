@@ -199,7 +199,10 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
                 count = _number(source, line, cells[3]) if cells[3] else 0
                 tables[active] = _Entry(count, line.number), {}
         elif command == "TBDATA" and active is not None:
-            first = int(_number(source, line, cells[0])) if cells[0] else 1
+            place = _number(source, line, cells[0]) if cells[0] else 1.0
+            if place < 1.0 or place % 1.0:
+                raise FileError(source, line.number, f"TBDATA from place {cells[0]}: must be a whole number >= 1")
+            first = int(place)
             for i, cell in enumerate(cells[1:]):
                 if cell:
                     tables[active][1][first + i] = _Entry(_number(source, line, cell), line.number)
