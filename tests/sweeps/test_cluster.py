@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import restitution as rs
-from restitution.sweeps import cluster
+from restitution.sweeps import run
 
 distributed = pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")]
@@ -66,21 +66,21 @@ def test_what_is_stored_is_not_computed_again(client: Any, tmp_path: Path, monke
     before = tree(out)
     for place in ("3/0", "17/0"):
         (out / "status" / "c" / place).unlink()
-    indices: list[Any] = []
+    indices, submit_all = list[Any](), run._run_on_dask
 
     def watched(plan: Any, chunks: Any, *rest: Any) -> None:
         indices.extend(chunks := list(chunks))
-        cluster.run_on_dask(plan, chunks, *rest)
+        submit_all(plan, chunks, *rest)
 
-    monkeypatch.setattr("restitution.sweeps.run.run_on_dask", watched)
+    monkeypatch.setattr(run, "_run_on_dask", watched)
     rs.sweep(BALL, AXES, chunk=1000, out=out, engine="dask", cluster=client)
     assert indices == [(3, 0), (17, 0)]
     assert tree(out) == before
 
 
 def test_more_tasks_than_the_scheduler_is_told_of(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "_LEAST_KNOWN", 3)
-    monkeypatch.setattr(cluster, "_KNOWN_PER_CORE", 1)
+    monkeypatch.setattr(run, "_LEAST_KNOWN", 3)
+    monkeypatch.setattr(run, "_KNOWN_PER_CORE", 1)
     result = rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=10, engine="dask", cluster=client)
     np.testing.assert_array_equal(result.status, 0)
 
@@ -130,7 +130,7 @@ def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest
 
 
 def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(cluster, "_PATIENCE", "1s")
+    monkeypatch.setattr(run, "_PATIENCE", "1s")
     address = "tcp://127.0.0.1:9"
     with pytest.raises(ValueError, match=rf"^cluster = '{address}': no scheduler answers: .* after 1 s$"):
         rs.sweep(BALL, {"velocity": [1.0]}, out=tmp_path / "r.zarr", engine="dask", cluster=address)
@@ -138,7 +138,7 @@ def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.Monkey
 
 
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(run.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"):
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
 

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import case, cite, material, surrogate, sweep, tables
+from restitution.cli import case, material, sweep, tables
 from restitution.cli.options import Workers, option
 from restitution.cli.terminal import INTERRUPTED, Commands, progress_bar, report, user_input
 
@@ -47,8 +47,8 @@ def _options(
 
 
 for _command in (
-    *(case.standard_solid, case.solve, case.bounce, case.indent, cite.cite, material.material),
-    *(surrogate.surrogate, sweep.sweep, sweep.plot, sweep.map_),
+    *(case.standard_solid, case.solve, case.bounce, case.indent, case.cite, material.material),
+    *(sweep.surrogate, sweep.sweep, sweep.plot, sweep.map_),
 ):
     app.command(_command.__name__.rstrip("_").replace("_", "-"))(_command)
 

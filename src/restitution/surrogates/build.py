@@ -41,7 +41,6 @@ _TABLE_RATIO = 8.0
 # Random points in each piece that only measure the error, and a factor for the error between them.
 _FRESH = 16
 _BETWEEN_POINTS = 2.0
-
 # The ends are nodes, so that neighbours agree where they meet. Half-way between the nodes the error is largest.
 _NODES, _BETWEEN = chebpts2(DEGREE + 1), chebpts1(DEGREE)
 _TO_COEFFICIENTS = np.linalg.inv(chebvander(_NODES, DEGREE))
@@ -121,11 +120,9 @@ def surrogate(
         pieces, error = build_pieces(sample, _deviation, np.log(low), np.log(high), tolerance - share, progress)
     except NotMet as failure:
         name = list(OUTPUTS)[failure.function]
-        raise SolverError(
-            Status.NOT_ACCURATE,
-            f"surrogate: {name} at velocity = {np.exp(failure.place):.6g} m/s is off by {failure.error:.2g}, "
-            f"rtol = {tolerance:g}",
-        ) from None
+        where = f"surrogate: {name} at velocity = {np.exp(failure.place):.6g} m/s"
+        what = f"{where} is off by {failure.error:.2g}, rtol = {tolerance:g}"
+        raise SolverError(Status.NOT_ACCURATE, what) from None
     from restitution.sweeps.plan import describe
 
     problem = _plain(describe(replace(impact, velocity=1.0)))
@@ -142,9 +139,8 @@ def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None
     place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
     columns: dict[str, Array] = {}
     for part in (np.flatnonzero(place == k) for k in np.unique(place)):
-        part_of = Batch.from_impact(replace(impacts, velocity=speeds[part]))
-        solved = part_of.solve(accuracy, workers=workers)
-        for name, values in solved.items():
+        batch = Batch.from_impact(replace(impacts, velocity=speeds[part]))
+        for name, values in batch.solve(accuracy, workers=workers).items():
             columns.setdefault(name, np.empty(speeds.size))[part] = values
     return columns
 
@@ -178,17 +174,12 @@ def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, fl
         raise SolverError(status, f"at velocity = {speeds[first]:.6g} m/s")
     good = speeds[statuses == Status.SEPARATED]
     advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
-    raise InputError(
-        "velocity",
-        list(velocity),
-        f"must be a range in which the body separates; at {speeds[first]:.6g} m/s: "
-        f"{status.name}: {status.message}{advice}",
-        "m/s",
-    )
+    why = f"at {speeds[first]:.6g} m/s: {status.name}: {status.message}{advice}"
+    raise InputError("velocity", list(velocity), f"must be a range in which the body separates; {why}", "m/s")
 
 
 class NotMet(Exception):
-    """The tolerance is missed: number of the function, place in its variable, error there."""
+    """512 pieces, or one halved twelve times, miss the tolerance: number of the function, place, error there."""
 
     def __init__(self, function: int, place: float, error: float) -> None:
         super().__init__(f"error {error:.2g} of function {function} at {place:g}")
@@ -205,25 +196,8 @@ def build_pieces(
 ) -> tuple[Pieces, Array]:
     """Interpolate functions on pieces of an interval, halved until the error is at most the tolerance.
 
-    Parameters
-    ----------
-    sample : callable
-        Values, shape (n_function, n), at points, shape (n,).
-    deviation : callable
-        Error of each value, from approximate and exact values.
-    report : callable, optional
-        Called with (pieces that meet the tolerance, all pieces) after each round.
-
-    Returns
-    -------
-    Pieces, array of shape (n_function,)
-        The interpolants, and twice the largest error at points that built no interpolant: those half-way between the
-        points that did, and 16 random ones in each piece.
-
-    Raises
-    ------
-    NotMet
-        If a piece halved twelve times, or 512 pieces, miss the tolerance.
+    `sample` returns values, shape (n_function, n), at n points, and `deviation` the error of each from approximate and
+    exact values. The second result is twice the largest error of each function at points that built no interpolant.
     """
     rng = np.random.default_rng(20)
     # Pieces as (level, place): place times 2^-level of the interval is where they begin.

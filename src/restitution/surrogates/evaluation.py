@@ -24,14 +24,10 @@ def compiled(function: Any, **flags: Any) -> Any:
 
 
 class Pieces(NamedTuple):
-    """Chebyshev series on the pieces of an interval.
+    """Chebyshev series in a variable that runs from -1 to 1 over each piece of an interval.
 
-    Attributes
-    ----------
-    edges : array, shape (n_piece + 1,)
-        Ends of the pieces, increasing; their widths are the whole over powers of two.
-    coefficients : array, shape (n_function, n_piece, degree + 1)
-        Of the Chebyshev polynomials in the local variable, which runs from -1 to 1 over a piece.
+    The n + 1 `edges` increase; the widths are the whole over powers of two. `coefficients` have the shape (n_function,
+    n, degree + 1).
     """
 
     edges: Array
@@ -123,10 +119,7 @@ class Boxes(NamedTuple):
 
 
 def ready_boxes(low: Array, high: Array, levels: Any, places: Any, coefficients: Any) -> Boxes:
-    """Prepare boxes for look-up.
-
-    Box n begins at `low + (high - low) places[n]/2^levels[n]` and is `(high - low)/2^levels[n]` wide.
-    """
+    """Prepare boxes, from `low + (high - low) places/2^levels` on and `(high - low)/2^levels` wide, for look-up."""
     finest = levels.max(axis=0)
     cells = np.full(tuple(2**finest), -1, dtype=np.int16)
     for n, (level, place) in enumerate(zip(levels, places, strict=True)):

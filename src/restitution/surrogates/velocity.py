@@ -66,10 +66,8 @@ class Surrogate:
 
     Notes
     -----
-    The error has two parts. The first is twice the largest difference from the exact method at velocities that built
-    no interpolant: those half-way between the ones that did, and 16 random ones for each piece. The second is 20 times
-    the tolerance of the solves, `rtol`/10 000 but at least 1e-12, because the largest force is off by up to 14 of
-    these. The sum is a measurement, not a bound: see `validation/surrogate_error.md`.
+    The error is twice the largest difference from the exact method at velocities that built no interpolant, plus 20
+    times the tolerance of the solves: a measurement, not a bound (docs/surrogates.md, `validation/surrogate_error.md`).
     """
 
     velocity: tuple[float, float]
@@ -97,18 +95,7 @@ class Surrogate:
         return self.restitution_coefficient(velocity)
 
     def restitution_coefficient(self, velocity: Any) -> Any:
-        """Restitution coefficient e [-].
-
-        Parameters
-        ----------
-        velocity : float or array
-            v0 [m/s], within the range.
-
-        Raises
-        ------
-        InputError
-            If a velocity is out of range; nothing is extrapolated.
-        """
+        """Restitution coefficient e [-] at v0 [m/s], a number or an array; refuses a velocity out of range."""
         return self._evaluate("restitution_coefficient", velocity)
 
     def contact_time(self, velocity: Any) -> Any:
@@ -122,16 +109,8 @@ class Surrogate:
     def compiled(self, output: str = "restitution_coefficient") -> Any:
         """Output as a function compiled by numba, for one velocity [m/s], to be called in other compiled code.
 
-        Parameters
-        ----------
-        output : {"restitution_coefficient", "contact_time", "max_force"}
-            Name of the output.
-
-        Returns
-        -------
-        function
-            float64 to float64; usable within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because code
-            called from C has no exceptions.
+        It takes and returns a float64, within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because code
+        called from C has no exceptions.
 
         Examples
         --------
@@ -144,36 +123,17 @@ class Surrogate:
         >>> print(round(rebound.ctypes(0.5), 3))
         -0.171
         """
-        return scalar_function(self._table(output))
+        return scalar_function(self._tables[one_of("output", output, OUTPUTS)])
 
     def plot(self, outputs: Sequence[str] = (), *, ax: Axes | None = None) -> Figure:
-        """Figure of the outputs over the velocity.
+        """Figure of the named outputs, or of all, over the velocity.
 
-        Parameters
-        ----------
-        outputs : sequence of str
-            Which outputs, such as `["restitution_coefficient"]`; all if left out.
-        ax : matplotlib.axes.Axes, optional
-            Where to draw one output, the first if none is named; a new figure if left out.
+        On given axes one output is drawn, the first if none is named.
         """
         return draw("sweep.plot_sweep", self.sample(), outputs, ax=ax)
 
     def sample(self, n: int = 400) -> xr.Dataset:
-        """Outputs at n velocities from one end of the range to the other, as the Dataset of a sweep.
-
-        Parameters
-        ----------
-        n : int
-            Number of velocities, spaced by ratios.
-
-        Examples
-        --------
-        >>> import restitution as rs
-        >>> solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-        >>> ball = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=1.0)
-        >>> dict(rs.surrogate(ball, velocity=(0.1, 1.0)).sample(50).sizes)
-        {'velocity': 50}
-        """
+        """Outputs at n velocities at equal ratios over the range, as the Dataset of a sweep."""
         speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
         columns = {name: (self._evaluate(name, speeds), QUANTITIES[name]) for name in OUTPUTS}
         found = dataset("velocity", {"velocity": (speeds, INPUTS["velocity"])} | columns, {})
@@ -203,15 +163,7 @@ class Surrogate:
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
-        """Surrogate from a file that `save` wrote; the same to the last bit.
-
-        Raises
-        ------
-        InputError
-            If it is damaged, edited, or another kind of file.
-        OSError
-            If it cannot be read.
-        """
+        """Surrogate from a file that `save` wrote, the same to the last bit; refuses a damaged or edited file."""
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
         except (ValueError, RecursionError):
@@ -248,12 +200,9 @@ class Surrogate:
         most = {"restitution_coefficient": 1.0}
         return {name: table(self.pieces, n, *self.velocity, most.get(name, np.inf)) for n, name in enumerate(OUTPUTS)}
 
-    def _table(self, output: str) -> Table:
-        return self._tables[one_of("output", output, OUTPUTS)]
-
     def _evaluate(self, output: str, velocity: Any) -> Any:
         checked = within("velocity", velocity, *self.velocity, "m/s")
-        one = self._table(output)
+        one = self._tables[output]
         if not isinstance(checked, np.ndarray):
             return value(float(checked), *one)
         out = np.empty(checked.shape)

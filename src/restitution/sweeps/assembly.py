@@ -38,21 +38,12 @@ _MOST_REMEMBERED = 4096
 
 @dataclass(frozen=True)
 class Prepared:
-    """An impact whose other quantities are set by columns of numbers.
-
-    Attributes
-    ----------
-    impact : Impact
-        A single impact.
-    derive : callable, optional
-        Turns columns into those of quantities that an impact has, such as a density into a mass.
-    held : {"bulk_modulus", "poisson_ratio"}
-        Which of the two stays constant while an axis changes the equilibrium shear modulus.
-    """
+    """A single impact whose other quantities are set by columns of numbers."""
 
     impact: Impact
+    # Turns columns into those of quantities that an impact has, such as a density into a mass.
     derive: Callable[[Columns], Columns] | None = None
-    held: HeldElastic = "bulk_modulus"
+    held: HeldElastic = "bulk_modulus"  # constant while an axis changes the equilibrium shear modulus
 
 
 class Template(Protocol):
@@ -61,15 +52,12 @@ class Template(Protocol):
     @property
     def dimensionless(self) -> bool:
         """Whether its bodies have no dimensions, so that only the Poisson ratio can be checked."""
-        ...
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names whose every combination needs an impact of its own; refuse unknown names."""
-        ...
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
         """Return the impact for one combination of their values, or raise an `InputError`."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -86,12 +74,10 @@ class ImpactTemplate:
             raise InputError("base", wanted=wanted)
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return no name: columns set all."""
         check_columns(self.impact, names)
         return ()
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
-        """Return the impact."""
         return Prepared(self.impact, held=self.held)
 
 
@@ -104,7 +90,6 @@ class BuilderTemplate:
     dimensionless = False
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names of the function's arguments; all where it takes any keyword."""
         parameters = inspect.signature(self.build).parameters.values()
         if any(one.kind is one.VAR_KEYWORD for one in parameters):
             return names
@@ -115,14 +100,12 @@ class BuilderTemplate:
         return tuple(one.name for one in parameters if one.name in names)
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
-        """Build the impact."""
         impact = self.build(**values)
         if not isinstance(impact, Impact):
             raise InputTypeError("base", wanted=f"returned {impact!r}; must return an Impact")
         if impact.shape:
-            raise InputTypeError(
-                "base", wanted=f"returned an impact of shape {impact.shape}; must return a single one"
-            )
+            wanted = f"returned an impact of shape {impact.shape}; must return a single one"
+            raise InputTypeError("base", wanted=wanted)
         return Prepared(impact, held=self.held)
 
 
@@ -210,13 +193,11 @@ class Assembly:
     def _prepare(self, values: dict[str, Any]) -> Prepared:
         # The lists of objects live as long as the sweep, so that an identity belongs to one object.
         key = tuple(value if isinstance(value, float) else id(value) for value in values.values())
-        known = self._remembered.get(key)
-        if known is None:
-            known = self._template.prepare(values)
+        if key not in self._remembered:
             if len(self._remembered) >= _MOST_REMEMBERED:
                 self._remembered.clear()
-            self._remembered[key] = known
-        return known
+            self._remembered[key] = self._template.prepare(values)
+        return self._remembered[key]
 
 
 def _sample(groups: list[Any], most: int | None) -> list[Any]:

@@ -96,9 +96,7 @@ class Memory:
         if needed > _SHARE_OF_MEMORY * _memory():
             raise refusal
         try:
-            self._arrays = {
-                name: np.full(plan.grid.shape, field.fill, dtype=field.dtype) for name, field in self._fields.items()
-            }
+            self._arrays = {k: np.full(plan.grid.shape, v.fill, dtype=v.dtype) for k, v in self._fields.items()}
         except MemoryError:
             raise refusal from None
 
@@ -119,10 +117,8 @@ class Memory:
 
         grid = self._plan.grid
         fields = coordinate_fields(grid)
-        values = {
-            name: np.empty([grid.axes[dim].size for dim in field.dimensions], field.dtype)
-            for name, field in fields.items()
-        }
+        shapes = {name: [grid.axes[dim].size for dim in field.dimensions] for name, field in fields.items()}
+        values = {name: np.empty(shapes[name], field.dtype) for name, field in fields.items()}
         for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
             values[name][place] = part
         dataset = xr.Dataset(

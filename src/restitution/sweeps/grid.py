@@ -86,7 +86,6 @@ class Linear(Axis):
 
     @property
     def size(self) -> int:
-        """Number of values."""
         return self.n
 
     def values(self, start: int, stop: int) -> Array:
@@ -96,7 +95,6 @@ class Linear(Axis):
         return self.low * (1.0 - share) + self.high * share
 
     def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
-        """Values by name."""
         return {dimension: self.values(start, stop)}
 
 
@@ -104,17 +102,7 @@ class Linear(Axis):
 class Logarithmic(Linear):
     """Axis of n values from low to high at equal ratios.
 
-    Parameters
-    ----------
-    low, high : float
-        First and last value, > 0, in SI units; low may be the larger one.
-    n : int
-        Number of values, from 1 to 10^8.
-
-    Raises
-    ------
-    InputError
-        If an end is not finite and > 0, or n is not from 1 to 10^8.
+    Parameters and errors are those of `Linear`; both ends must be > 0.
 
     Examples
     --------
@@ -125,7 +113,6 @@ class Logarithmic(Linear):
     scale = "logarithmic"
 
     def values(self, start: int, stop: int) -> Array:
-        """Values from one place to another."""
         place = np.arange(start, stop)
         values = 10.0 ** Linear(math.log10(self.low), math.log10(self.high), self.n).values(start, stop)
         values[place == 0] = self.low
@@ -141,7 +128,6 @@ class Listed(Axis):
 
     @property
     def size(self) -> int:
-        """Number of values."""
         return self.items.size
 
     @property
@@ -155,24 +141,16 @@ class Listed(Axis):
         return [word if words.count(word) == 1 else f"{word} ({n})" for n, word in enumerate(words, start=1)]
 
     def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
-        """Values by name."""
         return {dimension: self.items[start:stop]}
 
     def corners(self, dimension: str) -> list[dict[str, Array]]:
-        """First and last number; all objects."""
         if self.is_numeric:
             return super().corners(dimension)
         return [self.columns(dimension, place, place + 1) for place in range(self.size)]
 
 
 def read_axis(name: str, given: Any) -> Any:
-    """Return what is given for a quantity as an axis; a single number as a float in SI, a single object as it is.
-
-    Raises
-    ------
-    InputError
-        If a value is outside the range of the quantity, is masked, or has another dimension.
-    """
+    """Return what is given for a quantity as an axis; a single number as a float in SI, a single object as it is."""
     known = INPUTS.get(key_of(name))
     if isinstance(given, Axis):
         for column in given.corners(name) if isinstance(given, Linear) else ():
@@ -223,21 +201,11 @@ def _text(item: Any) -> str:
 
 @dataclass(frozen=True)
 class Grid:
-    """Product of named axes, in chunks.
-
-    Attributes
-    ----------
-    axes : dict of str to Axis
-        Axis of each dimension, in the order of the dimensions.
-    fixed : dict of str to object
-        Quantities that all points share.
-    chunk_shape : tuple of int
-        Points of a chunk along each dimension; chunks at the ends may be smaller.
-    """
+    """Product of named axes, in chunks."""
 
     axes: dict[str, Axis]
-    fixed: dict[str, Any]
-    chunk_shape: tuple[int, ...]
+    fixed: dict[str, Any]  # quantities that all points share
+    chunk_shape: tuple[int, ...]  # points along each dimension; chunks at the ends may be smaller
 
     @property
     def dimensions(self) -> tuple[str, ...]:
@@ -329,20 +297,7 @@ class Points:
 
 
 def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = None) -> Grid:
-    """Return the grid of the given axes.
-
-    Parameters
-    ----------
-    axes : dict
-        By name of the quantity: `Linear`, `Logarithmic`, a sequence, or a single value; by name of the
-        dimension: `Samples`.
-    chunk : int or dict of str to int, optional
-        Points of a chunk, or points along each dimension.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range, or a quantity is set twice.
+    """Return the grid of axes and single values; `axes` and `chunk` are those of `restitution.sweep`.
 
     Examples
     --------
@@ -356,16 +311,12 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     for given_name, given in axes.items():
         name = ALIASES.get(given_name, given_name)
         axis = read_axis(name, given)
-        is_axis = isinstance(axis, Axis)
-        for one in {name, *axis.names(name)} if is_axis else {name}:
+        (made if isinstance(axis, Axis) else fixed)[name] = axis
+        for one in {name, *axis.names(name)} if isinstance(axis, Axis) else {name}:
             if one in taken:
                 why = "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
                 raise InputError("axes", wanted=f"{one} {why}")
             taken.add(one)
-        if is_axis:
-            made[name] = axis
-        else:
-            fixed[name] = axis
     shape = tuple(axis.size for axis in made.values())
     return Grid(made, fixed, _chunk_shape(tuple(made), shape, chunk))
 

@@ -32,11 +32,7 @@ _SOLID = (
 MATERIAL_NAMES = (*_OBJECTS, *_SOLID, "temperature", "branch_moduli", "relaxation_times")
 """Quantities of materials that axes set; the last two have the number of the branch, as in `relaxation_times[0]`."""
 
-_RIVALS = (
-    ("branch_modulus", "p2"),
-    ("viscosity", "relaxation_time", "p3"),
-    ("poisson_ratio", "bulk_modulus"),
-)
+_RIVALS = (("branch_modulus", "p2"), ("viscosity", "relaxation_time", "p3"), ("poisson_ratio", "bulk_modulus"))
 # Attributes of a Prony series, in the order of `Series`.
 _SERIES = ("equilibrium_modulus", "parallel_viscosity", "branch_moduli", "relaxation_times")
 _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(\d+)\]")
@@ -100,11 +96,6 @@ def material_rows(
 def changed_impact(impact: Impact, values: dict[str, Any], held: HeldElastic) -> Impact:
     """Return a single impact with other materials, from quantities of the material by name.
 
-    Raises
-    ------
-    InputError
-        If a quantity does not belong to the material, or is out of range.
-
     Examples
     --------
     >>> import restitution as rs
@@ -154,10 +145,8 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
     moduli, times = np.array(shear.branch_moduli), np.array(shear.relaxation_times)
     if any(name in values for name in ("branch_modulus", "viscosity", "relaxation_time", "p2")):
         if moduli.size != 1:
-            why = (
-                f"branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are {moduli.size}; "
-            )
-            raise InputError("axes", wanted=f"{why}use branch_moduli[0], relaxation_times[0] and so on")
+            why = f"branch_modulus, viscosity, relaxation_time and p2 are of one branch, here there are {moduli.size}"
+            raise InputError("axes", wanted=f"{why}; use branch_moduli[0], relaxation_times[0] and so on")
         eta = values.get("viscosity", moduli[0] * times[0])
         moduli[0] = values.get("branch_modulus", equilibrium / values["p2"] if "p2" in values else moduli[0])
         times[0] = values.get("relaxation_time", eta / moduli[0])
@@ -184,16 +173,17 @@ def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | flo
     if not _relaxes(bulk) or np.isinf(modulus):
         return modulus
     if bulk.equilibrium_modulus == 0.0:
-        wanted = "bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
-        raise InputError("axes", wanted=wanted)
+        why = "bulk_modulus and poisson_ratio need a bulk modulus at equilibrium, which is 0 Pa"
+        raise InputError("axes", wanted=why)
     return bulk.scaled(modulus / bulk.equilibrium_modulus)
 
 
 def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> Series | None:
     """Reduced moduli of standard solids in closed form; None where it does not apply."""
     material, shear, bulk = impact.material, impact.material.shear, impact.material.bulk
-    is_solid = impact.counter_material is None and is_standard_solid(material)
-    if not is_solid or not columns or not columns.keys() <= set(_SOLID):
+    if impact.counter_material is not None or not is_standard_solid(material):
+        return None
+    if not columns or not columns.keys() <= set(_SOLID):
         return None
     one = np.ones(n)
     equilibrium = columns.get("equilibrium_modulus", shear.equilibrium_modulus * one)

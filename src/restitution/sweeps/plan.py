@@ -45,24 +45,14 @@ class Interrupted(Exception):
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """A sweep before it runs.
-
-    Attributes
-    ----------
-    template, grid, outputs
-        What varies, over which points, and the names of the wanted outputs.
-    rtol : float
-        Tolerance of e.
-    title, source : str
-        Title of the result, and the text that the sweep was read from; both may be empty.
-    """
+    """A sweep before it runs: what varies, over which points, and the names of the wanted outputs."""
 
     template: Template
     grid: Grid
     outputs: tuple[str, ...]
-    rtol: float
+    rtol: float  # tolerance of e
     title: str = ""
-    source: str = ""
+    source: str = ""  # text that the sweep was read from
 
     @cached_property
     def description(self) -> dict[str, Any]:
@@ -172,18 +162,12 @@ class Described(Protocol):
 
     def describe(self) -> Any:
         """Return what distinguishes it from others, in the types of JSON."""
-        ...
 
 
 def describe(value: Any) -> Any:
     """Return what distinguishes a value from others, in the types of JSON; floats to the last bit.
 
-    Takes numbers, texts, sequences, mappings, arrays, dataclasses such as `Impact`, and functions.
-
-    Raises
-    ------
-    InputTypeError
-        If the value is something else.
+    Takes numbers, texts, sequences, mappings, arrays, dataclasses such as `Impact`, and functions; refuses others.
 
     Examples
     --------

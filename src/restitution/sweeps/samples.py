@@ -29,14 +29,7 @@ class Distribution(Protocol):
     """Distribution of one quantity."""
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
-        """Return the quantiles of the shares, shape (n,), all within [low, high].
-
-        Raises
-        ------
-        InputError
-            If the distribution does not fit the range [low, high] of the quantity.
-        """
-        ...
+        """Return the quantiles of the shares, shape (n,); refuse a range [low, high] that does not fit."""
 
 
 def _inside(distribution: Any, low: float, high: float) -> None:
@@ -227,15 +220,12 @@ class Samples(Axis):
 
     @property
     def size(self) -> int:
-        """Number of draws."""
         return self.n
 
     def names(self, dimension: str) -> tuple[str, ...]:
-        """Return the names of the quantities drawn."""
         return tuple(self.distributions)
 
     def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
-        """Values by name."""
         shares = self._shares(start, stop)
         return {name: self._drawn(name, shares[:, place]) for place, name in enumerate(self.distributions)}
 

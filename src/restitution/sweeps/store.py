@@ -111,9 +111,8 @@ class Store:
         files = _WholeFiles(path)
         # A chunk of nothing but NaN is written too, because an absent one is not done.
         with zarr.config.set({"array.write_empty_chunks": True}):
-            self._arrays: dict[str, Any] = {
-                name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables
-            }
+            arrays: dict[str, Any] = {name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables}
+        self._arrays = arrays
 
     def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
         """Write the results of a chunk."""
@@ -176,12 +175,7 @@ def _clear(file: Path, root: Path) -> None:
 def opened(path: Path, plan: Plan) -> Generator[Store]:
     """Open the store of a sweep for writing, alone on this machine; make, check and repair it first.
 
-    Raises
-    ------
-    InputError
-        If something else is there, or another process is writing.
-    OSError
-        If it cannot be made.
+    An `InputError` refuses something else that is there, and a store that another process is writing.
     """
     path = path.absolute()
     if not path.exists():
@@ -195,7 +189,9 @@ def opened(path: Path, plan: Plan) -> Generator[Store]:
         try:
             if any(not entry.match(PARTIAL) for entry in path.iterdir()):
                 _require_same(path, plan)
-                _refuse_links(path)
+                if link := next((entry for entry in path.rglob("*") if entry.is_symlink()), None):
+                    where = link.relative_to(path)
+                    raise _refusal(path, f"{where} is a link, so that chunks would go elsewhere; remove it")
             store = _restored(path, plan)
         except BaseException:
             # Only a folder that is still empty is removed again.
@@ -204,14 +200,6 @@ def opened(path: Path, plan: Plan) -> Generator[Store]:
             raise
         store.sweep_up()
         yield store
-
-
-def _refuse_links(path: Path) -> None:
-    for folder, folders, files in os.walk(path):
-        for name in (*folders, *files):
-            if os.path.islink(os.path.join(folder, name)):
-                where = Path(folder, name).relative_to(path)
-                raise _refusal(path, f"{where} is a link, so that chunks would go elsewhere; remove it")
 
 
 def _restored(path: Path, plan: Plan) -> Store:
