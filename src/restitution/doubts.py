@@ -18,31 +18,15 @@ from restitution.validity import Numbers, Validity
 
 Array = NDArray[np.float64]
 
+# The assumptions on the material, and the numbers that they limit.
 _OF_MATERIAL = ("waves", "window", "poisson_ratio")
-
-
-def without_material(numbers: Numbers) -> Numbers:
-    """Return the numbers with NaN for those that depend on the material."""
-    unknown = np.full(numbers.contact_time.shape, math.nan)
-    return numbers._replace(
-        mach_number=unknown,
-        radiated_energy_ratio=unknown,
-        window_ratio=unknown,
-        instantaneous_poisson_ratio=unknown,
-    )
+_NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", "instantaneous_poisson_ratio")
 
 
 class Tally:
-    """Counts of the impacts that exceed each limit, and the worst of them; tallies of chunks add up.
+    """Counts of the impacts that exceed each limit, by kind, and the worst of them; tallies of chunks add up.
 
-    Attributes
-    ----------
-    impacts : int
-        Number of impacts.
-    sampled_out : int
-        How many of them were compared without the assumptions on the material.
-    counts : dict of str to int
-        How many exceed each limit, by kind.
+    `sampled_out` of the `impacts` were compared without the assumptions on the material.
     """
 
     def __init__(self) -> None:
@@ -53,8 +37,11 @@ class Tally:
     def add(self, numbers: Numbers, *, with_material: bool = True) -> None:
         """Count some impacts; without their material only the assumptions on the shape."""
         self.impacts += numbers.contact_time.size
-        self.sampled_out += 0 if with_material else numbers.contact_time.size
-        for kind, values in validity.excess(numbers if with_material else without_material(numbers)).items():
+        if not with_material:
+            self.sampled_out += numbers.contact_time.size
+            unknown = np.full(numbers.contact_time.shape, math.nan)
+            numbers = numbers._replace(**dict.fromkeys(_NUMBERS_OF_MATERIAL, unknown))
+        for kind, values in validity.excess(numbers).items():
             self.counts[kind] = self.counts.get(kind, 0) + int(np.count_nonzero(values > 1.0))
             if not np.isnan(values).all():
                 place = int(np.nanargmax(values))
@@ -80,13 +67,7 @@ class Tally:
         return self.impacts - (self.sampled_out if kind in _OF_MATERIAL else 0)
 
     def report(self, n_impacts: int | None = None) -> Validity:
-        """Return the validity report of the worst impacts; messages of exceeded limits have the counts.
-
-        Parameters
-        ----------
-        n_impacts : int, optional
-            Number of all impacts, if not all were counted here.
-        """
+        """Return the validity report of the worst of `n_impacts` impacts, with counts of those above each limit."""
         total = self.impacts if n_impacts is None else n_impacts
         rows = [row for _, row in self._worst.values()]
         checks: list[validity.Check] = []

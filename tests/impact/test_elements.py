@@ -15,8 +15,15 @@ from restitution.contact.sphere import Sphere
 from restitution.impact import closed_forms as cf
 from restitution.impact import elements
 from restitution.impact.batch import Batch
-from restitution.impact.element_laws import MaxwellElement, StandardSolidElement, element_law
-from restitution.impact.elements import MAX_STEPS, ElementsSolution, element_history, solve_elements
+from restitution.impact.elements import (
+    MAX_STEPS,
+    ElementsSolution,
+    MaxwellElement,
+    StandardSolidElement,
+    element_history,
+    element_law,
+    solve_elements,
+)
 from restitution.impact.problem import Impact
 from restitution.impact.reference import ReferenceSolution, solve_reference
 from restitution.impact.status import Status

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
-from restitution.impact.exact import Progress, Stored, outcome_columns, solve_scaled, solve_stored
+from restitution.impact.exact import Progress, Stored, solve_scaled, solve_stored
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
-from restitution.kernel.outcome import MAX_DEPTH, STATUS
+from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.quantities import BODY, OUTPUTS, derived
 
 Array = NDArray[np.float64]
@@ -31,20 +31,9 @@ _TABLE_ROUNDING = 1e-11
 class Batch:
     """Impacts of one kind of profile, one in each row, in SI units.
 
-    Attributes
-    ----------
-    equilibria, viscosities : array, shape (n,)
-        Equilibrium modulus [Pa] and parallel viscosity [Pa s] of the reduced modulus E*(t).
-    moduli, times : array, shape (n, n_branch)
-        Its branch moduli [Pa] and relaxation times [s]; where a modulus is 0, there is no branch.
-    masses, velocities, forces : array, shape (n,)
-        Mass [kg], impact velocity [m/s], external force [N].
-    coefficients : array, shape (n,), or None
-        c [m^(1 - p/2)] of the contact radius a = c s^p, s = sqrt(d).
-    exponent : float or None
-        Path exponent p.
-    profile : Profile or None
-        Instead of both, the profile of all rows if it has no power law.
+    The arrays have the shape (n,), moduli [Pa] and times [s] of the branches of E*(t) the shape (n, n_branch); where a
+    modulus is 0, there is no branch. The contact radius is a = c s^p, s = sqrt(d), with the coefficients c and the
+    exponent p; a profile without a power law replaces both.
 
     Examples
     --------
@@ -81,18 +70,13 @@ class Batch:
         if exponent is None and np.ndim(profile.contact_radius(0.0)):
             wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
             raise InputError("profile", wanted=wanted)
-        mass, velocity, force = (
-            flat(value, impact.shape) for value in (impact.mass, impact.velocity, impact.external_force)
-        )
         power = exponent is not None
         return cls(
             np.full(size, series.equilibrium_modulus),
             np.full(size, series.parallel_viscosity),
             np.broadcast_to(series.branch_moduli, (size, series.n_branches)),
             np.broadcast_to(series.relaxation_times, (size, series.n_branches)),
-            mass,
-            velocity,
-            force,
+            *(flat(getattr(impact, name), impact.shape) for name in BODY),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
@@ -101,17 +85,17 @@ class Batch:
     @classmethod
     def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
         """Return batches of single impacts of similar profiles and moduli, with the places of their rows."""
-        batches = [(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)]
-        return cls.joined(batches)
+        return cls.joined([(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)])
 
     @classmethod
     def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
         """Join batches of one exponent and one number of branches; a profile without a power law stays alone."""
-        alone = [(places, batch) for places, batch in batches if batch.profile is not None]
+        alone: list[tuple[Places, Batch]] = []
         kinds: dict[Any, list[tuple[Places, Batch]]] = {}
-        for places, batch in batches:
-            if batch.profile is None:
-                kinds.setdefault((batch.exponent, batch.moduli.shape[1]), []).append((places, batch))
+        for member in batches:
+            batch = member[1]
+            same = kinds.setdefault((batch.exponent, batch.moduli.shape[1]), []) if batch.profile is None else alone
+            same.append(member)
         return [*(_join(members) for members in kinds.values()), *alone]
 
     @property
@@ -128,24 +112,15 @@ class Batch:
         return power_block(*series, self.coefficients, self.exponent or 0.0, *bodies)
 
     def solve(
-        self,
-        rtol: float,
-        *,
-        workers: int | None = None,
-        progress: Progress | None = None,
-        energy: bool = False,
-        pressure: bool = False,
-    ) -> dict[str, Array]:
+        self, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
+        energy: bool = False, pressure: bool = False,
+    ) -> dict[str, Array]:  # fmt: skip
         """Solve the impacts by the exact method.
 
         Parameters
         ----------
-        rtol : float
-            The error of e stays below `rtol max(e, 1e-3)`.
-        workers : int, optional
-            Number of threads; by default that of the cores. The results do not depend on it.
-        progress : callable, optional
-            Called with (impacts done, all impacts).
+        rtol, workers, progress
+            See `restitution.solve`.
         energy, pressure : bool
             Whether to add the energies, and the largest pressure, which takes some 3 ms for each impact.
 
@@ -165,9 +140,13 @@ class Batch:
     @property
     def singular(self) -> NDArray[np.bool_]:
         """Whether the pressure of a row is infinite: with a dashpot, under a sharp tip, at the edge of a flat face."""
-        p = self.exponent or 0.0
-        sharp = not 0.0 < p < 2.0 if self.profile is None else _is_singular(self.profile)
-        return (self.viscosities > 0.0) | sharp
+        if self.profile is None:
+            return (self.viscosities > 0.0) | (not 0.0 < (self.exponent or 0.0) < 2.0)
+        # At a sharp tip or a flat face of radius b, g - g(b) ~ (x - b)^m with m <= 1.
+        b = float(self.profile.contact_radius(0.0))
+        near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
+        low, high = self.profile.transform(near)
+        return (self.viscosities > 0.0) | (not math.isfinite(high) or (high > 0.0 and high <= 4.001 * low))
 
     def solve_stored(self, rtol: float) -> tuple[dict[str, Array], Solution | None]:
         """Solve a batch of one impact; the solution is None unless the body separates."""
@@ -211,7 +190,7 @@ class Batch:
         self, block: ScaledBlock, outcomes: Array, energy: bool = False, pressure: bool = False
     ) -> dict[str, Array]:
         """Return outcomes in SI by name, with the energies and the largest pressure on request."""
-        columns = outcome_columns(outcomes)
+        columns = dict(zip(OUTCOME, outcomes.T, strict=False))
         status, e = columns["status"], columns["restitution_coefficient"]
         stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
         residual = columns["residual_indentation_depth"] * block.length
@@ -228,8 +207,7 @@ class Batch:
         }
         if energy:
             with np.errstate(over="ignore", invalid="ignore"):
-                n = len(columns)
-                unit = self.masses * self.velocities * self.velocities
+                n, unit = len(columns), self.masses * self.velocities * self.velocities
                 result |= {"dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]}
         if pressure:
             # If every pressure is infinite there is no such column, and the last one is replaced.
@@ -237,8 +215,7 @@ class Batch:
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
             peak = np.where(self.singular, np.inf, peak)
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, peak)
-        bodies = dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True))
-        found = derived(result | bodies)
+        found = derived(result | dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True)))
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
 
     def _rest_depth(self) -> Array:
@@ -246,9 +223,8 @@ class Batch:
         with np.errstate(divide="ignore", invalid="ignore"):
             integral = self.forces / (2.0 * self.equilibria)
             if self.profile is None:
-                p = self.exponent or 0.0
-                coefficients = np.asarray(self.coefficients, dtype=np.float64)
-                return (integral * (0.5 * p + 1.0) / coefficients) ** (1.0 / (0.5 * p + 1.0))
+                power = 0.5 * (self.exponent or 0.0) + 1.0
+                return (integral * power / np.asarray(self.coefficients)) ** (1.0 / power)
         low, high = np.zeros(self.size), np.full(self.size, min(float(self.profile.max_depth), 1e30))
         shallow = self.profile.force_integral_at_depth(high) < integral
         for _ in range(200):
@@ -259,20 +235,14 @@ class Batch:
 
 
 def solve_columns(
-    impact: Impact | list[Impact],
-    rtol: float,
-    *,
-    workers: int | None = None,
-    progress: Progress | None = None,
-    energy: bool = False,
-    pressure: bool = False,
-) -> dict[str, Any]:
+    impact: Impact | list[Impact], rtol: float, *, workers: int | None = None, progress: Progress | None = None,
+    energy: bool = False, pressure: bool = False,
+) -> dict[str, Any]:  # fmt: skip
     """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
     if not isinstance(impact, list):
         batch = Batch.from_impact(impact)
         return batch.solve(rtol, workers=workers, progress=progress, energy=energy, pressure=pressure)
-    columns: dict[str, Any] = {}
-    done = 0
+    columns, done = dict[str, Any](), 0
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:
@@ -284,14 +254,6 @@ def solve_columns(
             columns.setdefault(name, np.empty(len(impact)))[places] = values
         done += batch.size
     return columns
-
-
-def _is_singular(profile: Profile) -> bool:
-    """Whether a profile has a sharp tip or a flat face, where g - g(b) ~ (x - b)^m with m <= 1 from its radius b."""
-    b = float(profile.contact_radius(0.0))
-    near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
-    low, high = profile.transform(near)
-    return bool(not math.isfinite(high) or (high > 0.0 and high <= 4.001 * low))
 
 
 def shaped(values: Any, shape: tuple[int, ...]) -> Any:

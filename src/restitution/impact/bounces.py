@@ -208,15 +208,13 @@ def bounces(
     else:
         start = single("height", positive("height", height, "m"), "m")
         velocity = float(fall_velocity(start, g))
-    floor = 1e-6 * start
-    if min_height is not None:
-        floor = single("min_height", nonnegative("min_height", min_height, "m"), "m")
+    least = 1e-6 * start if min_height is None else min_height
+    floor = single("min_height", nonnegative("min_height", least, "m"), "m")
     first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
 
     results: list[ImpactResult] = []
     touches: list[tuple[float, float]] = []
-    flights: list[float] = []
-    time = velocity / g
+    time, shortest = velocity / g, math.inf
     while True:
         result = solve(replace(first, velocity=velocity), rtol=rtol)
         results.append(result)
@@ -227,21 +225,17 @@ def bounces(
         if ending is not None:
             break
         velocity = float(fall_velocity(rise, g))
-        flights.append((away + velocity) / g)
-        time += float(result.contact_time) + flights[-1]
+        flight = (away + velocity) / g
+        shortest = min(shortest, flight)
+        time += float(result.contact_time) + flight
     columns = {name: np.array([getattr(one, name) for one in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)}
     columns |= dict(zip(("touch_time", "height"), np.array(touches).T, strict=True))
+    report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, mass=impact.mass)
     return Bounces(
         **{name: columns[name] for name in _COLUMNS},
-        drop_height=start,
-        gravity=g,
-        ended=ending,
-        impact=first,
-        validity=validity(
-            impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, mass=impact.mass
-        ),
-        notes=tuple(_recovery(impact.reduced_modulus, min(flights, default=math.inf))),
-    )
+        drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
+        notes=tuple(_recovery(impact.reduced_modulus, shortest)),
+    )  # fmt: skip
 
 
 def _ending(status: Any, rise: float, floor: float, last: bool) -> Ending | None:

@@ -2,8 +2,8 @@
 
 The contact radius is `a = c d^(p/2)` with the path exponent p: 1 for a parabola (`c = sqrt(R)`), 2 for a cone
 (`c = 2/(pi tan(alpha))` with the angle alpha between cone and surface), 0 for a flat punch (`c = a`), 2/n for
-`g = (x/c)^n`. Below, `P = p/2`, and B is the beta function. Each function raises an `InputError` for an input outside
-the stated range.
+`g = (x/c)^n`. Below, `P = p/2`, B is the beta function, E* the reduced modulus, m the mass, v0 the impact velocity and
+d_m the largest indentation depth. Each function raises an `InputError` for an input outside the stated range.
 """
 
 from __future__ import annotations
@@ -51,14 +51,8 @@ def elastic_max_indentation_depth(
 
     Parameters
     ----------
-    reduced_modulus : float or array
-        Reduced modulus E* [Pa], > 0.
-    path_coefficient : float or array
-        c [m^(1-p/2)], > 0.
-    mass : float or array
-        Mass m [kg], > 0.
-    velocity : float or array
-        Impact velocity v0 [m/s], > 0.
+    reduced_modulus, path_coefficient, mass, velocity : float or array
+        E* [Pa], c [m^(1-p/2)], m [kg] and v0 [m/s], > 0.
     path_exponent : float or array
         p [-], >= 0.
 
@@ -85,10 +79,8 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
 
     Parameters
     ----------
-    max_indentation_depth : float or array
-        Largest indentation depth d_m [m], > 0.
-    velocity : float or array
-        Impact velocity v0 [m/s], > 0.
+    max_indentation_depth, velocity : float or array
+        d_m [m] and v0 [m/s], > 0.
     path_exponent : float or array
         p [-], >= 0.
 
@@ -114,12 +106,8 @@ def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, p
 
     Parameters
     ----------
-    max_indentation_depth : float or array
-        Largest indentation depth d_m [m], > 0.
-    mass : float or array
-        Mass m [kg], > 0.
-    velocity : float or array
-        Impact velocity v0 [m/s], > 0.
+    max_indentation_depth, mass, velocity : float or array
+        d_m [m], m [kg] and v0 [m/s], > 0.
     path_exponent : float or array
         p [-], >= 0.
 
@@ -147,10 +135,8 @@ def kelvin_voigt_first_order_restitution(
     ----------
     retardation_time : float or array
         tau [s] of the reduced modulus `E*(t) = E_inf [1 + tau delta(t)]`, >= 0.
-    max_indentation_depth : float or array
-        Largest indentation depth d_m [m] of the elastic impact at E_inf, > 0.
-    velocity : float or array
-        Impact velocity v0 [m/s], > 0.
+    max_indentation_depth, velocity : float or array
+        d_m [m] of the elastic impact at E_inf and v0 [m/s], > 0.
     path_exponent : float or array
         p [-], >= 0.
 
@@ -187,10 +173,8 @@ def hunter_restitution(
     ----------
     equilibrium_modulus : float
         E_inf [Pa] of the reduced modulus, >= 0.
-    branch_moduli : array, shape (n_branch,)
-        E_k [Pa] of the reduced modulus, >= 0.
-    relaxation_times : array, shape (n_branch,)
-        tau_k [s], > 0.
+    branch_moduli, relaxation_times : array, shape (n_branch,)
+        E_k [Pa] of the reduced modulus, >= 0, and tau_k [s], > 0.
     contact_time : float or array
         Contact time T0 [s] of the elastic impact at `E_0 = E_inf + sum E_k`, > 0.
     path_exponent : float or array
@@ -240,8 +224,7 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
     under, over = np.minimum(d, 1.0), np.maximum(d, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         angle = np.where(d < 1.0, np.arccos(under) / np.sqrt(1 - under**2), np.arccosh(over) / np.sqrt(over**2 - 1))
-    angle = np.where(np.abs(d - 1) < 1e-9, 1.0, angle)
-    return _plain(np.exp(-2 * d * angle))
+    return _plain(np.exp(-2 * d * np.where(np.abs(d - 1) < 1e-9, 1.0, angle)))
 
 
 def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
@@ -279,13 +262,9 @@ def standard_solid_small_p3_slope(nu: Any) -> Numeric:
     Returns
     -------
     float or array
-        `s = (3/2) C1 A (4 E/3)^(2/5)` with `C1 = SMALL_LOSS_FACTOR`; independent of p2.
-
-    Notes
-    -----
-    The relaxation is much faster than the contact. `A = (2/3)(1 - nu + nu^2)/(1 - nu)` is the retardation time
-    `sum E_k tau_k/E_inf` of the reduced modulus over eta/Ginf, and `E = 2/(1 - nu)` is `E_inf/Ginf`. The error of e is
-    of order p3^2.
+        `s = (3/2) C1 A (4 E/3)^(2/5)` with `C1 = SMALL_LOSS_FACTOR`; independent of p2. The retardation time
+        `sum E_k tau_k/E_inf` of the reduced modulus is `A = (2/3)(1 - nu + nu^2)/(1 - nu)` times eta/Ginf, and
+        `E = 2/(1 - nu)` is `E_inf/Ginf`. The error of e is of order p3^2.
 
     Examples
     --------
@@ -302,22 +281,19 @@ def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
 
     Parameters
     ----------
-    nu : float or array
-        Static Poisson ratio p1 [-], in [-1, 0.5].
-    p2 : float or array
-        Ginf/G1 [-], > 0.
+    nu, p2 : float or array
+        Static Poisson ratio p1 [-], in [-1, 0.5], and Ginf/G1 [-], > 0.
 
     Returns
     -------
     float or array
-        L, from `hunter_restitution` for the two branches of the reduced modulus.
+        `L = (4/9) T0 sum(E_k p3/tau_k)/E_0`, from `hunter_restitution`; the error of e is of order (p2 p3)^-2.
 
     Notes
     -----
-    In units of m = R = v0 = Ginf = 1, p3 is eta, the relaxation time in shear is p2 p3, and
-    `L = (4/9) T0 sum(E_k p3/tau_k)/E_0` with the Hertz contact time T0 at E_0. For the bulk modulus K, `G0 = 1 + 1/p2`
-    and `beta = (3K + 4)/(3K + 4 G0)`, the branches are `E_1 = 1/p2` at `p2 p3` and
-    `E_2 = (27 K^2/4)(1/(3K + 4) - 1/(3K + 4 G0))` at `p2 p3/beta`. The error of e is of order (p2 p3)^-2.
+    In units of m = R = v0 = Ginf = 1, p3 is eta. T0 is the Hertz contact time at E_0. For the bulk modulus K,
+    `G0 = 1 + 1/p2` and `beta = (3K + 4)/(3K + 4 G0)`, the branches of the reduced modulus are `E_1 = 1/p2` at `p2 p3`
+    and `E_2 = (27 K^2/4)(1/(3K + 4) - 1/(3K + 4 G0))` at `p2 p3/beta`.
 
     Examples
     --------
@@ -334,8 +310,7 @@ def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
         second = np.where(nu > -1, 3 * g1 / (soft * stiff), 0.0)
         rate = np.where(nu > -1, soft / stiff, 0.0)
     glass = 2 / (1 - nu) + g1 + second
-    contact_time = HERTZ_TIME_FACTOR * (15 / (16 * glass)) ** 0.4
-    return _plain(4 / 9 * contact_time * g1 * (g1 + second * rate) / glass)
+    return _plain(4 / 9 * (HERTZ_TIME_FACTOR * (15 / (16 * glass)) ** 0.4) * g1 * (g1 + second * rate) / glass)
 
 
 def equivalent_incompressible_p3(p3: Any) -> Numeric:

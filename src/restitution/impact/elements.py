@@ -15,15 +15,18 @@ from numpy.typing import NDArray
 from restitution.checks import positive, whole
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
-from restitution.impact.element_laws import element_law, padded
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY
 
 if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
+# Time step, elements in contact, and columns of the elements that are or were in contact.
+Snapshot = tuple[int, NDArray[np.bool_], dict[str, Array]]
 
 MAX_STEPS = 500_000
 """Largest number of time steps; about half a minute with 800 elements."""
@@ -37,8 +40,7 @@ _FEWEST, _MOST, _SIZING = 16, 20_000, 64
 class ElementsSolution(NamedTuple):
     """History, arrays of shape (n_step + 1,), and results of one impact in SI units.
 
-    The history ends when the last element leaves. That of a body that does not separate (`status` SINKS_IN or
-    CAPTURED) ends where the status is decided; its `restitution_coefficient` is 0 and its `contact_time` infinite.
+    The history ends when the last element leaves; that of a body that does not separate, where its status is decided.
     """
 
     time: Array
@@ -71,67 +73,29 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
         a_max from a coarse run.
     time_step : float, optional
         Time step [s]. The default is the smaller of `3 d_m/(25 v0 n_elements)`, which makes the error first order in
-        `1/n_elements`, and half of the longest step with which explicit Euler does not overshoot.
+        `1/n_elements`, and half of the longest step with which explicit Euler does not overshoot. A longer step than
+        this longest one, or more than `MAX_STEPS` steps, are an `InputError`.
 
     Returns
     -------
     ElementsSolution
-        The energies [J] are those that the dashpots dissipate in contact and that elements still store when they
-        leave. `restitution_error` is an estimate of the error of e, not a bound: the difference from a run with half
-        as many elements and twice the time step; NaN if that step is too long. In the paper's plane it is within a few
-        percent of the true error, except where e is below 0.01.
-
-    Raises
-    ------
-    InputError
-        If an input is out of range, the time step is too long for explicit Euler, or more than `MAX_STEPS` steps would
-        be needed.
+        `stored` is the energy [J] in elements when they leave. `restitution_error` is an estimate of the error of e,
+        not a bound: the difference from a run with half as many elements and twice the time step; NaN if that step is
+        too long. In the paper's plane it is within a few percent of the true error, except where e is below 0.01.
 
     Notes
     -----
-    The element at x has a displacement u from the step on in which `d >= g(x)`, with the transform g of the profile
-    (eq. 4). On the paper's material, a standard solid that is elastic in bulk, it has inner displacements u1, u2, u3::
-
-        u = d - g(x)                                                                      (7)
-        0 = eta (u3' - u2') + G1 u3                                                       (8)
-        0 = (eta/3)(u1' - u') + (G1/3)(u1 - u2)
-        0 = G1 u3 + Ginf u2 + (Ginf/3 + K0)(u2 - u) + (G1/3)(u2 - u1)
-        F = 4 dx (Ginf u2 + G1 u3)
-        m d'' = external force - sum F                                                    (9)
-
-    In the incompressible form `u2 = u`. An element whose force would become negative leaves contact for good; the
-    impact ends when all elements have left. On any other material an element is a spring, a dashpot and Maxwell
-    branches in parallel, with the reduced modulus. The body is CAPTURED if it moves inwards again before all elements
-    have left.
-
-    Only the relaxation is stiff: explicit Euler is stable for steps below twice the shortest relaxation time of the
-    reduced modulus and, with a dashpot, below twice `m/(2 viscosity a_max)`. The limit here is half of that.
-
-    Examples
-    --------
-    >>> from restitution.contact.profile import Parabola
-    >>> from restitution.material.classical import standard_solid
-    >>> solid = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
-    >>> impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
-    >>> found = solve_elements(impact, n_elements=200)
-    >>> print(round(found.restitution_coefficient, 4), round(found.restitution_error, 5))  # exactly 0.434356
-    0.4347 0.00035
+    On the paper's material, a standard solid that is elastic in bulk, these are the equations (7) to (9) of the page
+    Problem of the theory. On any other material an element is a spring, a dashpot and Maxwell branches in parallel,
+    with the reduced modulus. An element whose force would become negative leaves contact for good; the impact ends
+    when all elements have left. The body is CAPTURED if it moves inwards again before that.
     """
     foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
     found = foundation.march(spacing, step)
     if 2.0 * step > sizes.limit:
         return found
     half = foundation.march(2.0 * spacing, 2.0 * step)
-    difference = abs(found.restitution_coefficient - half.restitution_coefficient)
-    return found._replace(restitution_error=difference)
-
-
-class _Snapshot(NamedTuple):
-    """Elements in contact, or once in contact, at one time step."""
-
-    step: int
-    touching: NDArray[np.bool_]
-    columns: dict[str, Array]
+    return found._replace(restitution_error=abs(found.restitution_coefficient - half.restitution_coefficient))
 
 
 def element_history(
@@ -141,10 +105,8 @@ def element_history(
 
     Parameters
     ----------
-    impact : Impact
-        A single impact.
-    n_elements, time_step
-        See `solve_elements`.
+    impact, n_elements, time_step
+        As in `solve` with the method "elements".
     n_times : int
         Approximate number of times, >= 2.
 
@@ -159,7 +121,7 @@ def element_history(
     Raises
     ------
     InputError
-        As `solve_elements`, and if `n_times` is below 2.
+        As `solve` with the method "elements", and if `n_times` is below 2.
 
     Examples
     --------
@@ -174,19 +136,18 @@ def element_history(
 
     whole("n_times", n_times, 2)
     foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
-    snapshots: list[_Snapshot] = []
-    every = max(1, round(sizes.duration / (step * n_times)))
-    foundation.march(spacing, step, snapshots, every)
-    count = max(one.touching.size for one in snapshots)
+    snapshots: list[Snapshot] = []
+    foundation.march(spacing, step, snapshots, every=max(1, round(sizes.duration / (step * n_times))))
+    count = max(touching.size for _, touching, _ in snapshots)
     words = {"displacement": "displacement u of an element", "force": "force F of an element"}
     described: dict[str, Any] = {}
-    for name in snapshots[-1].columns:
+    for name in snapshots[-1][2]:
         values = np.full((len(snapshots), count), 0.0 if name == "force" else np.nan)
-        for row, one in enumerate(snapshots):
-            values[row, : one.touching.size][one.touching] = one.columns[name][one.touching]
+        for row, (_, touching, columns) in enumerate(snapshots):
+            values[row, : touching.size][touching] = columns[name][touching]
         unit, long_name = "N" if name == "force" else "m", words.get(name, f"inner displacement {name}")
         described[name] = ("time", "position"), values, {"units": unit, "long_name": long_name}
-    time = ("time", step * np.array([float(one.step) for one in snapshots]), HISTORY["time"].attributes)
+    time = ("time", step * np.array([float(n) for n, *_ in snapshots]), HISTORY["time"].attributes)
     distances = (np.arange(count) + 0.5) * spacing
     position = ("position", distances, {"units": "m", "long_name": "distance x from the axis"})
     attributes = {"spacing": spacing, "time_step": step, "references": "Willert et al., eqs. (7) and (8)"}
@@ -207,7 +168,7 @@ def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundat
 
 
 class _Sizes(NamedTuple):
-    """Largest depth [m] and contact radius [m], duration [s], and the longest time step [s]."""
+    """Largest depth [m] and contact radius [m], duration [s], and the longest time step [s] for the relaxation."""
 
     depth: float
     velocity: float
@@ -256,19 +217,19 @@ class _Foundation:
 
     def sizes(self, depth: float, duration: float) -> _Sizes:
         radius = float(self.impact.profile.contact_radius(depth))
+        # Explicit Euler is stable below twice the shortest relaxation time and, with a dashpot, below 2/drag.
         drag = 2.0 * self.series.parallel_viscosity * radius / self.mass
         shortest = float(self.series.relaxation_times.min(initial=math.inf))
         return _Sizes(depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf))
 
     def march(
-        self, spacing: float, step: float, snapshots: list[_Snapshot] | None = None, every: int = 1
+        self, spacing: float, step: float, snapshots: list[Snapshot] | None = None, every: int = 1
     ) -> ElementsSolution:
         """March by explicit Euler; elements at (i + 1/2) dx, each for its mirror image too; keep `snapshots`."""
         transform = self.impact.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
-        d, v, deepest, n = 0.0, self.velocity, 0.0, 0
-        dissipated = stored = 0.0
+        d, v, deepest, n, dissipated, stored = 0.0, self.velocity, 0.0, 0, 0.0, 0.0
         may_rest = self.series.is_liquid or self.load > 0.0
         rows: list[tuple[float, float, float, float]] = []
         while True:
@@ -297,20 +258,32 @@ class _Foundation:
             radius = spacing * int(np.count_nonzero(touching))
             if snapshots is not None and len(rows) % every == 0:
                 columns = {"displacement": displacement.copy(), "force": spacing * line_load, **law.inner(n)}
-                snapshots.append(_Snapshot(len(rows), touching.copy(), columns))
+                snapshots.append((len(rows), touching.copy(), columns))
             rows.append((d, v, force, radius))
             if n > 0 and radius == 0.0:
-                return self.solution(rows, step, Status.SEPARATED, dissipated, stored)
+                status = Status.SEPARATED
+                break
             returns = v > 0.0 and d < deepest
             if returns or (may_rest and self.is_over(len(rows) * step, radius)):
-                captured = returns or not self.series.is_liquid
-                status = Status.CAPTURED if captured else Status.SINKS_IN
+                status = Status.CAPTURED if returns or not self.series.is_liquid else Status.SINKS_IN
                 stored += 2.0 * spacing * float(law.energy(displacement) @ touching)
-                return self.solution(rows, step, status, dissipated, stored)
+                break
             if len(rows) > MAX_STEPS:
                 wanted = f"must be longer: the contact needs more than {MAX_STEPS} steps; or use method 'exact'"
                 raise InputError("time_step", step, wanted, "s")
             d, v = d + step * v, v + step * (self.load - force) / self.mass
+        depths, velocities, forces, radii = np.array(rows).T
+        left, time = status is Status.SEPARATED, step * np.arange(depths.size)
+        return ElementsSolution(
+            time, depths, velocities, forces, radii,
+            restitution_coefficient=max(0.0, -float(velocities[-1]) / self.velocity) if left else 0.0,
+            contact_time=float(time[-1]) if left else math.inf,
+            max_indentation_depth=float(depths.max()),
+            max_force=float(forces.max()),
+            max_contact_radius=float(self.impact.profile.contact_radius(depths.max())),
+            residual_indentation_depth=float(depths[-1]),
+            dissipated=dissipated, stored=stored, status=status, time_step=step,
+        )  # fmt: skip
 
     def is_over(self, time: float, radius: float) -> bool:
         """Whether 20 times the slowest decay has passed, after which 2e-9 of the transients is left."""
@@ -325,21 +298,103 @@ class _Foundation:
             decay = slowest + self.mass / (2.0 * drag * radius)
         return time > 20.0 * decay
 
-    def solution(
-        self, rows: list[Any], step: float, status: Status, dissipated: float, stored: float
-    ) -> ElementsSolution:
-        depth, velocity, force, radius = np.array(rows).T
-        left, time = status is Status.SEPARATED, step * np.arange(depth.size)
-        return ElementsSolution(
-            time, depth, velocity, force, radius,
-            restitution_coefficient=max(0.0, -float(velocity[-1]) / self.velocity) if left else 0.0,
-            contact_time=float(time[-1]) if left else math.inf,
-            max_indentation_depth=float(depth.max()),
-            max_force=float(force.max()),
-            max_contact_radius=float(self.impact.profile.contact_radius(depth.max())),
-            residual_indentation_depth=float(depth[-1]),
-            dissipated=dissipated,
-            stored=stored,
-            status=status,
-            time_step=step,
-        )  # fmt: skip
+
+class StandardSolidElement:
+    """Equations (8) of the paper, for a standard solid in shear that is elastic in bulk; `u2 = u` for infinite k0."""
+
+    def __init__(self, ginf: float, g1: float, eta: float, k0: float) -> None:
+        self.ginf, self.g1, self.eta, self.k0 = ginf, g1, eta, k0
+        self.u1 = self.u2 = self.u3 = np.zeros(0)
+
+    def grow(self, size: int) -> None:
+        """Make room for `size` elements; new ones are undeformed."""
+        self.u1, self.u2, self.u3 = (padded(x, size) for x in (self.u1, self.u2, self.u3))
+
+    def advance(self, u: Array, du: Array, step: float) -> None:
+        """Advance u1, u2, u3 by a step [s] to the displacements u [m], which have grown by du [m]."""
+        ginf, g1, k0 = self.ginf, self.g1, self.k0
+        u1, u2, u3 = self.u1[: u.size], self.u2[: u.size], self.u3[: u.size]
+        # The first of (8) gives u3 = u2 + lag after the step, the second u1, and the third then u2.
+        lag = u3 - u2 - (step * g1 / self.eta) * u3
+        u1 += du - (step * g1 / self.eta) * (u1 - u2)
+        if math.isinf(k0):
+            u2[:] = u
+        else:
+            stiffness = g1 + ginf + (ginf / 3.0 + k0) + g1 / 3.0
+            u2[:] = ((ginf / 3.0 + k0) * u + (g1 / 3.0) * u1 - g1 * lag) / stiffness
+        u3[:] = u2 + lag
+
+    def line_load(self, u: Array, v: float) -> Array:
+        """Force per length 4 (Ginf u2 + G1 u3) [N/m] at the displacements u [m] and the velocity v [m/s]."""
+        return 4.0 * (self.ginf * self.u2[: u.size] + self.g1 * self.u3[: u.size])
+
+    def dissipation(self, u: Array, v: float) -> Array:
+        """Power per length [W/m] that the dashpots eta and eta/3 dissipate."""
+        power = self.u3[: u.size] ** 2
+        if not math.isinf(self.k0):
+            power += (self.u1[: u.size] - self.u2[: u.size]) ** 2 / 3.0
+        return (4.0 * self.g1**2 / self.eta) * power
+
+    def energy(self, u: Array) -> Array:
+        """Energy per length [J/m] of the five springs."""
+        u1, u2, u3 = self.u1[: u.size], self.u2[: u.size], self.u3[: u.size]
+        energy = self.g1 * u3**2 + self.ginf * u2**2
+        if not math.isinf(self.k0):
+            energy += (self.ginf / 3.0 + self.k0) * (u2 - u) ** 2 + (self.g1 / 3.0) * (u2 - u1) ** 2
+        return 2.0 * energy
+
+    def inner(self, n: int) -> dict[str, Array]:
+        """Inner displacements [m] of the first n elements by name."""
+        return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
+
+
+class MaxwellElement:
+    """Spring, dashpot and Maxwell branches: `F/dx = E_inf u + viscosity u' + sum E_k w_k`, `w_k' = u' - w_k/tau_k`."""
+
+    def __init__(self, series: PronySeries) -> None:
+        self.equilibrium, self.viscosity = series.equilibrium_modulus, series.parallel_viscosity
+        self.moduli, self.times = series.branch_moduli, series.relaxation_times[:, None]
+        self.w = np.zeros((self.moduli.size, 0))
+
+    def grow(self, size: int) -> None:
+        """Make room for `size` elements; new ones are undeformed."""
+        self.w = padded(self.w, size)
+
+    def advance(self, u: Array, du: Array, step: float) -> None:
+        """Advance w_k by a step [s] in which the displacements u grow by du [m]."""
+        w = self.w[:, : u.size]
+        w += du - (step / self.times) * w
+
+    def line_load(self, u: Array, v: float) -> Array:
+        """Force per length [N/m] of spring, dashpot and branches."""
+        return self.equilibrium * u + self.viscosity * v + self.moduli @ self.w[:, : u.size]
+
+    def dissipation(self, u: Array, v: float) -> Array:
+        """Power per length [W/m] that all dashpots dissipate."""
+        return self.viscosity * v**2 + (self.moduli / self.times[:, 0]) @ self.w[:, : u.size] ** 2
+
+    def energy(self, u: Array) -> Array:
+        """Energy per length [J/m] of all springs."""
+        return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
+
+    def inner(self, n: int) -> dict[str, Array]:
+        """Return nothing: only the paper's element has such displacements."""
+        return {}
+
+
+def element_law(
+    material: Material, counter_material: Material | None, series: PronySeries
+) -> StandardSolidElement | MaxwellElement:
+    """Return the paper's element for the paper's material, and the element of the reduced modulus for any other."""
+    shear, bulk = material.shear.simplified(), material.bulk
+    rigid, relaxing = counter_material is None, isinstance(bulk, PronySeries) and not bulk.is_elastic
+    if not rigid or relaxing or shear.n_branches != 1 or shear.parallel_viscosity > 0.0:
+        return MaxwellElement(series)
+    branch, time = float(shear.branch_moduli[0]), float(shear.relaxation_times[0])
+    k0 = bulk.equilibrium_modulus if isinstance(bulk, PronySeries) else math.inf
+    return StandardSolidElement(shear.equilibrium_modulus, branch, branch * time, k0)
+
+
+def padded(array: NDArray[Any], size: int) -> NDArray[Any]:
+    """Return the array with zeros added to its last axis up to `size`."""
+    return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, size - array.shape[-1])])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,6 @@ Progress = Callable[[int, int], None]
 STAGES = 8
 # Impacts in a task: some 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
 _CHUNK = 512
-
 
 # Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
 # element falls faster than the error inside it.
@@ -51,44 +50,19 @@ def kernel_path(block: ScaledBlock) -> Path:
     from restitution.contact.path import scaled
     from restitution.kernel.path import power_path, table_path
 
-    table = block.table
-    if table is None:
+    if block.table is None:
         return power_path(block.exponent)
-    table = scaled(table, float(block.length[0]), float(block.radius[0]))
-    return table_path(table)
+    return table_path(scaled(block.table, float(block.length[0]), float(block.radius[0])))
 
 
 def solve_scaled(
-    block: ScaledBlock,
-    rtol: float,
-    *,
-    workers: int | None = None,
-    progress: Progress | None = None,
-    budget: bool = False,
-    pressure: bool = False,
-) -> Array:
-    """Solve a block of impacts.
+    block: ScaledBlock, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
+    budget: bool = False, pressure: bool = False,
+) -> Array:  # fmt: skip
+    """Solve a block of impacts; return the columns `restitution.kernel.outcome.OUTCOME`, scaled.
 
-    Parameters
-    ----------
-    block : ScaledBlock
-        The impacts.
-    rtol : float
-        Relative tolerance of e.
-    workers : int, optional
-        Number of threads; by default that of the cores. The results do not depend on it.
-    progress : callable, optional
-        Called with (impacts done, all impacts).
-    budget : bool
-        Whether to add the energy dissipated and stored as two more columns.
-    pressure : bool
-        Whether to add the largest pressure as another column; see `restitution.kernel.pressure`.
-
-    Returns
-    -------
-    array, shape (n, 8 + 2 or 0 + 1 or 0)
-        Columns `restitution.kernel.outcome.OUTCOME`, scaled; then the energies in units of
-        m v0^2, and the largest pressure.
+    On request, further columns are the energies dissipated and stored, in units of m v0^2, and the largest pressure;
+    see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
     """
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
@@ -97,37 +71,34 @@ def solve_scaled(
     outcomes = np.empty((block.size, len(OUTCOME)))
     further = np.full((block.size, 2 * budget + pressure), np.nan)
 
-    def run(start: int, stop: int) -> int:
+    done, lock = 0, Lock()
+
+    def run(chunk: tuple[int, int]) -> None:
+        nonlocal done
+        start, stop = chunk
         part = block.part(start, stop)
         work = allocate(part.most_modes, MAX_ELEMENTS)
         if further.shape[1]:
             _solve_each(part, path, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
         else:
             _solve_part(part, path, rtol, work, outcomes[start:stop])
-        return stop - start
-
-    done, lock = 0, Lock()
-
-    def count(chunk: tuple[int, int]) -> None:
-        nonlocal done
-        size = run(*chunk)
         with lock:
-            done += size
+            done += stop - start
 
     def report() -> None:
         if progress is not None:
             progress(done, block.size)
 
-    chunks = _chunks(block.size)
+    chunks = ((low, min(low + _CHUNK, block.size)) for low in range(0, block.size, _CHUNK))
     if block.size <= _CHUNK or workers == 1:
         for chunk in chunks:
-            count(chunk)
+            run(chunk)
             report()
     else:
         # The first chunk alone compiles; threads that start together would each do so.
-        count(next(chunks))
+        run(next(chunks))
         report()
-        on_threads(count, chunks, workers, report)
+        on_threads(run, chunks, workers, report)
     return np.hstack([outcomes, further])
 
 
@@ -138,8 +109,7 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
 
     solve_block(
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.external_forces, block.offsets, block.moduli, block.times, path, work,
-        outcomes,
+        block.viscosities, block.external_forces, block.offsets, block.moduli, block.times, path, work, outcomes,
     )  # fmt: skip
     outcomes[np.isnan(block.equilibria), STATUS] = Status.NOT_FINITE
 
@@ -203,8 +173,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
 
-    outcomes = np.empty((1, len(OUTCOME)))
-    path = kernel_path(block)
+    outcomes, path = np.empty((1, len(OUTCOME))), kernel_path(block)
     work = allocate(block.most_modes, MAX_ELEMENTS)
     _solve_part(block, path, rtol, work, outcomes)
     if outcomes[0, STATUS] != Status.SEPARATED:
@@ -224,19 +193,9 @@ def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
     return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, path)
 
 
-def _chunks(size: int) -> Iterator[tuple[int, int]]:
-    for low in range(0, size, _CHUNK):
-        yield low, min(low + _CHUNK, size)
-
-
 def is_ready() -> bool:
     """Whether the kernel is compiled in this process."""
     from restitution.kernel.compile import is_compiled
     from restitution.kernel.impact import solve_block
 
     return is_compiled(solve_block)
-
-
-def outcome_columns(outcomes: Any) -> dict[str, Array]:
-    """Return the columns of outcomes by name."""
-    return {name: outcomes[:, n] for n, name in enumerate(OUTCOME)}

@@ -4,12 +4,10 @@ The element of the foundation at x is touched at t0(x). With the branches of the
 
     q(x, t) = E_inf u + eta u' + sum E_k w_k,   w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0),   u = d - g(x),
 
-`H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`, until it leaves at t2(x). Then q = 0, and the element creeps back:
+`H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`, until it leaves at t2(x). Then q = 0, and it creeps back, with the
+compliances J_j and the times theta_j of the retardation spectrum (derived on the page Fields of the theory):
 
     u(x, t) = sum_j J_j [E_inf u + sum_k E_k w_k/(1 - theta_j/tau_k)](x, t2) exp(-(t - t2)/theta_j)
-
-with the compliances J_j and the times theta_j of the retardation spectrum, from the residues of the Laplace transform
-`[eta u + sum E_k (u - w_k)/(s + 1/tau_k)](t2)/E*(s)`. The residue at s = 0 is the permanent imprint of a liquid.
 """
 
 from __future__ import annotations
@@ -48,24 +46,19 @@ class ImpactFields:
     """Fields over radius and time, in SI, of one impact that ended in separation, solved at the tolerance `rtol`."""
 
     def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
-        self._solution = solution
-        self._profile = impact.profile
-        series = impact.reduced_modulus
+        self._solution, self._profile, series = solution, impact.profile, impact.reduced_modulus
         self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
         self._moduli, self._times = series.branch_moduli, series.relaxation_times
         roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])
-        self._retardation_times = roots.times
-        self._compliances = 1.0 / roots.slopes
+        self._retardation_times, self._compliances = roots.times, 1.0 / roots.slopes
         self._coupling = roots.terms[:, ::-1] * self._moduli
         self._flow = series.flow_viscosity if series.is_liquid else np.inf
-        self._deepest = solution.deepest
         # Without a power law, only a table that starts like a cone has a slope g'(0).
         sharp = float(self._profile.transform(_NEAR_TIP)) > 1e-9 * _NEAR_TIP
         power = self._profile.path_exponent
         self._tip_exponent = (1.0 if sharp else 2.0) if not power else 2.0 / float(power)
         self._noise = min(max(_NOISE, 1e3 * rtol), _MOST_NOISE)
-        self._loads: Kept = {}
-        self._displacements: Kept = {}
+        self._loads, self._displacements = Kept(), Kept()
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
@@ -78,22 +71,20 @@ class ImpactFields:
 
     def line_load(self, t: float) -> LineFunction | None:
         """Return the line load q(x) [N/m] of the foundation at the time t [s]; None without contact."""
-        time = t / self._solution.units.time
+        units, time = self._solution.units, t / self._solution.units.time
         if not 0.0 < time < self._solution.end:
             return None
         state, edge, s = self._state(time)
         if edge <= 0.0:
             return None
-        length = self._solution.units.length
-        memory = state[H_ + 1 :] * length
+        memory = state[H_ + 1 :] * units.length
 
         def load(x: Array) -> Array:
             touched, memory_then = self._touch(x)
-            decay = np.exp(-np.maximum(time * self._solution.units.time - touched, 0.0)[:, None] / self._times)
-            u = state[D_] * length - self._depth(np.minimum(x, edge), s)
+            decay = np.exp(-np.maximum(time * units.time - touched, 0.0)[:, None] / self._times)
+            u = state[D_] * units.length - self._depth(np.minimum(x, edge), s)
             branches = (memory - decay * memory_then) @ self._moduli
-            velocity = state[V_] * length / self._solution.units.time
-            return self._spring * u + self._dashpot * velocity + branches
+            return self._spring * u + self._dashpot * (state[V_] * units.length / units.time) + branches
 
         ends = self._solution.approach.columns[:, 0, S_]
         extent = edge if self._profile.path_exponent == 0.0 else edge * (1.0 - _EDGE)
@@ -107,7 +98,6 @@ class ImpactFields:
             return None
         state, edge, s = self._state(time)
         depth = state[D_] * stored.units.length
-        extent = float(self._radii(np.array([self._deepest]))[-1])
 
         def displacement(x: Array) -> Array:
             u = depth - self._depth(np.minimum(x, edge), s)
@@ -117,13 +107,11 @@ class ImpactFields:
 
         if t <= stored.turning_time:
             return line_function(displacement, edge, breakpoints=self._radii(np.zeros(1)))
+        ends = np.concatenate([stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_]])
+        breakpoints = np.append(self._radii(ends[ends < stored.deepest]), edge)
+        return line_function(displacement, float(self._radii(np.array([stored.deepest]))[-1]), breakpoints=breakpoints)
 
-        approach, rebound = stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_]
-        ends = np.concatenate([approach, rebound])
-        breakpoints = np.append(self._radii(ends[ends < self._deepest]), edge)
-        return line_function(displacement, extent, breakpoints=breakpoints)
-
-    def _over_times(self, kept: dict[float, LineFunction | None], fit: Fit, field: Field, r: Any, t: Any) -> Array:
+    def _over_times(self, kept: Kept, fit: Fit, field: Field, r: Any, t: Any) -> Array:
         radius, time = np.broadcast_arrays(np.asarray(nonnegative("r", r, "m")), np.asarray(nonnegative("t", t, "s")))
         result = np.zeros(radius.shape)
         for moment in np.unique(time):
@@ -132,9 +120,8 @@ class ImpactFields:
                 if len(kept) >= _KEPT:
                     kept.pop(next(iter(kept)))
                 kept[key] = fit(key)
-            here = time == moment
-            line = kept[key]
-            if line is not None:
+            if (line := kept[key]) is not None:
+                here = time == moment
                 result[here] = field(line, radius[here])
         return result[()]
 
@@ -170,7 +157,7 @@ class ImpactFields:
         return state[:, T_] * stored.units.time, state[:, H_ + 1 :] * stored.units.length
 
     def _touch_places(self, x: Array) -> tuple[NDArray[np.intp], Array]:
-        s = np.sqrt(self._depth(x, self._deepest) / self._solution.units.length)
+        s = np.sqrt(self._depth(x, self._solution.deepest) / self._solution.units.length)
         return self._solution.find(self._solution.approach, S_, s)
 
     def _recovering(self, x: Array, t: float) -> Array:
@@ -184,7 +171,7 @@ class ImpactFields:
         left = later[:, T_] * time
         decay = np.exp(-np.maximum(left - then[:, T_] * time, 0.0)[:, None] / self._times)
         w = (later[:, H_ + 1 :] - decay * then[:, H_ + 1 :]) * length
-        u = later[:, D_] * length - self._depth(x, self._deepest)
+        u = later[:, D_] * length - self._depth(x, stored.deepest)
         since = np.maximum(t - left, 0.0)[:, None]
         parts = (self._spring * u[:, None] + w @ self._coupling.T) * self._compliances
         stays = (self._dashpot * u + (u[:, None] - w) @ (self._moduli * self._times)) / self._flow

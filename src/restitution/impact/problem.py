@@ -23,12 +23,11 @@ from restitution.material.viscoelastic import Material
 
 # Any contact lasts less than a year and more than a picosecond; only its duration is wanted.
 _WIDE = Window(1e-12, 1e7, 1e-2)
-# The first window comes from a solution to one per cent; a second one has always been enough.
+# A second window has always been enough.
 _ROUNDS = 5
-# A process faster than this share of a contact acts as a spring or a dashpot in it.
-_SHORTEST = 1e-6
-# A window is good for contacts as short as this share of the contact that it was made for.
-_MARGIN = 1e-2
+# A process faster than the first share of a contact acts as a spring or a dashpot in it. A window is good for contacts
+# as short as the second share of the contact that it was made for.
+_SHORTEST, _MARGIN = 1e-6, 1e-2
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
@@ -91,15 +90,7 @@ class Impact:
         _ = self.contact
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
-        try:
-            _ = self.shape
-        except ValueError:
-            shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY}
-            shapes["profile"] = _profile_shape(self.profile)
-            listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-            raise InputError(
-                ", ".join(shapes), wanted=f"have shapes that do not broadcast against each other: {listed}"
-            ) from None
+        _ = self.shape
 
     @cached_property
     def contact(self) -> Contact:
@@ -109,20 +100,20 @@ class Impact:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
-        numbers = (np.shape(getattr(self, name)) for name in quantities.BODY)
-        return np.broadcast_shapes(*numbers, _profile_shape(self.profile))
+        exponent, coefficient = self.profile.path_exponent, self.profile.path_coefficient
+        power = () if exponent is None or coefficient is None else np.broadcast(exponent, coefficient).shape
+        shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY} | {"profile": power}
+        try:
+            return np.broadcast_shapes(*shapes.values())
+        except ValueError:
+            listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            wanted = f"have shapes that do not broadcast against each other: {listed}"
+            raise InputError(", ".join(shapes), wanted=wanted) from None
 
     @property
     def reduced_modulus(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of the contact."""
         return self.contact.reduced_modulus
-
-
-def _profile_shape(profile: Profile) -> tuple[int, ...]:
-    exponent, coefficient = profile.path_exponent, profile.path_coefficient
-    if exponent is None or coefficient is None:
-        return ()
-    return np.broadcast_shapes(np.shape(exponent), np.shape(coefficient))
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,13 +208,10 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
             raise InputTypeError(name, body, "must be a Body")
     radius = _reduced("radius", "m", "both bodies are flat, but one must be curved", body_1.radius, body_2.radius)
     mass = _reduced("mass", "kg", "both bodies are immovable", body_1.mass, body_2.mass)
-    materials = [body.material for body in (body_1, body_2) if body.material is not None]
-    if not materials:
+    material, counter = body_1.material or body_2.material, body_2.material if body_1.material else None
+    if material is None:
         raise InputError("material", wanted="both bodies are rigid, but one must deform")
-    counter = materials[1] if len(materials) > 1 else None
-    return Impact(
-        materials[0], Parabola(radius), mass, velocity, counter_material=counter, external_force=external_force
-    )
+    return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, external_force=external_force)
 
 
 def _reduced(name: str, unit: str, problem: str, first: Any, second: Any) -> Any:
@@ -347,28 +335,22 @@ def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> I
     34 Prony terms stand for the fractional model, relative error ...e-07
     """
     longest = float(nonnegative("longest", longest, "s"))
-    touches = _contact_times(_built(build, _WIDE))
-    impact: Impact | None = None
+    impact, touches = _solved(build, _WIDE)
     for _ in range(_ROUNDS):
         window = window_around(touches, longest)
-        impact = _built(build, window)
-        touches = _contact_times(impact)
+        impact, touches = _solved(build, window)
         wanted = window_around(touches)
         if window.low <= wanted.low / _MARGIN and window.high >= 0.5 * wanted.high:
             break
-    assert impact is not None
     return impact
 
 
-def _built(build: Callable[[Window], Impact], window: Window) -> Impact:
-    impact: Any = build(window)
-    if not isinstance(impact, Impact):
-        raise InputTypeError("build", impact, "must return an Impact")
-    return impact
-
-
-def _contact_times(impact: Impact) -> NDArray[np.float64]:
+def _solved(build: Callable[[Window], Impact], window: Window) -> tuple[Impact, NDArray[np.float64]]:
+    """Return the impact of materials that hold within a window, and its contact times [s]."""
     # The solver takes 0.3 s to import.
     from restitution.impact.batch import Batch
 
-    return Batch.from_impact(impact).solve(1e-6)["contact_time"]
+    impact: Any = build(window)
+    if not isinstance(impact, Impact):
+        raise InputTypeError("build", impact, "must return an Impact")
+    return impact, Batch.from_impact(impact).solve(1e-6)["contact_time"]

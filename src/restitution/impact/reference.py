@@ -28,8 +28,7 @@ _MAX_EVALUATIONS = 1_000_000
 class ReferenceSolution(NamedTuple):
     """History, arrays of shape (n_step,), and results of one impact in the units of `ScaledImpact`.
 
-    A body that does not separate (`status` SINKS_IN or CAPTURED) has `restitution_coefficient` 0, an infinite
-    `contact_time`, and a history that ends where the status is decided.
+    The history of a body that does not separate ends where its status is decided.
     """
 
     time: Array
@@ -75,37 +74,25 @@ def solve_reference(
 
     Notes
     -----
-    The approach runs along `sigma` with `dt = 2 s dsigma`, in which all right-hand sides are smooth at first touch (in
-    time, `d^(3/2)` is not), with `dPi = a dd` and the memory of force `Y_k` and of displacement `W_k`::
-
-        ds/dsigma   = v                               dPi/dsigma  = 2 s a v
-        dv/dsigma   = -2 s (F - external_force)       dY_k/dsigma = -2 s Y_k/tau_k + 2 s a v
-        dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma      W_k = v - (1/tau_k) int exp(-(t-t')/tau_k) d' dt'
-
-    The rebound runs backwards over the approach. Index 1 denotes the approach at `sigma_m - lambda`, where the contact
-    radius was the same; `X_k = exp(-(t - t1)/tau_k)`. The line load at the edge of contact stays zero,
-    `q dt = v1 phi dt1`::
+    The page Impact of the theory derives the equations, in sigma with `dt = 2 s dsigma` for the approach and in lambda
+    for the rebound (index 1: the approach at `sigma_m - lambda`, `X_k = exp(-(t - t1)/tau_k)`)::
 
         dt/dlambda = -2 s1 v1 phi/q      phi = E_inf + sum E_k X_k      F = E_inf Pi1 + sum E_k X_k Y1_k
         q = E_inf v + viscosity dv/dt + sum E_k [W_k + X_k (v1 - W1_k)]
 
-    The dashpot does not enter F in the rebound: its line load `viscosity v` is uniform, and the total line load is
-    zero at the edge. A constant force may move the edge of contact outwards again before the body separates (`q`
-    vanishes, dt/dlambda grows without bound). This second loading is outside the theory, and the status is CAPTURED.
-    Where that can happen, the end of the rebound is integrated along `lambda + int dt/(2 s1)`, on which it is regular.
+    A constant force may move the edge of contact outwards again before the body separates (`q` vanishes). This second
+    loading is outside the theory, and the status is CAPTURED. Where that can happen, the end of the rebound is
+    integrated along `lambda + int dt/(2 s1)`, on which it is regular.
 
     Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438; T. C. T. Ting, J. Appl. Mech. 33
     (1966) 845; G. A. C. Graham, Int. J. Eng. Sci. 5 (1967) 495.
 
     Examples
     --------
-    An elastic impact has e = 1.
-
     >>> import numpy as np
     >>> from types import SimpleNamespace
-    >>> nothing = np.empty(0)
-    >>> elastic = SimpleNamespace(equilibrium=1.0, moduli=nothing, times=nothing, viscosity=0.0, external_force=0.0,
-    ...                           exponent=1.0, table=None)
+    >>> elastic = SimpleNamespace(equilibrium=1.0, moduli=np.empty(0), times=np.empty(0), viscosity=0.0,
+    ...                           external_force=0.0, exponent=1.0, table=None)
     >>> round(solve_reference(elastic).restitution_coefficient, 9)
     1.0
     """
@@ -125,21 +112,15 @@ class _Equations:
     """States y = (s, t, v, Pi, Y_k, W_k) of the approach and z = (t, v, d, W_k) of the rebound."""
 
     def __init__(self, scaled: ScaledImpact, rtol: float, radius: Callable[[Any], Any]) -> None:
-        self.equilibrium, self.viscosity, self.external_force = (
-            scaled.equilibrium,
-            scaled.viscosity,
-            scaled.external_force,
-        )
-        self.moduli = np.asarray(scaled.moduli, dtype=np.float64)
-        self.times = np.asarray(scaled.times, dtype=np.float64)
+        self.equilibrium, self.viscosity = scaled.equilibrium, scaled.viscosity
+        self.external_force = scaled.external_force
+        self.moduli, self.times = scaled.moduli, scaled.times
         # Inner stages of the integrator may try s < 0.
         self.radius = lambda s: radius(np.maximum(s, 0.0))
         self.glass = self.equilibrium + float(self.moduli.sum())
         n = self.moduli.size
         self.forces, self.lags = slice(4, 4 + n), slice(4 + n, 4 + 2 * n)
-        self.evaluations = 0
-        self.floor = 1e-3 * rtol
-        self.rtol = rtol
+        self.evaluations, self.floor, self.rtol = 0, 1e-3 * rtol, rtol
 
         def arrest(s: float) -> float:
             return (self.glass * s**4 + self.viscosity * s**2) * float(radius(s))
@@ -285,8 +266,7 @@ class _Equations:
         return self.equilibrium * y[3] + dashpot + np.tensordot(self.moduli, y[self.forces], axes=1)
 
     def rebound_force(self, t: Any, y1: Array) -> Any:
-        memory = np.tensordot(self.moduli, self.fading(t, y1) * y1[self.forces], axes=1)
-        return self.equilibrium * y1[3] + memory
+        return self.equilibrium * y1[3] + np.tensordot(self.moduli, self.fading(t, y1) * y1[self.forces], axes=1)
 
     def fading(self, t: Any, y1: Array) -> Array:
         """X_k = exp(-(t - t1)/tau_k)."""
@@ -299,16 +279,14 @@ class _Equations:
         # The force falls after the turning point, so its peak is in the approach.
         sigma, peak = approach.t, int(np.argmax(force[: approach.t.size]))
         bounds = (sigma[max(peak - 1, 0)], sigma[min(peak + 1, sigma.size - 1)])
-        found: Any = minimize_scalar(
-            lambda x: -float(self.approach_force(approach.sol(x))), bounds=bounds, method="bounded"
-        )
+        lowest: Any = minimize_scalar(lambda x: -self.approach_force(approach.sol(x)), bounds=bounds, method="bounded")
         left = status is Status.SEPARATED
         return ReferenceSolution(
             time, depth, velocity, force, radius,
             restitution_coefficient=-float(velocity[-1]) if left else 0.0,
             contact_time=float(time[-1]) if left else np.inf,
             max_indentation_depth=float(depth.max()),
-            max_force=max(float(force.max()), -float(found.fun)),
+            max_force=max(float(force.max()), -float(lowest.fun)),
             max_contact_radius=float(radius.max()),
             residual_indentation_depth=float(depth[-1]),
             status=status,

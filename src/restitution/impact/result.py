@@ -225,8 +225,7 @@ class ImpactResult:
             wanted = f"must be 'exact' for pressure and surface displacement, and this result is of {self.method!r}"
             raise InputError("method", wanted=wanted)
         solution = self._single("pressure and surface displacement are")
-        assert isinstance(solution, Solution)
-        assert not isinstance(self.impact, list)
+        assert isinstance(solution, Solution) and not isinstance(self.impact, list)  # noqa: PT018
         return ImpactFields(self.impact, solution, self.rtol or 0.0)
 
     def _single(self, what: str) -> Solution | Sampled:
@@ -271,8 +270,7 @@ class ImpactResult:
         --------
         >>> import restitution as rs
         >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-        >>> impact = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
-        >>> result = rs.solve(impact)
+        >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0))
         >>> float(result.sample([0.0]).indentation_velocity[0])
         1.0
         """
@@ -292,10 +290,8 @@ class ImpactResult:
 
         Parameters
         ----------
-        r : array_like
-            Radii [m], >= 0.
-        t : array_like
-            Times since first touch [s], >= 0; broadcast against r.
+        r, t : array_like
+            Radii [m] and times since first touch [s], >= 0, which broadcast.
 
         Returns
         -------
@@ -317,13 +313,11 @@ class ImpactResult:
         --------
         Hertz's ellipse `p = 3 F/(2 pi a^2) sqrt(1 - r^2/a^2)` on an elastic half-space:
 
-        >>> import math
         >>> import restitution as rs
-        >>> impact = rs.Impact(rs.Material(1.0, 1.0), rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
-        >>> result = rs.solve(impact)
-        >>> a, turning = result.max_contact_radius, 0.5 * result.contact_time
-        >>> hertz = 1.5 * result.max_force / (math.pi * a**2)
-        >>> print(round(float(result.pressure(0.6 * a, turning)) / hertz, 8))
+        >>> result = rs.solve(rs.Impact(rs.Material(1.0, 1.0), rs.Parabola(radius=1.0), mass=1.0, velocity=1.0))
+        >>> a = result.max_contact_radius
+        >>> hertz = 1.5 * result.max_force / (np.pi * a**2)
+        >>> print(round(float(result.pressure(0.6 * a, result.turning_time)) / hertz, 8))
         0.8
         """
         return self._fields.pressure(r, t)
@@ -333,10 +327,8 @@ class ImpactResult:
 
         Parameters
         ----------
-        r : array_like
-            Radii [m], >= 0.
-        t : array_like
-            Times since first touch [s], >= 0, also after separation; broadcast against r.
+        r, t : array_like
+            Radii [m] and times since first touch [s], >= 0, also after separation; they broadcast.
 
         Returns
         -------
@@ -351,15 +343,14 @@ class ImpactResult:
 
         Notes
         -----
-        Elements of the foundation that have left contact carry no load and creep back with the retardation times of
-        the reduced modulus. The surface is the transform of their displacement (Popov and Hess 2015).
+        The transform of the displacements of the foundation (Popov and Hess 2015). Elements that have left contact
+        carry no load and creep back with the retardation times of the reduced modulus.
 
         Examples
         --------
         >>> import restitution as rs
         >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-        >>> impact = rs.Impact(material=rubber, profile=rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
-        >>> result = rs.solve(impact)
+        >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0))
         >>> times = [n * result.contact_time for n in (1, 2, 3)]
         >>> imprint = result.surface_displacement(0.0, times) / result.residual_indentation_depth
         >>> print(imprint.round(6))

@@ -25,17 +25,7 @@ _SMALLEST = 1e-300
 
 
 class DimensionlessGroups(NamedTuple):
-    """Dimensionless groups that determine the restitution coefficient of a standard solid (Willert et al., eq. 11).
-
-    Attributes
-    ----------
-    p1 : float
-        Static Poisson ratio nu.
-    p2 : float or array
-        Equilibrium over branch modulus, Ginf/G1.
-    p3 : float or array
-        `eta (v0 R/(m^2 Ginf^3))^(1/5)`.
-    """
+    """Dimensionless groups that determine the restitution coefficient of a standard solid (Willert et al., eq. 11)."""
 
     p1: float
     p2: Numeric
@@ -53,7 +43,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     Returns
     -------
     DimensionlessGroups
-        p1 = nu, p2 = Ginf/G1, p3 = eta (v0 R/(m^2 Ginf^3))^(1/5).
+        Static Poisson ratio p1 = nu, p2 = Ginf/G1 and p3 = eta (v0 R/(m^2 Ginf^3))^(1/5), all [-].
 
     Raises
     ------
@@ -77,10 +67,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
         (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
         (shear.parallel_viscosity > 0.0, "the shear modulus has a parallel dashpot"),
         (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
-        (
-            isinstance(bulk, PronySeries) and (bulk.branch_moduli.any() or bulk.parallel_viscosity > 0),
-            "the bulk relaxes",
-        ),
+        (isinstance(bulk, PronySeries) and not bulk.is_elastic, "the bulk relaxes"),
         (bool(np.any(impact.external_force)), "a constant force acts"),
     ]
     for wrong, reason in reasons:
@@ -101,21 +88,11 @@ def viscosity_unit(equilibrium_modulus: Any, mass: Any, velocity: Any, radius: A
 
 
 class ScaledImpact(NamedTuple):
-    """One impact in units of a length L, the time L/v0 and the mass m, with d = s^2 and a = radius a^(s).
+    """One impact in units of a length L, the time L/v0 and the mass m, with d = s^2.
 
-    Attributes
-    ----------
-    equilibrium, moduli, times, viscosity, external_force : float or ndarray
-        `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`,
-        `Y_k' = -Y_k/times_k + a v`.
-    exponent : float
-        p of a = s^p; negative with a `table`.
-    table : PathTable or None
-        Table of a(s) of the profile, in SI.
-    first : float
-        Scale of s of the impact, for the first steps.
-    length, time, radius : float
-        Units [m], [s] and the contact radius [m] where the dimensionless one is 1.
+    `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`, `Y_k' = -Y_k/times_k + a v`.
+    The contact radius is a = s^p with the `exponent` p, or that of the `table` of the profile in SI. `first` is the
+    scale of s for the first steps; `length`, `time` and `radius` are the units [m], [s], [m].
     """
 
     equilibrium: float
@@ -186,8 +163,7 @@ def power_block(
     The length L is the depth that an elastic body would reach with the modulus at the time scale of the impact. All
     numbers are then of order one where the materials allow it.
     """
-    p = exponent
-    power = 1.0 / (2.0 + 0.5 * p)
+    p, power = exponent, 1.0 / (2.0 + 0.5 * exponent)
     # A row that overflows here fails in the kernel.
     with np.errstate(all="ignore"):
         # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
@@ -201,20 +177,16 @@ def power_block(
             length = (energy / modulus) ** power
         radius = coefficients * length ** (0.5 * p)
         time, factor = _units(length, radius, masses, velocities)
-        scaled_times = times / time[:, None]
         branches = moduli != 0.0
         return ScaledBlock(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
-            (moduli * factor[:, None])[branches], scaled_times[branches], p, None, length, time, radius,
+            (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p, None, length, time, radius,
         )  # fmt: skip
 
 
 def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tuple[Array, Array]:
-    """Units of time [s], and the scaled force of a modulus of 1 Pa at depth and radius 1.
-
-    The latter is NaN where a unit of the impact leaves the range of normal numbers, and the impact then fails.
-    """
+    """Units of time [s], and the scaled force of 1 Pa at depth and radius 1; NaN where a unit has no normal number."""
     with np.errstate(all="ignore"):
         time = length / velocities
         factor = 2.0 * radius * time * (time / masses)
@@ -241,9 +213,13 @@ def table_block(
     # A row that overflows here fails in the kernel.
     with np.errstate(over="ignore"):
         depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
+
+    def rounded_down(value: float, factor: float) -> float:
+        return factor ** math.floor(math.log(value) / math.log(factor))
+
     # Rounded, so that impacts of similar depths share a table.
-    length = min(_rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
-    least = min(_rounded_down(float(depths.min()), 4.0), length)
+    length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
+    least = min(rounded_down(float(depths.min()), 4.0), length)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
     table = _of_profile(_path_table, profile, length, least, error)
     size, n_modes = moduli.shape
@@ -255,11 +231,6 @@ def table_block(
             forces / (masses * velocities / time), np.arange(size + 1, dtype=np.int64) * n_modes,
             (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table, lengths, time, radii,
         )  # fmt: skip
-
-
-def _rounded_down(value: float, factor: float) -> float:
-    """Return the next lower power of a factor."""
-    return factor ** math.floor(math.log(value) / math.log(factor))
 
 
 def _of_profile(function: Any, profile: Profile, *arguments: float) -> Any:
@@ -293,24 +264,19 @@ def _elastic_depth(
     samples: tuple[Array, Array], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, most: float,
 ) -> Array:  # fmt: skip
-    """Estimate the depth [m] at which an elastic body with the modulus at the time scale of the impact turns.
-
-    Measured tips are slow to evaluate and only the first step depends on the estimate, so force integrals are
-    interpolated.
-    """
+    """Estimate the depth [m] at which an elastic body with the modulus at the time scale of the impact turns."""
+    # Measured tips are slow to evaluate, and only the first step depends on the estimate.
     knots, integrals = samples
     low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
     # Nothing stops a weight on a liquid.
     weight = np.where(equilibria > 0.0, forces, 0.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
-        depth = np.exp(middle)
+        depth, integral = np.exp(middle), np.exp(np.interp(middle, knots, integrals))
         duration = 1.5 * depth / velocities
         relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
         modulus = equilibria + relaxed + viscosities / duration
-        integral = np.exp(np.interp(middle, knots, integrals))
         # The exponent 2/5 of the parabola is good enough for all profiles.
         deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities * velocities + weight * depth
-        high = np.where(deep, middle, high)
-        low = np.where(deep, low, middle)
+        low, high = np.where(deep, low, middle), np.where(deep, middle, high)
     return np.minimum(np.exp(high), most)

@@ -33,26 +33,7 @@ H_ = 4
 
 
 class Trajectory(NamedTuple):
-    """Motion from first touch to separation, arrays of shape (n,); members are `restitution.quantities.HISTORY`.
-
-    Attributes
-    ----------
-    time : array
-        t [s]; the last one is the time of separation.
-    indentation_depth : array
-        d [m].
-    indentation_velocity : array
-        v = d' [m/s], negative in the rebound.
-    force : array
-        Normal force F [N].
-    contact_radius : array
-        a [m].
-    kinetic_energy : array, optional
-        Of the body [J].
-    stored_energy, dissipated_energy : array, optional
-        Energies [J] stored in the springs, also in elements when they left contact, and dissipated in the dashpots of
-        the foundation. Only with the exact method.
-    """
+    """Motion from first touch to separation, arrays of shape (n,); `restitution.quantities.HISTORY` has the units."""
 
     time: Array
     indentation_depth: Array
@@ -65,19 +46,12 @@ class Trajectory(NamedTuple):
 
 
 class Half(NamedTuple):
-    """Elements of the approach or of the rebound, scaled; E elements, S + 1 points.
+    """E elements of S + 1 points of the approach in sigma, or of the rebound in lambda, scaled.
 
-    Attributes
-    ----------
-    starts, lengths : array, shape (E,)
-        Elements in sigma or in lambda.
-    columns : array, shape (E, S + 1, n)
-        s, v, t, F, H_k; in the rebound, s of the approach with the same contact radius.
-    energies : array, shape (E, S + 1, m)
-        Approach: Y_k, Z_k, the dissipated energy. Rebound: the dissipated energy, the energy per length of an element
-        that leaves, and `int a` over it.
-    share : float
-        Part of the last element that belongs to the half; in the approach it extends past the turning point.
+    `columns`, shape (E, S + 1, n), are s, v, t, F, H_k; s of the rebound is that of the approach with the same contact
+    radius. `energies` are Y_k, Z_k and the dissipated energy in the approach; in the rebound, the dissipated energy,
+    the energy per length of an element that leaves, and `int a` over it. `share` is the part of the last element that
+    belongs to the half; in the approach this element extends past the turning point.
     """
 
     starts: Array
@@ -89,17 +63,7 @@ class Half(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Motion of one impact that ended in separation, and the memory of its foundation, as polynomials over elements.
-
-    Attributes
-    ----------
-    units : ScaledImpact
-        The impact without units, and the units.
-    mass, velocity : float
-        [kg], [m/s].
-    stored : Stored
-        Stored halves of the kernel.
-    """
+    """Motion of one impact that ended in separation, and memory of its foundation, as polynomials over elements."""
 
     units: ScaledImpact
     mass: float
@@ -164,11 +128,9 @@ class Solution:
         from restitution.kernel.workspace import LENGTH, START
 
         work, memory = self.stored.work, self.stored.ledger.approach
-        n = len(memory)
-        starts, lengths = work.places[START, :n], work.places[LENGTH, :n]
-        order = [memory[:, k:-1:3] for k in range(3)]
-        columns = np.concatenate([work.approach[:, : F_ + 1], order[0]], axis=1)
-        energies = np.concatenate([order[1], order[2], memory[:, -1:]], axis=1)
+        starts, lengths = work.places[START, : len(memory)], work.places[LENGTH, : len(memory)]
+        columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-1:3]], axis=1)
+        energies = np.concatenate([memory[:, 1:-1:3], memory[:, 2:-1:3], memory[:, -1:]], axis=1)
         share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
         return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(energies, 1, 2), share)
 
@@ -197,13 +159,7 @@ class Solution:
         return times
 
     def at(self, times: ArrayLike) -> Trajectory:
-        """Return motion and energies at times [s] from 0 to the contact time.
-
-        Raises
-        ------
-        InputError
-            If a time lies outside the contact.
-        """
+        """Return motion and energies at times [s] from 0 to the contact time; others are an `InputError`."""
         moments = within_contact(times, self.contact_time)
         t = np.minimum(moments / self.units.time, self.end)
         motion, energies = np.empty((t.size, 4)), np.empty((t.size, 2))
@@ -211,9 +167,8 @@ class Solution:
         places = self.find(self.approach, T_, t[coming])
         state = self.interpolate(self.approach.columns, *places)
         motion[coming] = np.column_stack([state[:, S_] ** 2, state[:, V_], state[:, F_], state[:, S_]])
-        Y, Z, lost = np.split(
-            self.interpolate(self.approach.energies, *places), (self.rates.size, 2 * self.rates.size), 1
-        )
+        n = self.rates.size
+        Y, Z, lost = np.split(self.interpolate(self.approach.energies, *places), (n, 2 * n), 1)
         # At first touch the difference is rounding.
         squares = np.maximum(2.0 * state[:, H_:] * Y - Z, 0.0)
         energies[coming] = np.column_stack([0.5 * squares @ self.moduli, lost])
@@ -277,8 +232,7 @@ class Solution:
         for _ in range(54):
             middle = 0.5 * (low + high)
             late = np.einsum("pj,pj->p", self.basis(middle), rows) > values
-            high = np.where(late, middle, high)
-            low = np.where(late, low, middle)
+            low, high = np.where(late, low, middle), np.where(late, middle, high)
         place = np.where(values <= rows[:, 0], 0.0, np.where(high == end, end, 0.5 * (low + high)))
         return element, place
 
@@ -316,11 +270,7 @@ class Sampled(NamedTuple):
             return self.trajectory
         knots = self.trajectory.time
         t = within_contact(times, float(knots[-1]))
-        columns: dict[str, Any] = {
-            name: None if values is None else np.interp(t, knots, values)
-            for name, values in self.trajectory._asdict().items()
-        }
-        return Trajectory(**columns)
+        return Trajectory(*(np.interp(t, knots, values) for values in self.trajectory if values is not None))
 
 
 def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:

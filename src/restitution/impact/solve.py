@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import one_of, positive, whole, within
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.batch import Batch, shaped, solve_columns
+from restitution.impact.batch import Batch, flat, shaped, solve_columns
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -136,14 +136,10 @@ def standard_solid_restitution(
     Parameters
     ----------
     nu : array_like
-        p1, static Poisson ratio, in [-1, 0.5]; 0.5 means incompressible.
-    p2 : array_like
-        Equilibrium over branch modulus, Ginf/G1, > 0.
-    p3 : array_like
-        `eta (v0 R/(m^2 Ginf^3))^(1/5)`, > 0.
-    method : {"exact", "elements", "reference"}
-        See `solve`.
-    rtol, errors, workers, progress
+        p1, static Poisson ratio [-], in [-1, 0.5]; 0.5 means incompressible.
+    p2, p3 : array_like
+        Equilibrium over branch modulus Ginf/G1 and `eta (v0 R/(m^2 Ginf^3))^(1/5)` [-], > 0.
+    method, rtol, errors, workers, progress
         See `solve`.
 
     Returns
@@ -163,24 +159,21 @@ def standard_solid_restitution(
     >>> print(round(standard_solid_restitution(0.49, 1e-3, 10.0), 6))
     0.219706
     """
-    ratio = within("nu", nu, -1.0, 0.5)
-    modulus_ratio = positive("p2", p2)
-    viscosity = positive("p3", p3)
+    groups = within("nu", nu, -1.0, 0.5), positive("p2", p2), positive("p3", p3)
     _check_options(method, rtol, errors, workers, progress)
-    shapes = [np.shape(x) for x in (ratio, modulus_ratio, viscosity)]
+    shapes = [np.shape(x) for x in groups]
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
         wanted = f"have shapes that do not broadcast against each other: {shapes}"
         raise InputError("nu, p2, p3", wanted=wanted) from None
-    columns = [np.broadcast_to(x, shape).reshape(-1).astype(np.float64) for x in (ratio, modulus_ratio, viscosity)]
+    p1, p2, p3 = (flat(x, shape) for x in groups)
     if method != "exact":
-        triples = zip(columns[0], columns[1], columns[2], strict=True)
-        values = [_standard_solid_impact(*triple, method, rtol) for triple in triples]
-        return values[0] if not shape else np.array(values).reshape(shape)
-    one = np.ones(columns[0].size)
+        triples = zip(p1, p2, p3, strict=True)
+        return shaped([_standard_solid_impact(*triple, method, rtol) for triple in triples], shape)
+    one = np.ones(p1.size)
     with np.errstate(over="ignore", under="ignore"):
-        reduced = reduced_standard_solid(columns[0], one, 1.0 / columns[1], columns[1] * columns[2])
+        reduced = reduced_standard_solid(p1, one, 1.0 / p2, p2 * p3)
     batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(rtol, workers=workers, progress=progress)
     _judge(found["status"], errors or ("warn" if shape else "raise"))
@@ -222,11 +215,7 @@ def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
 
 
 def _solve_exact(
-    impact: Impact | list[Impact],
-    rtol: float,
-    errors: Errors | None,
-    workers: int | None,
-    progress: Progress | None,
+    impact: Impact | list[Impact], rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
 ) -> ImpactResult:
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
     solution = None
@@ -248,20 +237,15 @@ def _solve_exact(
 
 
 def _result(
-    impact: Impact | list[Impact],
-    method: str,
-    rtol: float | None,
-    fields: dict[str, Any],
-    solution: Solution | Sampled | None,
-    shape: tuple[int, ...] = (),
-    notes: tuple[str, ...] = (),
-) -> ImpactResult:
+    impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
+    solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
+) -> ImpactResult:  # fmt: skip
     numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
     status = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     return ImpactResult(
-        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution,
-    )  # fmt: skip
+        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution
+    )
 
 
 def _solve_by_sampling(
@@ -272,46 +256,35 @@ def _solve_by_sampling(
         wanted = f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
         raise InputError("method", method, wanted)
     if method == "elements":
-        found, notes = _by_elements(impact, n_elements, time_step), ()
+        from restitution.impact.elements import solve_elements
+
+        found = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
+        fields, trajectory = _in_si(found, (1.0, 1.0, 1.0, 1.0, 1.0))
+        samples, finer, notes = Sampled(trajectory, found.dissipated, found.stored), "more elements", []
     else:
-        found = _by_reference(impact, rtol)
-        notes = ("energy: this method computes neither the dissipated nor the stored energy (NaN)",)
-    given = 0.5 * float(impact.mass) * float(impact.velocity) ** 2
-    given += float(impact.external_force) * np.nan_to_num(found[0]["residual_indentation_depth"], posinf=0.0)
-    kept = 0.5 * float(impact.mass) * float(found[0]["restitution_coefficient"] * impact.velocity) ** 2
-    if kept > given * (1.0 + (3.0 * rtol if method == "reference" else 1e-9)):
-        finer = "more elements" if method == "elements" else "a smaller rtol"
-        notes = (
-            *notes,
-            f"accuracy: e = {found[0]['restitution_coefficient']:.6g} gains energy; take {finer}",
-        )
-    return _result(impact, method, rtol if method == "reference" else None, *found, notes=notes)
+        fields, trajectory = _by_reference(impact, rtol)
+        samples, finer = Sampled(trajectory), "a smaller rtol"
+        notes = ["energy: this method computes neither the dissipated nor the stored energy (NaN)"]
+    e, mass, velocity = fields["restitution_coefficient"], float(impact.mass), float(impact.velocity)
+    work = float(impact.external_force) * np.nan_to_num(fields["residual_indentation_depth"], posinf=0.0)
+    given = 0.5 * mass * velocity**2 + work
+    if 0.5 * mass * (e * velocity) ** 2 > given * (1.0 + (3.0 * rtol if method == "reference" else 1e-9)):
+        notes.append(f"accuracy: e = {e:.6g} gains energy; take {finer}")
+    return _result(impact, method, rtol if method == "reference" else None, fields, samples, notes=tuple(notes))
 
 
-def _by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> tuple[dict[str, Any], Sampled]:
-    """Solve one impact by the elements of the paper; return outputs by name and the samples."""
-    from restitution.impact.elements import solve_elements
-
-    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
-    fields, trajectory = _in_si(solution, (1.0, 1.0, 1.0, 1.0, 1.0))
-    return fields, Sampled(trajectory, float(solution.dissipated), float(solution.stored))
-
-
-def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Sampled]:
-    """Solve one impact by the reference; return outputs by name and the samples."""
+def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Trajectory]:
+    """Solve one impact by the reference; return outputs by name and the motion."""
     from restitution.impact.reference import solve_reference
 
-    row = Batch.from_impact(impact).scaled().row(0)
-    profile = impact.profile
+    row, profile, velocity = Batch.from_impact(impact).scaled().row(0), impact.profile, float(impact.velocity)
 
     def radius(s: Any) -> Any:
         return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
 
     solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
-    velocity = float(impact.velocity)
     force = float(impact.mass) * velocity / row.time
-    fields, trajectory = _in_si(solution, (row.time, row.length, velocity, force, row.radius))
-    return fields, Sampled(trajectory)
+    return _in_si(solution, (row.time, row.length, velocity, force, row.radius))
 
 
 def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tuple[dict[str, Any], Trajectory]:
@@ -321,7 +294,7 @@ def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tu
         solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
         solution.force * force, solution.contact_radius * radius,
     )  # fmt: skip
-    fields: dict[str, Any] = {
+    return {
         "restitution_coefficient": solution.restitution_coefficient,
         "contact_time": solution.contact_time * time,
         "max_indentation_depth": solution.max_indentation_depth * length,
@@ -329,5 +302,4 @@ def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tu
         "max_contact_radius": solution.max_contact_radius * radius,
         "residual_indentation_depth": solution.residual_indentation_depth * length,
         "status": int(solution.status),
-    }
-    return fields, trajectory
+    }, trajectory

@@ -47,13 +47,7 @@ _MESSAGES = {
 
 
 class SolverError(RuntimeError):
-    """Error of a solve without a trustworthy result.
-
-    Attributes
-    ----------
-    status : Status
-        The reason.
-    """
+    """Error of a solve without a trustworthy result; its attribute `status` is the reason."""
 
     def __init__(self, status: Status, detail: str = "") -> None:
         super().__init__(f"{status.name}: {status.message}" + (f" ({detail})" if detail else ""))
