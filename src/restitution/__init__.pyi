@@ -3,13 +3,13 @@
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
 from .citation.cite import cite as cite
-from .contact.flat_ended import FlatEndedParabola as FlatEndedParabola
-from .contact.flat_ended import TruncatedCone as TruncatedCone
+from .contact.closed_form import FlatEndedParabola as FlatEndedParabola
+from .contact.closed_form import Sphere as Sphere
+from .contact.closed_form import TruncatedCone as TruncatedCone
 from .contact.power_law import Cone as Cone
 from .contact.power_law import FlatPunch as FlatPunch
 from .contact.power_law import PowerLaw as PowerLaw
 from .contact.profile import Parabola as Parabola
-from .contact.sphere import Sphere as Sphere
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .files import write_table as write_table

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
+from restitution.contact.closed_form import Sphere, sphere_mass
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
-from restitution.contact.sphere import Sphere, sphere_mass
 from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import VALIDITY
 

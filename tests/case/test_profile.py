@@ -9,10 +9,9 @@ import pytest
 from refusals import agrees
 from restitution.case.impact import read_case
 from restitution.case.section import CaseError
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 
 CASE = """

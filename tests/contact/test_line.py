@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.line import line_function
+from restitution.contact.pressure import line_function
 
 
 def test_a_polynomial_is_one_exact_cell():

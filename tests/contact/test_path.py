@@ -3,11 +3,10 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.path import evaluate, path_table, scaled
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.kernel.compile import entry_point
 from restitution.kernel.path import radius_and_integral, table_path

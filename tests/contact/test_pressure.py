@@ -5,12 +5,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
-from restitution.contact.line import line_function
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.pressure import pressure, surface_displacement
+from restitution.contact.pressure import line_function, pressure, surface_displacement
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 
 RADII = np.linspace(0.0, 0.5, 11)

@@ -5,10 +5,9 @@ import pytest
 from scipy.interpolate import PPoly
 
 from restitution.contact.abel import AbelTransform
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 
 RADII = np.linspace(0.0, 0.5, 21)

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.closed_form import Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.impact import closed_forms as cf
 from restitution.impact import elements
 from restitution.impact.batch import Batch

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from restitution.contact.closed_form import Sphere
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid

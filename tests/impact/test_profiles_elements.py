@@ -9,10 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.impact.elements import solve_elements
 from restitution.impact.problem import Impact

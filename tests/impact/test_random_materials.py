@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult

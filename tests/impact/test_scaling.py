@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from restitution.contact.closed_form import Sphere
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact

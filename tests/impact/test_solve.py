@@ -10,10 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import restitution.contact.path
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import RestitutionWarning
 from restitution.impact import closed_forms as cf

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from restitution.contact.closed_form import Sphere
 from restitution.contact.power_law import Cone, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.indentation.history import History
 from restitution.indentation.solve import indent
 from restitution.material.prony import PronySeries

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.contact.closed_form import Sphere
 from restitution.contact.power_law import FlatPunch
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.errors import InputError
 from restitution.indentation.history import hold, sine_arch, triangle
 from restitution.indentation.result import IndentationStatus

@@ -7,10 +7,9 @@ import pytest
 from scipy.optimize import brentq
 
 import restitution as rs
-from restitution.contact.flat_ended import TruncatedCone
+from restitution.contact.closed_form import Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import ABSENT, InputError
 from restitution.indentation.history import hold, ramp, sine_arch, triangle

@@ -16,8 +16,8 @@ import xarray as xr
 
 import restitution as rs
 from restitution import parallel
+from restitution.contact.closed_form import Sphere
 from restitution.contact.power_law import Cone
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import RestitutionWarning
 from restitution.impact.batch import Batch

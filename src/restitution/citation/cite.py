@@ -10,10 +10,9 @@ from typing import Any
 
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
-from restitution.contact.flat_ended import FlatEndedParabola, TruncatedCone
+from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import Sphere
 from restitution.contact.tabulated import Tabulated
 from restitution.impact.bounces import Bounces
 from restitution.impact.problem import Impact

@@ -113,7 +113,7 @@ def path_table(
 
     Examples
     --------
-    >>> from restitution.contact.sphere import Sphere
+    >>> from restitution.contact.closed_form import Sphere
     >>> table = path_table(Sphere(radius=0.01), depth_max=0.005)
     >>> table.radius.shape, table.error < 1e-12
     ((4, 8), True)

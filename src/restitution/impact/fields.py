@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import nonnegative
-from restitution.contact.line import LineFunction, line_function
-from restitution.contact.pressure import pressure, surface_displacement
+from restitution.contact.pressure import LineFunction, line_function, pressure, surface_displacement
 from restitution.impact.problem import Impact
 from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.material.secular import secular_roots

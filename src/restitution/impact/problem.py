@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
 from restitution.checks import Numeric, nonnegative, number, positive
+from restitution.contact.closed_form import sphere_mass
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola, Profile
-from restitution.contact.sphere import sphere_mass
 from restitution.errors import InputError, InputTypeError
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
