@@ -14,15 +14,15 @@ from restitution.contact.profile import Array
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-# Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at
-# most a quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
+# Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at most a
+# quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
 _NEAR_NODES = 10
 _FAR_NODES = 8
 _FAR = 2.0
-# Numbers held at a time; bounds the memory at some tens of megabytes.
+# Most numbers held at a time: some tens of megabytes.
 _BLOCK = 500_000
 _DEGREE = 20
-# Of g, its slope and Pi; Newton's method needs no more of the slope.
+# Error of the series of g, its slope and Pi; Newton's method needs no better slope.
 _TAILS = np.array([1e-12, 1e-8, 1e-12])
 _MAX_SPLITS = 6
 
@@ -36,22 +36,13 @@ class Transformed(NamedTuple):
 
 
 class AbelTransform:
-    """Transform of a profile that is flat for r < b and a piecewise polynomial f(r) from b = breaks[0] on.
+    """Transform of a profile that is flat for r < b, with a flank f(r) of degree <= 5 from b = flank.x[0] on.
 
-    Parameters
-    ----------
-    flank : scipy.interpolate.PPoly
-        The flank f(r) [m], of degree <= 5, over r [m]; f(b) = 0.
+    With r = x cos(psi), over each piece: ``g = x int f' dpsi``, ``g' = int (f' + r f'') dpsi + f'(b) b/sqrt(x^2 -
+    b^2)``, ``Pi = int f' r^2 dpsi``; the last from the other order of integration in Pi = a g(a) - int g dx.
 
-    Notes
-    -----
-    With r = x cos(psi), over the piece in question: ``g = x int f' dpsi``,
-    ``g' = int (f' + r f'') dpsi + f'(b) b/sqrt(x^2 - b^2)``, ``Pi = int f' r^2 dpsi``; the last
-    from exchanging the order of integration in Pi = a g(a) - int g dx.
-
-    All are functions of y = sqrt(x^2 - b^2), in which g is smooth at b. Beyond the first piece they are kept
-    as Chebyshev series in the root of the distance to the last break before x, where g has a branch point of
-    half-integer power.
+    All are functions of y = sqrt(x^2 - b^2), in which g is smooth at b. Beyond the first piece they are kept as
+    Chebyshev series in the root of the distance to the last break before x, where g has a half-integer power.
     """
 
     def __init__(self, flank: PPoly) -> None:
@@ -79,8 +70,7 @@ class AbelTransform:
             # Just before a break the sum may round up to where the next piece begins.
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
             cells, series = self._series
-            cell = np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1
-            cell = np.clip(cell, 0, len(cells) - 1)
+            cell = np.clip(np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1, 0, len(cells) - 1)
             low, high = cells[cell, 1], cells[cell, 2]
             values[far] = np.polynomial.chebyshev.chebval(
                 ((2.0 * root - low - high) / (high - low))[:, None], series[:, cell], tensor=False
@@ -101,7 +91,7 @@ class AbelTransform:
         return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
 
     def falls(self) -> Array:
-        """First flat y [m] from which g falls to the next of them, if it falls between the breaks and their middles."""
+        """First y [m] from which g falls to the next one, among the breaks and their middles; empty where it rises."""
         edges = self.beyond_face(self._breaks)
         y = np.interp(np.arange(2 * len(edges) - 1), np.arange(0, 2 * len(edges), 2), edges)
         falls = self._falling(y)
@@ -109,8 +99,7 @@ class AbelTransform:
             # Again around that place, with eight samples of each piece.
             near = int(np.searchsorted(edges, falls[0], side="right"))
             ends = edges[max(near - 2, 0) : near + 2]
-            y = np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends)
-            closer = self._falling(y)
+            closer = self._falling(np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends))
             falls = closer if closer.size else falls
         return falls[:1]
 
@@ -119,7 +108,7 @@ class AbelTransform:
 
     @cached_property
     def _series(self) -> tuple[Array, Array]:
-        """Piece, start and end of each cell beyond the first piece, and the Chebyshev coefficients on it."""
+        """Piece, start and end of each cell beyond the first piece, and its Chebyshev coefficients."""
         pending = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
         scale = self._integrated(self.beyond_face(self._breaks[-1:]))[0]
         cells: list[Array] = []

@@ -1,7 +1,7 @@
 """Profiles with transforms in closed form, whose contact radius is no power of the depth: sphere and flat-ended tips.
 
-A flat face touches at depth 0, so the contact radius starts at that of the face; from there it grows with the square of
-the depth, which makes a(s) smooth.
+A flat face touches at depth 0, so the contact radius starts at that of the face; from there it grows with the square
+of the depth, which makes a(s) smooth.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
 
     Notes
     -----
-    ``g = x artanh(x/R)``, ``Pi = ((R^2 + a^2) artanh(a/R) - a R)/2`` (Segedin 1957, Sneddon 1965). The shape
-    is exact, but the half-space behind it is still linear with small slopes: at a/R = 0.2 the force at equal
-    depth is 0.4 % below that of the parabola, and as a -> R, d -> infinity.
+    ``g = x artanh(x/R)``, ``Pi = ((R^2 + a^2) artanh(a/R) - a R)/2`` (Segedin 1957, Sneddon 1965). The shape is exact,
+    but the half-space is still linear with small slopes: at a/R = 0.2 the force at equal depth is 0.4 % below that of
+    the parabola, and as a -> R, d -> infinity.
 
     Examples
     --------
@@ -132,9 +132,8 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
 
     Notes
     -----
-    With ``a = b/cos(theta)``: ``d = g(a) = b cot(alpha) theta/cos(theta)``,
-    ``Pi = (cot(alpha)/2) b^2 (theta/cos^2(theta) + tan(theta))`` (Popov, Hess and Willert, Handbook
-    of Contact Mechanics, 2019).
+    With ``a = b/cos(theta)``: ``d = b cot(alpha) theta/cos(theta)``, ``Pi = (cot(alpha)/2) b^2 (theta/cos^2(theta) +
+    tan(theta))`` (Popov, Hess and Willert, Handbook of Contact Mechanics, 2019).
 
     Examples
     --------
@@ -179,8 +178,8 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
         return 0.5 * self._slope * self.radius**2 * (theta / cosine**2 + np.sin(theta) / cosine)
 
     def _angles(self, depth: ArrayLike) -> tuple[Array, Array]:
-        # theta = D cos(theta) and its complement: the former keeps its digits at small depth, the latter at
-        # large. Both residuals are convex, and Newton descends on them from the right without overshooting.
+        # theta = D cos(theta) keeps its digits at small depth, its complement at large depth. Both residuals are
+        # convex, and Newton's method descends on them from the right without overshooting.
         ratio = np.maximum(as_array(depth), 0.0) / (self.radius * np.asarray(self._slope))
         theta = 0.5 * math.pi * ratio / (1.0 + ratio)
         for _ in range(6):
@@ -211,8 +210,8 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
 
     Notes
     -----
-    ``g = x sqrt(x^2 - b^2)/R``, ``Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R)`` (Popov, Hess and Willert,
-    Handbook of Contact Mechanics, 2019).
+    ``g = x sqrt(x^2 - b^2)/R``, ``Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R)`` (Popov, Hess and Willert, Handbook of
+    Contact Mechanics, 2019).
 
     Examples
     --------

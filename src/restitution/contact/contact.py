@@ -22,7 +22,7 @@ class Contact:
     material : Material
         Material of the half-space.
     profile : Profile
-        Profile of the indenter, such as `Parabola(radius)`; for two curved bodies that of the gap between them.
+        Profile of the indenter; for two curved bodies that of the gap between them.
     counter_material : Material, optional
         Material of the indenter; rigid if left out. The compliances of both bodies add.
 
@@ -61,7 +61,7 @@ class Contact:
 
     @property
     def window(self) -> tuple[float, float] | None:
-        """Times [s] within which the materials of both bodies hold; None where they hold at all times."""
+        """First and last time [s] between which the materials of both bodies are valid; None without a limit."""
         windows = [material.window for material in self.materials if material.window is not None]
         if not windows:
             return None

@@ -12,7 +12,7 @@ from restitution.contact.profile import Array, Profile, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
-# Ranks of halving of the narrowest cells, and cells beside those that begin at kinks.
+# Most halvings of a cell, and most cells beside those that begin at kinks.
 _MOST_HALVINGS = 36
 _MAX_CELLS = 4096
 # Kinks that change a(s) by less than this part of the tolerance, over an eighth of their own s, are left to the cells.
@@ -37,15 +37,14 @@ class PathTable(NamedTuple):
     force_integral : array
         Coefficients of Pi [m^2], shape ``(n_cells, 12)``: the exact integral of the polynomials of a.
     errors : array
-        Verified ``int |delta a| dd / Pi`` up to the end of each cell, shape ``(n_cells,)``; it bounds the error of
-        every force up to there relative to the largest elastic one, as forces depend on a(s) through its
-        integral over depth alone.
+        Verified ``int |delta a| dd / Pi`` up to the end of each cell, shape ``(n_cells,)``: a bound of the error of
+        forces up to there over the largest elastic one, as they depend on a(s) through its integral over depth alone.
     radius_error : float
         Largest error of a found, relative to the largest a.
     kinks, strengths : array
         Places s of the kinks [m^(1/2)] and their strengths: ``a = smooth + strength (s - kink)^power`` beyond each.
     power : float
-        Half-integer.
+        Half-integer power of the kinks.
     """
 
     edges: Array
@@ -75,12 +74,8 @@ class PathTable(NamedTuple):
 
     def error_at(self, depth: ArrayLike) -> Array:
         """Largest of the errors up to the end of the cell that holds a depth [m], and beyond."""
-        cell = self.cell(np.sqrt(as_array(depth)))
+        cell = np.searchsorted(self.edges[1:-1], np.sqrt(as_array(depth)), side="right")
         return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
-
-    def cell(self, s: Array) -> Any:
-        """Index of the cell that holds s [m^(1/2)]; the first and the last one hold what is beyond them too."""
-        return np.searchsorted(self.edges[1:-1], s, side="right")
 
 
 def path_table(
@@ -93,23 +88,17 @@ def path_table(
     profile : Profile
         Profile with scalar parameters.
     depth_max : float
-        Largest indentation depth [m], > 0, that the table has to cover.
+        Largest indentation depth [m], > 0, of the table.
     rtol : float
-        `error` to aim at. Cells are halved until it is met; where 36 halvings or 4096 cells do not do, the table
-        is returned as it is, and its `error` says what was reached.
+        Aim for the `error` of the table. Cells are halved until it is reached; if 36 halvings or 4096 cells are not
+        enough, the `error` is larger.
     depth_min : float, optional
-        Smallest depth [m] of an impact that uses the table, at which `error_at` has to meet `rtol` too; `depth_max`
-        where left out.
-
-    Returns
-    -------
-    PathTable
+        Smallest of the largest depths [m] for which `error_at` is to be within `rtol`; `depth_max` if left out.
 
     Raises
     ------
     ValueError
-        If `depth_max` is not finite and > 0, exceeds what the profile describes, or the profile has arrays
-        for parameters.
+        If `depth_max` is not finite and > 0 or exceeds what the profile describes, or parameters are arrays.
 
     Examples
     --------
@@ -170,16 +159,7 @@ def path_table(
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
-    """Contact radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)].
-
-    The plain counterpart of the compiled evaluation, for post-processing and tests.
-
-    Parameters
-    ----------
-    table : PathTable
-        Table of the profile.
-    s : array
-        Square root of the depth [m^(1/2)], in [0, s_max].
+    """Contact radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in [0, s_max].
 
     Examples
     --------
@@ -190,7 +170,7 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
     (0.0005, 0.1, 8.333333e-09)
     """
     s = as_array(s)
-    cell = table.cell(s)
+    cell = np.searchsorted(table.edges[1:-1], s, side="right")
     origin = table.origin[cell]
     low, high = (rho[cell] for rho in table.ends)
     rho, width = _rho(s, origin), high - low
@@ -207,16 +187,13 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
 def scaled(table: PathTable, length: float, radius: float) -> PathTable:
     """The same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
     root = length**0.5
-    return PathTable(
+    return table._replace(
         edges=table.edges / root,
         origin=table.origin / root,
         radius=table.radius / radius,
         force_integral=table.force_integral / (radius * length),
-        errors=table.errors,
-        radius_error=table.radius_error,
         kinks=table.kinks / root,
         strengths=table.strengths * (root**table.power / radius),
-        power=table.power,
     )
 
 
@@ -228,12 +205,12 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
 
 
 def _rho(s: Array, origin: Array) -> Array:
-    """Coordinate in which a(s) is smooth."""
+    """Coordinate rho in which a(s) is smooth."""
     return np.where(origin < 0.0, s, np.sqrt(np.maximum(s - origin, 0.0)))
 
 
 def _place(origin: Array, rho: Array) -> Array:
-    """Return s at rho."""
+    """Root of the depth s at rho."""
     return np.where(origin < 0.0, rho, origin + rho * rho)
 
 
@@ -262,7 +239,7 @@ def _fitted(profile: Profile, depth_max: float, origin: Array, left: Array, widt
 def _missed(
     profile: Profile, depth_max: float, origin: Array, left: Array, width: Array, radius: Array
 ) -> tuple[Array, Array, Array]:
-    """Int a dd of each cell, int |delta a| dd, and the largest |delta a|."""
+    """Integrals of a and of |delta a| over the depth for each cell, and the largest |delta a|."""
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
     t = 0.5 + 0.5 * nodes
     rho = left[:, None] + width[:, None] * t
@@ -277,12 +254,10 @@ def _missed(
 def _force_integral(depth_max: float, origin: Array, left: Array, width: Array, radius: Array) -> Array:
     """Coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
     straight = origin < 0.0
-    zero = np.zeros_like(left)
-    rho = [left, width]
     # s as a polynomial in t, then ds/drho.
     s = [np.where(straight, left, origin + left**2), np.where(straight, width, 2.0 * left * width),
-         np.where(straight, zero, width**2)]  # fmt: skip
-    pace = [np.where(straight, 1.0, 2.0 * rho[0]), np.where(straight, zero, 2.0 * rho[1])]
+         np.where(straight, 0.0, width**2)]  # fmt: skip
+    pace = [np.where(straight, 1.0, 2.0 * left), np.where(straight, 0.0, 2.0 * width)]
     product = np.zeros((left.size, 4))
     for i, x in enumerate(s):
         for j, y in enumerate(pace):

@@ -21,8 +21,8 @@ class Cone(Profile, case_name="cone"):
     Parameters
     ----------
     half_angle : float or array
-        Half of the opening angle alpha [rad], measured from the axis to the flank, in (0, pi/2); a blunt
-        cone, for which small strain holds, has alpha near pi/2.
+        Half of the opening angle alpha [rad], from the axis to the flank, in (0, pi/2). Small strain needs a blunt
+        cone, alpha near pi/2.
 
     Raises
     ------
@@ -31,8 +31,8 @@ class Cone(Profile, case_name="cone"):
 
     Notes
     -----
-    ``g = (pi/2) cot(alpha) x``, ``Pi = (pi/4) cot(alpha) a^2`` (Love 1939, Sneddon 1965). With the angle
-    theta between flank and surface, which others use, alpha = pi/2 - theta.
+    ``g = (pi/2) cot(alpha) x``, ``Pi = (pi/4) cot(alpha) a^2`` (Love 1939, Sneddon 1965). The angle between flank and
+    surface, which others use, is pi/2 - alpha.
 
     Examples
     --------
@@ -90,8 +90,8 @@ class PowerLaw(Profile, case_name="power_law"):
     Parameters
     ----------
     exponent : float or array
-        Exponent n [-], any real number > 0. The theory of small slopes requires n >= 1; below that the tip is a
-        cusp, its slope and the pressure at r = 0 are infinite.
+        Exponent n [-], > 0. The theory of small slopes requires n >= 1; below, the slope and the pressure at r = 0 are
+        infinite.
     coefficient : float or array
         Coefficient A [m^(1-n)], > 0.
 
@@ -102,9 +102,8 @@ class PowerLaw(Profile, case_name="power_law"):
 
     Notes
     -----
-    ``g = kappa_n A x^n`` with ``kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2)`` (Galin 1946; Popov and
-    Hess 2015), ``Pi = kappa_n A n a^(n+1)/(n+1)``. n = 1 is a cone, n = 2 a parabola; n -> inf tends to a
-    flat punch.
+    ``g = kappa_n A x^n`` with ``kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2)`` (Galin 1946; Popov and Hess
+    2015), ``Pi = kappa_n A n a^(n+1)/(n+1)``. n = 1 is a cone, n = 2 a parabola, n -> inf a flat punch.
 
     Examples
     --------

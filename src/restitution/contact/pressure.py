@@ -21,31 +21,21 @@ _MAX_LEVEL = 60
 _MAX_CELLS = 4000
 # Cells away from x = 0 span at most this ratio, so that 1/sqrt(x^2 - r^2) is smooth over each.
 _RATIO = 2.0
-# Gauss nodes of a cell. A cell spans at most a ratio of two in x, over which the integrand of degree ten has
-# its nearest singularity at a Bernstein parameter of 2.8: 2.8^-40 is at rounding level.
+# Gauss nodes of a cell. A cell spans at most a ratio of two in x, over which the integrand of degree ten has its
+# nearest singularity at a Bernstein parameter of 2.8: 2.8^-40 is at rounding level.
 _NODES = 20
 # Terms x^n, x^2n, ... of a line load at the tip of a power law, and lengths over which they are integrated.
 _TIP_TERMS = 4
 _PANEL = 2.0
-# Numbers held at a time; bounds the memory at some tens of megabytes.
+# Most numbers held at a time: some tens of megabytes.
 _BLOCK = 500_000
-# What the fit of a line load leaves at an edge where it vanishes, and of a slope at x = 0 where it is even.
+# Relative error of the fit of a line load at an edge where it vanishes, and of its slope at x = 0 where that does.
 _NOISE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class LineFunction:
     """Even function of the foundation coordinate x, piecewise polynomial for |x| <= extent, zero beyond.
-
-    Made by `line_function`.
-
-    Parameters
-    ----------
-    edges : array
-        Ends of the cells [m], shape ``(n_cells + 1,)``, rising from 0 to the extent.
-    coefficients : array
-        Chebyshev coefficients over each cell, lowest first, shape ``(n_cells, degree + 1)``, in the unit of
-        the function.
 
     Examples
     --------
@@ -54,8 +44,8 @@ class LineFunction:
     (0.75, 0.0, 1.333333333333)
     """
 
-    edges: Array
-    coefficients: Array
+    edges: Array  # (n_cells + 1,): ends of the cells [m], rising from 0 to the extent
+    coefficients: Array  # (n_cells, degree + 1): Chebyshev coefficients over each cell, lowest first
 
     def __call__(self, x: ArrayLike) -> Array:
         """Value at x [m]."""
@@ -106,23 +96,22 @@ def line_function(
     Parameters
     ----------
     function : callable
-        Takes x [m], shape (n,), with 0 <= x <= extent, and returns the values, shape (n,); for instance the
-        line load q(x) = dF/dx [N/m] of the elements in contact, or the displacement [m] of the foundation.
+        Maps x [m] in [0, extent], shape (n,), to values of this shape: the line load q(x) = dF/dx [N/m] of the
+        elements in contact, or the displacement [m] of the foundation.
     extent : float
         End of the function [m], > 0: the contact radius for a line load.
     breakpoints : iterable of float
-        Radii [m] where a derivative of the function jumps: the edge of a flat face, the ends of a solver's
-        steps, the contact radius within a displacement. Left out, they cost cells. The function itself
-        has to be continuous; the fit is.
+        Places x [m] where a derivative of the function jumps; left out, they cost cells. The function itself has to be
+        continuous.
     rtol : float
-        Error to aim at, relative to the largest value. A cell of the share h of the extent may have an error
-        larger by h^(-1/2): close to a branch point values are less accurate, integrals are not.
+        Aim for the error over the largest value. A cell of the share h of the extent may have an error larger by
+        h^(-1/2): close to a branch point values are less accurate, integrals are not.
 
     Raises
     ------
     ValueError
-        If extent or rtol is not finite and > 0, the function returns values that are not finite or of another
-        shape, or it is so rough that 4000 cells do not resolve it.
+        If extent or rtol is not finite and > 0, the values are not finite or of another shape, or 4000 cells do not
+        resolve the function.
 
     Examples
     --------
@@ -130,16 +119,14 @@ def line_function(
     >>> len(kinked.edges) - 1, round(kinked.integral, 12)
     (3, 0.58)
     """
-    extent = float(positive("extent", extent, "m"))
-    rtol = float(positive("rtol", rtol))
+    extent, rtol = float(positive("extent", extent, "m")), float(positive("rtol", rtol))
     pending = _starting_cells(extent, breakpoints)
-    largest = 0.0
     done: list[tuple[Array, Array]] = []
-    n_cells = 0
+    largest, n_cells = 0.0, 0
     for level in range(_MAX_LEVEL + 1):
         coefficients, peak = _fitted(function, pending)
         largest = max(largest, peak)
-        # The last two coefficients stand for what is left out; both, as a parity may hide one.
+        # The last two coefficients estimate the rest of the series; one of them may vanish by symmetry.
         tail = np.max(np.abs(coefficients[:, -2:]), axis=1)
         share = np.diff(pending, axis=1)[:, 0] / extent
         too_narrow = np.diff(pending, axis=1)[:, 0] <= 8.0 * np.spacing(pending[:, 1])
@@ -201,23 +188,21 @@ def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, ti
     r : array_like
         Radii [m], >= 0, of any shape.
     noise : float
-        Relative error of the line load; an edge load, and a slope on the axis, that are smaller are taken for zero.
+        Relative error of the line load; an edge load, and a slope on the axis, below it are zero.
     tip_exponent : float
-        Exponent n of the profile at its tip, > 0: next to the axis q is a series in x^n. With 1, the exponent of a
-        cone, q'(0) may differ from zero.
+        Exponent n of the profile at its tip, > 0: next to the axis q is a series in x^n. Only for 1, a cone, q'(0) may
+        differ from zero.
 
     Returns
     -------
     array
-        Pressure [Pa], of the shape of r; 0 beyond a. Infinite at r = a if q(a) is not zero, and at r = 0
-        under a tip as sharp as a cone, n <= 1.
+        Pressure [Pa], of the shape of r; 0 beyond a. Infinite at r = a if q(a) is not zero, and at r = 0 if n <= 1.
 
     Notes
     -----
-    ``p(r) = -(1/pi) int_r^a q'(x)/sqrt(x^2 - r^2) dx + q(a)/(pi sqrt(a^2 - r^2))`` (Popov and Hess 2015, with
-    the edge term of a flat punch written out). The integral over each polynomial cell is taken in closed form
-    next to the axis and elsewhere with ``x^2 = r^2 + u^2``, in which the integrand is smooth; both to
-    rounding. ``int_0^a p 2 pi r dr`` is the integral of q.
+    ``p(r) = -(1/pi) int_r^a q'(x)/sqrt(x^2 - r^2) dx + q(a)/(pi sqrt(a^2 - r^2))`` (Popov and Hess 2015; the last term
+    is that of a flat punch), integrated to rounding: in closed form next to the axis, elsewhere over u with ``x^2 =
+    r^2 + u^2``, where the integrand is smooth.
 
     Examples
     --------
@@ -256,8 +241,8 @@ def surface_displacement(line_displacement: LineFunction, r: ArrayLike) -> Array
     Parameters
     ----------
     line_displacement : LineFunction
-        Displacement [m] of the foundation's elements: d - g(x) in contact; zero where an element was never
-        touched, and on the way back what has not yet relaxed where it has left contact.
+        Displacement [m] of the foundation's elements: d - g(x) in contact, zero where an element was never touched,
+        and the part that has not yet relaxed where an element has left contact.
     r : array_like
         Radii [m], >= 0, of any shape.
 
@@ -268,8 +253,8 @@ def surface_displacement(line_displacement: LineFunction, r: ArrayLike) -> Array
 
     Notes
     -----
-    ``w(r) = (2/pi) int_0^r u(x)/sqrt(r^2 - x^2) dx`` (Popov and Hess 2015), taken cell by cell over the angle
-    with ``x = r sin(theta)``, in which the integrand is smooth.
+    ``w(r) = (2/pi) int_0^r u(x)/sqrt(r^2 - x^2) dx`` (Popov and Hess 2015), integrated over the angle theta with
+    ``x = r sin(theta)``, where the integrand is smooth.
 
     Examples
     --------
@@ -307,7 +292,7 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
     u = np.sqrt((above - r[:, None]) * (above + r[:, None]))
     half = 0.5 * np.diff(u, axis=1)[..., None]
     x = np.hypot(r[:, None, None], u[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(_numbers(1, len(edges))[:, None], x.shape)
+    cell = np.broadcast_to(np.arange(1, len(edges), dtype=np.intp)[:, None], x.shape)
     slope = evaluate(load.slope[1:, None, :], load.local(x, cell))
     return np.sum(half * weights * slope / x, axis=(1, 2))
 
@@ -315,8 +300,7 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
 def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
     """Integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
     end = float(load.edges[1])
-    # Powers of x/end rather than Chebyshev polynomials: cells that are resolved have coefficients that fall
-    # faster than the conversion amplifies rounding.
+    # Powers of x/end: Chebyshev coefficients of a resolved cell fall faster than the conversion amplifies rounding.
     powers = np.polynomial.Chebyshev(load.slope[0] * end, domain=[0.0, 1.0]).convert(
         kind=np.polynomial.Polynomial, domain=[-1.0, 1.0], window=[-1.0, 1.0]
     )
@@ -361,10 +345,6 @@ def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array
     return total / end
 
 
-def _numbers(start: int, stop: int) -> NDArray[np.intp]:
-    return np.arange(start, stop, dtype=np.intp)
-
-
 def _displacement_block(displacement: LineFunction, r: Array) -> Array:
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     edges = displacement.edges
@@ -374,6 +354,6 @@ def _displacement_block(displacement: LineFunction, r: Array) -> Array:
     angle[r == 0.0, 1:] = 0.5 * math.pi
     half = 0.5 * np.diff(angle, axis=1)[..., None]
     x = r[:, None, None] * np.sin(angle[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(_numbers(0, len(edges) - 1)[:, None], x.shape)
+    cell = np.broadcast_to(np.arange(len(edges) - 1, dtype=np.intp)[:, None], x.shape)
     value = evaluate(displacement.coefficients[:, None, :], displacement.local(x, cell))
     return 2.0 / math.pi * np.sum(half * weights * value, axis=(1, 2))

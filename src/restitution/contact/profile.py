@@ -1,8 +1,7 @@
 """Axisymmetric indenter profiles: the interface that all share, and the parabola.
 
-The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius
-is x. All that an impact needs of a profile is the contact radius over depth, a(d), and its integral, the
-force integral.
+The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius is x. An
+impact needs the contact radius over the depth, a(d), and its integral, the force integral.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def as_array(values: ArrayLike) -> Array:
-    """Return `values` as a float64 array (0-d for a number), on which every profile method computes."""
+    """Return `values` as a float64 array, 0-d for a number."""
     return np.asarray(values, dtype=np.float64)
 
 
@@ -49,33 +48,27 @@ class Kinks(NamedTuple):
 class Profile(ABC):
     """Axisymmetric profile f(r) of a rigid indenter, f(0) = 0, never falling with r.
 
-    All methods are vectorised, take lengths in [m] and broadcast against array-valued parameters; f and g are
-    even functions.
+    All methods are vectorised, take lengths in [m] and broadcast against array parameters; f and g are even functions.
 
     Notes
     -----
-    With the transform ``g(x) = |x| int_0^|x| f'(r)/sqrt(x^2 - r^2) dr`` (Popov and Hess, Method of
-    Dimensionality Reduction in Contact Mechanics and Friction, 2015; Willert et al., eq. 4) the contact
-    radius a of the approach obeys ``d = g(a)``, and the elastic force is ``F = 2 E* Pi`` with the force
-    integral ``Pi = int_0^a x g'(x) dx = int_0^d a dd``.
+    With the transform ``g(x) = |x| int_0^|x| f'(r)/sqrt(x^2 - r^2) dr`` (Popov and Hess, Method of Dimensionality
+    Reduction in Contact Mechanics and Friction, 2015; Willert et al., eq. 4) the contact radius a of the approach
+    obeys ``d = g(a)``, and the elastic force is ``F = 2 E* Pi`` with the force integral ``Pi = int_0^a x g'(x) dx =
+    int_0^d a dd``.
 
-    Over ``s = sqrt(d)`` the contact radius of a power-type profile is exactly
-    ``a = path_coefficient * s**path_exponent``. All others have None for both, and
-    `restitution.contact.path.path_table` tabulates a(s).
+    Over ``s = sqrt(d)`` the contact radius of a power law is ``a = path_coefficient * s**path_exponent``. Other
+    profiles have None for both, and `restitution.contact.path.path_table` tabulates a(s).
 
-    Where a body has no surface (beside a flat punch, beyond the equator of a sphere) f and g are infinite: an
-    element there is never touched.
-
-    A subclass registers itself for case files by its name there: ``class Cone(Profile, case_name="cone")``. With
-    ``body_radius=True`` its `radius` is that of the body where a case file gives none. Each parameter of the
-    constructor is annotated with its quantity.
+    Where a body has no surface (beside a flat punch, beyond the equator of a sphere) f and g are infinite: an element
+    there is never touched. docs/development/extending.md shows how to write a subclass.
     """
 
     registered: ClassVar[dict[str, type[Profile]]] = {}
     body_radius: ClassVar[bool] = False
 
     def __init_subclass__(cls, case_name: str = "", body_radius: bool = False, **rest: Any) -> None:
-        """Register the profile for case files."""
+        """Register the profile for case files; with `body_radius` its radius is that of the body if none is given."""
         super().__init_subclass__(**rest)
         cls.body_radius = body_radius
         if case_name:

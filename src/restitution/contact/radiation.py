@@ -39,15 +39,14 @@ def radiated(materials: tuple[Material, ...], contact_time: Array, max_force: Ar
     Parameters
     ----------
     materials : tuple of Material
-        The bodies in contact. The one that would radiate more counts alone: the other one is a ball, which keeps
-        its waves.
+        The bodies in contact. Only the one that would radiate more counts: the other is a ball, which keeps its waves.
     contact_time, max_force : array
         T [s] and F_max [N].
 
     Notes
     -----
-    ``4.685 beta(nu) F_max^2/(rho c^3 T)`` to first order, for a point force (Lamb 1904; Hunter 1957), with the wave speed
-    ``c = sqrt(G'(omega)/rho)`` at the rate of the contact, omega = 1/T, where G'(1/T) is near G(T).
+    ``4.685 beta(nu) F_max^2/(rho c^3 T)`` to first order, for a point force (Lamb 1904; Hunter 1957), with the wave
+    speed ``c = sqrt(G'(omega)/rho)`` at the rate of the contact, omega = 1/T, where G'(1/T) is near G(T).
     """
     speed, energy = np.full(contact_time.shape, np.nan), np.full(contact_time.shape, np.nan)
     with np.errstate(all="ignore"):

@@ -41,16 +41,15 @@ class Tabulated(Profile, case_name="tabulated"):
     Raises
     ------
     ValueError
-        If the table is not one (shape, NaN, order, sign), if it is flat or becomes so flat that the contact
-        would not be a full circle (g falls), or if a method is asked beyond the end of the table.
+        If the table is not valid (shape, NaN, order, sign), if it is flat or becomes so flat that the contact would
+        not be a full circle (g falls), or if a method is called for a place beyond the end of the table.
 
     Notes
     -----
-    Between the points f is a spline in r of degree five, or three where that is not monotone, or else the
-    monotone cubic of Fritsch and Carlson (1980); it starts at the edge of a flat face with a slope of its
-    own. A tip whose slope at r = 0 is nearly none is taken as round (f even and smooth). g and Pi are the
-    exact transform of this interpolant (`AbelTransform`). What the table does not resolve remains: noise in
-    it is followed, not smoothed.
+    Between the points f is a spline in r of degree five, or three where that is not monotone, or else the monotone
+    cubic of Fritsch and Carlson (1980); it starts at the edge of a flat face with a slope of its own. A tip whose
+    slope at r = 0 is nearly zero is taken as round (f even and smooth). g and Pi are the exact transform of this
+    interpolant (`AbelTransform`). Noise in the table is followed, not smoothed.
 
     Examples
     --------
@@ -85,10 +84,8 @@ class Tabulated(Profile, case_name="tabulated"):
                 break
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
-            raise ValueError(
-                f"f rises too little beyond r = {falls_at:g} m: g(x) must rise for the contact to be a full "
-                "circle; smooth or thin the table"
-            )
+            wanted = "g(x) must rise for the contact to be a full circle; smooth or thin the table"
+            raise ValueError(f"f rises too little beyond r = {falls_at:g} m: {wanted}")
         for name, value in made.items():
             object.__setattr__(self, name, value)
 
@@ -158,9 +155,8 @@ class Tabulated(Profile, case_name="tabulated"):
     def _inverse(self, depth: Array) -> Array:
         """Return flat y with g = depth, by Newton's method kept inside a bracket."""
         if np.any(depth > self.max_depth):
-            raise ValueError(
-                f"depth = {float(np.max(depth)):g} m: must be <= {self.max_depth:g} m, where the table ends"
-            )
+            worst = float(np.max(depth))
+            raise ValueError(f"depth = {worst:g} m: must be <= {self.max_depth:g} m, where the table ends")
         depth = np.maximum(depth, 0.0).ravel()
         y_known, depth_known = self._samples
         upper = np.clip(np.searchsorted(depth_known, depth), 1, len(y_known) - 1)
@@ -181,7 +177,7 @@ class Tabulated(Profile, case_name="tabulated"):
             reached = np.maximum(found.depth, 1e-300)
             power = np.where(found.slope > 0.0, here * found.slope / reached, np.inf)
             trial = here * (depth[active] / reached) ** (1.0 / power)
-            # Where g falls by what no sample has seen, only the bracket is to be trusted.
+            # Where g falls between the samples, only the bracket is reliable.
             tight = (np.abs(trial - here) <= 4e-16 * here) & (found.slope > 0.0)
             inside = (trial > low[active]) & (trial < high[active])
             y[active] = np.where(inside | tight, trial, 0.5 * (low[active] + high[active]))
@@ -198,7 +194,7 @@ def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Arr
 
 
 def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
-    """Places y at which g falls, although it does not between the samples: the minima of its slope, three times closer."""
+    """Places y at which g falls between the samples: near the minima of its slope, searched three times closer."""
     least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
     if not least.size:
         return y[least]
@@ -240,10 +236,7 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
 
 
 def _interpolants(r: Array, f: Array) -> Iterator[tuple[PPoly, int]]:
-    """Yield the monotone interpolants of f(r) from r[0], where f = 0, to r[-1], the smoothest first.
-
-    With each comes the order of the first derivative that jumps at its joints.
-    """
+    """Yield monotone interpolants of f(r), the smoothest first, and the order of the derivative that jumps first."""
     from scipy.interpolate import PchipInterpolator, PPoly
 
     for degree in (5, 3):

@@ -13,13 +13,7 @@ from restitution.indentation.history import NO_FORCE
 from restitution.kernel.growing import BEYOND_PROFILE, Elements, grow, turning_point
 from restitution.kernel.indentation import Recovery, recover
 from restitution.kernel.memory import DEPTH, TERMS, Contact, Scratch, allocate, quadrature, remember, segment_rates
-from restitution.kernel.shrinking import (
-    Past,
-    end_of_contact,
-    innermost_load_rises,
-    regrowth,
-    write_depth_memory,
-)
+from restitution.kernel.shrinking import Past, end_of_contact, innermost_load_rises, regrowth, write_depth_memory
 from restitution.material.prony import Retardation
 
 Array = NDArray[np.float64]
@@ -37,10 +31,8 @@ class Reloading(InputError):
 
 def scratch(contact: Contact) -> Scratch:
     """Scratch space of a contact, for one call at a time."""
-    return Scratch(
-        np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(contact.moduli.size),
-        np.empty((2, TERMS + 1)),
-    )  # fmt: skip
+    modes = contact.moduli.size
+    return Scratch(np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(modes), np.empty((2, TERMS + 1)))
 
 
 def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
@@ -49,8 +41,7 @@ def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: flo
     The tolerance of depth and force is relative to the largest; the profile ends at the depth `deepest` [m].
     """
     m = contact.values.shape[0]
-    by_depth = contact.control == DEPTH
-    punch = contact.path.exponent == 0.0
+    by_depth, punch = contact.control == DEPTH, contact.path.exponent == 0.0
     lengths, steps = np.diff(contact.knots), contact.values[:, 1:].sum(axis=1)
     rates, levels = np.empty((m, TERMS)), np.empty((m, TERMS))
     first, turning = m, 1.0
@@ -123,7 +114,7 @@ def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array
     fractions = np.linspace(0.0, 1.0, 9)
     inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), width * fractions, np.inf)
     inner[width[:, 0] == 0.0, 1:] = np.inf
-    # A mode answers to a kink within its relaxation time.
+    # A mode reacts to a kink within its relaxation time.
     modes = 1.0 / contact.rates
     near = np.where((modes < width) & (modes > 1e-4 * width), modes, np.inf)
     offsets = np.concatenate([inner, 0.25 * near, near], axis=1)
@@ -165,9 +156,8 @@ def shrink_contact(
             low, high = float(times[max(n - 1, 0)]), float(times[n])
             for _ in range(3):
                 finer = np.linspace(low, high, 33)
-                found = regrowth(
-                    contact, past, work, np.full(33, places[n]), finer, 0.1 * tolerance, rounding_allowance
-                )
+                same = np.full(33, places[n])
+                found = regrowth(contact, past, work, same, finer, 0.1 * tolerance, rounding_allowance)
                 if found < 0:
                     break
                 low, high = float(finer[max(found - 1, 0)]), float(finer[found])
@@ -179,14 +169,9 @@ def shrink_contact(
 
 
 def check_recontact(
-    contact: Contact,
-    past: Past,
-    work: Scratch,
-    places: NDArray[np.int64],
-    times: Array,
-    tolerance: float,
+    contact: Contact, past: Past, work: Scratch, places: NDArray[np.int64], times: Array, tolerance: float,
     creep: Retardation,
-) -> None:
+) -> None:  # fmt: skip
     """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
     if not innermost_load_rises(contact, past, work, places, times, tolerance, _rounding(contact, past)):
         return

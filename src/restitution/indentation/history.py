@@ -114,7 +114,11 @@ class History:
         t = np.unique(np.atleast_1d(finite("time", time, "s")))
         if t.size < 2:
             raise InputError("time", wanted="must hold at least two times, between which the history is given")
-        for_arrays = _for_arrays(function, t[:2])
+        try:
+            takes_arrays = np.shape(function(t[:2])) == (2,)
+        except (TypeError, ValueError):
+            takes_arrays = False
+        for_arrays = function if takes_arrays else np.vectorize(function, otypes=[object])
 
         def values_at(times: Array) -> Array:
             return np.asarray(finite(name, for_arrays(times.ravel()), UNITS.get(name, ""))).reshape(times.shape)
@@ -122,8 +126,7 @@ class History:
         edges, at_times = _first_pieces(t), values_at(t)
         lows, highs = edges[:-1], edges[1:]
         found: list[tuple[Array, Array]] = []
-        scale = float(np.max(np.abs(at_times)))
-        pieces = 0
+        scale, pieces = float(np.max(np.abs(at_times))), 0
         while lows.size:
             width, ends = (highs - lows)[:, None], highs[:, None]
             values, exact = (
@@ -315,16 +318,6 @@ def sine_arch(peak: float, duration: float) -> History:
     return History.from_function(lambda t: top * np.sin(math.pi * np.minimum(t, end - t) / end), knots)
 
 
-def _for_arrays(function: Callable[[Any], Any], times: Array) -> Callable[[Array], Any]:
-    """Function that maps arrays; one that does not is applied to one time after the other."""
-    try:
-        if np.shape(function(times)) == times.shape:
-            return function
-    except (TypeError, ValueError):
-        pass
-    return np.vectorize(function, otypes=[object])
-
-
 def _first_pieces(t: Array) -> Array:
     """Edges of the pieces to begin with: about `_FIRST_PIECES` of them, between given times."""
     if t.size > _FIRST_PIECES:
@@ -363,9 +356,7 @@ def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
         chord = v[:-2] + (v[2:] - v[:-2]) * ((t[1:-1] - t[:-2]) / width)
     straight = (np.abs(chord - v[1:-1]) <= tolerance) & (t[1:-1] > t[:-2]) & (t[2:] > t[1:-1])
     keep = np.concatenate([[True], ~straight, [True]])
-    if np.all(keep):
-        return t, v
-    if np.any(np.abs(np.interp(t, t[keep], v[keep]) - v)[~keep] > tolerance):
+    if np.all(keep) or np.any(np.abs(np.interp(t, t[keep], v[keep]) - v)[~keep] > tolerance):
         return t, v
     return t[keep], v[keep]
 

@@ -122,15 +122,9 @@ class IndentationResult:
         times : array_like, optional
             Times [s] within the prescribed history.
         n_points : int
-            Number of even times if none are given. The knots of the history, the turning and the end of the contact
-            are added to them.
+            Number of even times if none are given; the knots of the history, the turning and the end are added.
         before : bool
             Whether a kink or a jump gives the values before it, not those behind it.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `history`.
 
         Raises
         ------
@@ -246,7 +240,7 @@ def _largest(solution: Solution, column: int) -> float:
 
 
 def _loop_work(solution: Solution, rtol: float) -> float:
-    """Work [J] int F dd until the end of contact or of the history; its steps are integrated by themselves."""
+    """Work int F dd [J] until the end of contact or of the history; steps are integrated separately."""
 
     def power(times: Array) -> Array:
         _, rate, force, _ = solution.at(times)
@@ -271,10 +265,7 @@ def _step_work(solution: Solution, place: int, rtol: float) -> float:
 
 
 def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
-    """Integral by Gauss panels between edges, each of which is halved until its two halves agree with it.
-
-    `rtol` is its error over the sum of the sizes of the panels and of `scale`, which is added elsewhere.
-    """
+    """Integral by Gauss panels, each halved until its halves agree with it within rtol of `scale` and all panels."""
 
     def panels(low: Array, high: Array) -> Array:
         half = 0.5 * (high - low)
@@ -291,11 +282,10 @@ def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, sca
         left, right = panels(low, middle), panels(middle, high)
         share = (high - low) / span
         good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
-        # Narrower panels are lost in the rounding of their ends; so many are noise, which halving does not end.
+        # Narrower panels have only rounding between their ends; so many panels are noise, which halving does not end.
         good |= (share <= 1e-12) | (low.size > most)
         total += float(np.sum((left + right)[good]))
         bad = ~good
-        low, middle, high = low[bad], middle[bad], high[bad]
         whole = np.concatenate([left[bad], right[bad]])
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        low, high = np.concatenate([low[bad], middle[bad]]), np.concatenate([middle[bad], high[bad]])
     return total

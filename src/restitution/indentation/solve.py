@@ -159,19 +159,14 @@ def _step(name: str, value: float, time: ArrayLike | None) -> History:
 
 
 class Units(NamedTuple):
-    """Dimensionless units in SI, the time of first touch [s], and the error of forces by the table of the profile.
+    """Units of the dimensionless numbers in SI."""
 
-    The units are the duration of the history from first touch on [s], the largest depth [m] or a bound of it, the
-    contact radius there [m], and `2 E radius length` [N] with a modulus E typical of the duration. The error is
-    relative to the largest force, and 0 for power laws.
-    """
-
-    touch: float
-    time: float
-    length: float
-    radius: float
-    force: float
-    error: float
+    touch: float  # Time of first touch [s]
+    time: float  # Duration of the history from there on [s]
+    length: float  # Largest depth [m], or a bound of it
+    radius: float  # Contact radius there [m]
+    force: float  # 2 E radius length [N], with a modulus E typical of the duration
+    error: float  # Error of forces by the table of the profile, over the largest one; 0 for power laws
 
 
 class Solution:
@@ -232,9 +227,8 @@ class Solution:
         """Times [s] between which force and depth are smooth, from first touch to the end of contact or history."""
         last = min(self._past.end, 1.0)
         ends = [self._past.turning, last]
-        knots = np.unique(
-            np.concatenate([self._past.elements.starts, self._contact.knots, ends, self._recovery.starts])
-        )
+        starts = self._past.elements.starts, self._recovery.starts
+        knots = np.unique(np.concatenate([*starts, self._contact.knots, ends]))
         return self._time(knots[knots <= last])
 
     @property
@@ -246,8 +240,7 @@ class Solution:
     def through(self, place: int, fractions: Array) -> tuple[Array, Array]:
         """Depth [m] and force [N] on the way through the step at this place, at fractions of it in [0, 1]."""
         order = np.argsort(fractions)
-        columns = np.empty((2, fractions.size))
-        work = scratch(self._contact)
+        columns, work = np.empty((2, fractions.size)), scratch(self._contact)
         through_jump(self._contact, self._past, self._recovery, work, place, fractions[order], columns)
         depth, force = columns[:, np.argsort(order)]
         return depth * self.units.length, force * self.units.force
