@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +22,7 @@ from restitution import (
     standard_solid_restitution,
 )
 from restitution.contact.profile import Profile
+from restitution.errors import RestitutionWarning
 
 Array = NDArray[np.float64]
 
@@ -85,7 +87,9 @@ class Impacts:
 
     def solve(self, rtol: float, workers: int = 1) -> Array:
         """Restitution coefficients, in one call for each array."""
-        found = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RestitutionWarning)  # random bodies are no real ones
+            found = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
         return np.concatenate([np.asarray(one.restitution_coefficient) for one in found])
 
     def copies(self, n: int, count: int) -> Impacts:

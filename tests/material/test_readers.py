@@ -261,7 +261,7 @@ def test_deck_without_constants_asks_for_them():
         ),
         ("TB,PRON,1,1,2,SHEA\nTBDATA,1,0.1,1.0,0.2\n", "x: line 2: 3 constants .* must be 4, .*line 1"),
         ("TB,PRON,1,1,1,SHEA\n", "x: line 1: 0 constants in TBDATA: must be 2"),
-        ("TB,PRON,1,1,1,SHEA\nTBDATA,0,0.1,1.0\n", "x: line 2: 2 constants in TBDATA: must be 2, numbered from 1"),
+        ("TB,PRON,1,1,1,SHEA\nTBDATA,0,0.1,1.0\n", "x: line 2: TBDATA from place 0: must be a whole number >= 1"),
         ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,zero\n", "x: line 2: 'zero': must be a number"),
         ("TB,PRON,1,1,1,SHEA\nTBDATA,1,0.1,-1\n", "x: line 2: relaxation time in shear = -1: must be > 0"),
         ("TB,PRON,1,1,1,SHEA\nTBDATA,1,1.1,1\n", r"x: line 2: relative moduli in shear add up to 1\.1"),
