@@ -1,9 +1,4 @@
-"""Checks of numbers. What is refused raises an `InputError` with the field, its value and the admissible range.
-
-A number may carry a unit (pint, astropy, unyt, or the attribute `units` of an xarray.DataArray). It is then
-converted to the unit of the field, or refused where the dimensions differ. Masked values, dates, texts, booleans
-and complex numbers are refused.
-"""
+"""Checks of numbers: what is refused raises an `InputError` with the field, its value and the admissible range."""
 
 from __future__ import annotations
 
@@ -37,13 +32,17 @@ def _has_unit(value: Any) -> bool:
 
 
 def _without_unit(name: str, value: Any, unit: str) -> Any:
-    """Return the plain numbers of a value that carries a unit, in the unit of the field."""
-    attributes = getattr(value, "attrs", None)
+    """Return the plain numbers of a value with a unit (of pint, astropy, unyt, xarray), in the unit of the field."""
     if not _has_unit(value):
+        attributes = getattr(value, "attrs", None)
         stated = attributes.get("units") if isinstance(attributes, dict) else None
-        if stated is None or (stated == unit or (stated == "1" and not unit)):
+        if stated is None or stated in (unit, unit or "1"):
             return value
-        value = _stated(name, np.asarray(value), str(stated), unit)
+        try:
+            value = unit_registry().Quantity(np.asarray(value), str(stated))
+        except Exception:  # pint's parser lets errors of many unrelated types through
+            wanted = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
+            raise InputError(f"{name}.attrs['units']", str(stated), wanted) from None
     try:
         if hasattr(value, "magnitude"):
             return value.to(unit or "dimensionless").magnitude
@@ -54,33 +53,8 @@ def _without_unit(name: str, value: Any, unit: str) -> Any:
         raise InputError(name, str(value), wanted) from None
 
 
-def _stated(name: str, values: Any, stated: str, unit: str) -> Any:
-    try:
-        return unit_registry().Quantity(values, stated)
-    except Exception:  # pint's parser lets errors of many unrelated types through
-        wanted = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
-        raise InputError(f"{name}.attrs['units']", stated, wanted) from None
-
-
 def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
-    """Return `value` as an array of floats in `unit`, refusing all that is no real number.
-
-    Parameters
-    ----------
-    name : str
-        Name of the field.
-    value : object
-        A number, a sequence or an array; with or without a unit.
-    unit : str
-        SI unit of the field; empty for a plain number.
-
-    Raises
-    ------
-    InputTypeError
-        If the value is no number, or is masked.
-    InputError
-        If its unit cannot be converted.
-    """
+    """Return `value` as an array of floats in the SI unit of the field, refusing all that is no real number."""
     if isinstance(value, (bool, str, bytes)) or value is None:
         raise InputTypeError(name, value, _NUMBER)
     value = _without_unit(name, value, unit)
@@ -95,13 +69,12 @@ def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
         mask = np.ma.getmaskarray(value)
         if mask.any():
             index = tuple(int(i) for i in np.argwhere(np.atleast_1d(mask))[0]) if value.ndim else ()
-            raise InputTypeError(f"{name}", "masked", _NUMBER, index=index)
+            raise InputTypeError(name, "masked", _NUMBER, index=index)
         value = value.data
     try:
         plain = np.asarray(value)
-        if plain.dtype.kind not in "iufO":
-            raise InputTypeError(name, value, _NUMBER)
-        if plain.dtype.kind == "O" and any(isinstance(item, (str, bytes, bool)) for item in plain.flat):
+        mixed = plain.dtype.kind == "O" and any(isinstance(item, (str, bytes, bool)) for item in plain.flat)
+        if mixed or plain.dtype.kind not in "iufO":
             raise InputTypeError(name, value, _NUMBER)
         return np.array(plain, dtype=np.float64)
     except OverflowError:
@@ -161,16 +134,14 @@ def single_nonnegative(name: str, value: Any, unit: str = "") -> float:
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing all outside the closed interval [low, high]."""
     array = number(name, value, unit)
-    suffix = f" {unit}" if unit else ""
-    wanted = f"must be in [{low:g}, {high:g}]{suffix}"
+    wanted = f"must be in [{low:g}, {high:g}] {unit}".rstrip()
     return _checked(name, array, (array >= low) & (array <= high), unit, wanted)
 
 
 def between(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing all outside the open interval (low, high)."""
     array = number(name, value, unit)
-    suffix = f" {unit}" if unit else ""
-    wanted = f"must be > {low:g} and < {high:g}{suffix}"
+    wanted = f"must be > {low:g} and < {high:g} {unit}".rstrip()
     return _checked(name, array, (array > low) & (array < high), unit, wanted)
 
 

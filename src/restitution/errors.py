@@ -1,7 +1,4 @@
-"""Errors of the input, as objects: which field, its value, and what it must be.
-
-Code that wants to know what was wrong reads the attributes; the message is for people alone.
-"""
+"""Errors of the input, as objects: which field, its value, and what it must be."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ _LONGEST = 60
 
 
 class InputError(ValueError):
-    """An input that is not admissible.
+    """An input that is not admissible. Its parts are attributes for code; the message is for people alone.
 
     Parameters
     ----------
@@ -36,11 +33,6 @@ class InputError(ValueError):
         Place of the value in an array.
     where : str
         Where the field stands, such as the name of a file.
-
-    Attributes
-    ----------
-    field, value, wanted, unit, index, where
-        As given.
 
     Examples
     --------
@@ -91,15 +83,7 @@ def _rebuild(kind: type[InputError], *parts: Any) -> InputError:
 
 
 class RestitutionWarning(UserWarning):
-    """A warning with a kind, so that code can tell warnings apart without reading them.
-
-    Parameters
-    ----------
-    kind : str
-        What the warning is about, such as "window" or "density".
-    message : str
-        One line for people.
-    """
+    """A warning of one line for people, with a kind for code, such as "window" or "density"."""
 
     def __init__(self, kind: str, message: str) -> None:
         super().__init__(kind, message)

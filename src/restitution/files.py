@@ -21,48 +21,16 @@ PARTIAL = ".*.part"
 """Pattern of the names of partial files."""
 
 
-def partial_name() -> str:
-    """Return a hidden name that no other process uses or can guess."""
-    return f".{secrets.token_hex(8)}.part"
-
-
 @contextmanager
 def whole_file(path: Path | str) -> Generator[Path]:
     """Yield the path of a partial file, which becomes `path` when the block ends and vanishes when it fails.
 
-    An interrupt (Ctrl-C) counts as a failure: `path` is then what it was before, or absent.
-
-    Parameters
-    ----------
-    path : path-like
-        The file to be written; its folder must exist.
-
-    Yields
-    ------
-    pathlib.Path
-        An empty file in the same folder, so that the last step is a rename within one file system.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; the error then names `path`. Other errors of the block pass through.
-
-    Notes
-    -----
-    The content reaches the disk before the name does (`fsync`). The partial file is new and has a random name: in a
-    folder that others may write, nobody can put a link in its place beforehand.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with whole_file(f"{folder}/note.txt") as partial:
-    ...         _ = partial.write_text("all of it")
-    ...     [(entry.name, entry.read_text()) for entry in Path(folder).iterdir()]
-    [('note.txt', 'all of it')]
+    The folder must exist. An interrupt (Ctrl-C) counts as a failure: `path` is then what it was before, or absent. An
+    `OSError` names `path`.
     """
     path = Path(path)
-    partial = path.with_name(partial_name())
+    # In the same folder, so that the last step is a rename. The random name keeps others from linking it beforehand.
+    partial = path.with_name(f".{secrets.token_hex(8)}.part")
     flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
     try:
         os.close(os.open(partial, flags, 0o666))

@@ -18,25 +18,8 @@ def on_threads(
 ) -> None:
     """Run tasks on threads until all are done, one raises, or the caller is interrupted.
 
-    Parameters
-    ----------
-    run : callable
-        Does one task, on any of the threads.
-    tasks : iterable
-        The tasks in their order.
-    workers : int or None
-        Number of threads; None for all cores.
-    report : callable
-        Called on this thread every tenth of a second and whenever a thread ends.
-    stop : Event, optional
-        Set when the work has to end. Long tasks can check it.
-
-    Examples
-    --------
-    >>> squares: list[int] = []
-    >>> on_threads(lambda n: squares.append(n * n), range(4), 2, lambda: None)
-    >>> sorted(squares)
-    [0, 1, 4, 9]
+    There are as many threads as cores unless `workers` is given. `report` is called on this thread every tenth of a
+    second and whenever a thread ends. The event `stop` is set when the work has to end; long tasks can check it.
     """
     todo, lock, stop = iter(tasks), Lock(), stop or Event()
 

@@ -1,7 +1,4 @@
-"""Every physical quantity once: name, unit, words, symbol and admissible range.
-
-Case files, sweeps, results, pictures and exports read this registry. A new quantity is one entry here.
-"""
+"""Registry of all physical quantities: name, unit, words, symbol and admissible range."""
 
 from __future__ import annotations
 
@@ -109,10 +106,7 @@ class Quantity(NamedTuple):
         return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
-        """Return values as a float or a read-only array in SI; refuse those outside the range or of another dimension.
-
-        The values may carry a unit. Messages call them `field`, if it is given, in place of the name.
-        """
+        """Return values, perhaps with a unit, as a float or a read-only array in SI; messages call them `field`."""
         name = field or self.name
         if self.low == 0.0 and self.high == math.inf and not self.infinite:
             return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)

@@ -147,12 +147,7 @@ class Validity:
 
 
 class Numbers(NamedTuple):
-    """Numbers that the report compares, one for each contact, NaN if it is not known.
-
-    The first seven are the quantities `restitution.quantities.VALIDITY`. The others are for the messages: flags as 0
-    and 1, times [s], the static Poisson ratio of the same body, and how much denser than its material a ball of the
-    reduced mass and radius may be.
-    """
+    """Numbers of each contact, NaN if not known: the quantities `VALIDITY`, then what the messages show."""
 
     strain_number: Array
     contact_size_ratio: Array
@@ -189,23 +184,11 @@ def numbers(
     max_force: ArrayLike = math.nan,
     body_size: ArrayLike = math.nan,
 ) -> Numbers:
-    """Return the numbers that the report compares, for each contact.
+    """Return the numbers that the report compares, for contacts of one kind or each of its own.
 
-    Parameters
-    ----------
-    contact : Contact, or sequence of Contact
-        Materials and profile of all contacts, or of each in turn.
-    max_contact_radius, max_indentation_depth : float or array
-        Largest contact radius a and depth d [m]; NaN if a contact was not solved.
-    velocity, contact_time : float or array
-        Impact velocity v0 [m/s], or the largest speed of an indentation. Duration T [s]; infinite if it has no end.
-    mass, max_force, body_size : float or array, optional
-        Mass [kg] and largest force F [N]. Smallest dimension h [m] of the target, such as the thickness of a layer.
-
-    Notes
-    -----
-    Small strain: max(a/R, d/a) (Tabor 1951). Half-space: a/h. Waves: see `restitution.contact.radiation`. Window: the
-    times from a third of d/v0, some T/10, to T.
+    The contact radius and the depth [m] are NaN if a contact was not solved. The velocity [m/s] of an indentation is
+    its largest, and the contact time [s] is infinite if it has no end. `body_size` is the smallest dimension [m] of
+    the target, such as the thickness of a layer. The window must hold the times from a third of d/v0, some T/10, to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
     radius, depth, speed, time, mass, force, size, tip = (

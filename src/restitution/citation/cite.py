@@ -48,10 +48,7 @@ _PROFILES: dict[type[Profile], tuple[Reason, ...]] = {
     FlatPunch: (("boussinesq1885", "contact of a flat punch"),),
     TruncatedCone: (("popov2019", "transform of a flat-ended profile"),),
     FlatEndedParabola: (("popov2019", "transform of a flat-ended profile"),),
-    Tabulated: (
-        ("fritsch1980", "interpolation of the measured profile"),
-        ("sneddon1965", "transform of the profile"),
-    ),
+    Tabulated: (("fritsch1980", "interpolation of the measured profile"), ("sneddon1965", "transform of the profile")),
 }
 # Sources of the numbers of the library's materials, in the order in which `source` names them.
 _SOURCES = {

@@ -30,20 +30,16 @@ def standard_solid(
 
     Parameters
     ----------
-    equilibrium_modulus
-        G_inf >= 0 [Pa].
-    branch_modulus
-        G_1 > 0 [Pa].
+    equilibrium_modulus, branch_modulus
+        G_inf >= 0 and G_1 > 0 [Pa].
     viscosity
         eta > 0 [Pa s] of the dashpot in series with G_1; the relaxation time is eta/G_1.
     poisson_ratio
         Static Poisson ratio nu in [-1, 0.5]; 0.5 means incompressible. Exactly one of this and `bulk_modulus`.
     bulk_modulus
         K >= 0 [Pa], may be infinite.
-    density
-        Mass density [kg/m3].
-    name
-        Name of the material.
+    density, name
+        Mass density [kg/m3] and name of the material.
 
     Raises
     ------
@@ -96,12 +92,11 @@ def elastic(
     >>> steel.shear
     PronySeries(84000000000.0)
     """
-    if youngs_modulus is None:
-        assert shear_modulus is not None
+    if shear_modulus is not None:
         shear = PronySeries(shear_modulus)
     else:
-        tension = PronySeries(youngs_modulus)
-        shear = shear_from_tension(tension, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+        assert youngs_modulus is not None
+        shear = shear_from_tension(PronySeries(youngs_modulus), bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
     return Material(shear, bulk, density=density, name=name)
 
@@ -115,9 +110,7 @@ def maxwell(
     density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
-    """Maxwell liquid in shear, G(t) = G exp(-G t/eta), elastic in bulk.
-
-    A static Poisson ratio cannot be given: it is 0.5 for any liquid.
+    """Maxwell liquid in shear, G(t) = G exp(-G t/eta), elastic in bulk; its static Poisson ratio is 0.5.
 
     Parameters
     ----------

@@ -1,8 +1,4 @@
-"""Conversion of elastic constants, and of Prony series by the correspondence principle.
-
-A relation of elastic constants holds for the Carson transforms of the relaxation moduli. Its inversion needs the roots
-of a secular equation, and again gives a Prony series, exactly.
-"""
+"""Conversion of elastic constants, and of Prony series by the correspondence principle, exactly."""
 
 from __future__ import annotations
 
@@ -26,13 +22,7 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
-    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite.
-
-    Examples
-    --------
-    >>> poisson_ratio(3.0, 5.0)
-    0.25
-    """
+    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite."""
     if bulk_modulus > shear_modulus:
         ratio = shear_modulus / bulk_modulus
         return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
@@ -41,19 +31,10 @@ def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
 
 
 def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
-    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and a Poisson ratio nu in [-1, 0.5].
-
-    It is infinite for nu = 1/2. A liquid, whose G is 0, has no other nu.
-
-    Examples
-    --------
-    >>> print(round(bulk_from_poisson_ratio(3.0, 0.25), 12))
-    5.0
-    """
+    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and nu in [-1, 0.5]; infinite for nu = 1/2."""
     number = single("poisson_ratio", quantities.check("poisson_ratio", ratio))
     if shear_modulus == 0 and number < 0.5:
-        wanted = "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)"
-        raise InputError("poisson_ratio", number, wanted)
+        raise InputError("poisson_ratio", number, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)")
     return float(shear_modulus * bulk_factor(number)) if number < 0.5 else math.inf
 
 
@@ -86,9 +67,8 @@ def shear_from_tension(
     """Relaxation modulus in shear G(t) [Pa] from that in tension E(t), simplified.
 
     With a constant bulk modulus the Carson transforms obey 1/(3G) = 1/E - 1/(9K), so G = 3KE/(9K - E). Its rates
-    lambda are the roots of E(-lambda) = 9K, one above each rate of E. Its branch moduli are
-    27 K^2/(lambda E'(-lambda)). G is not the quotient 3KE(t)/(9K - E(t)) in time. With a constant Poisson ratio,
-    G = E/(2(1 + nu)).
+    lambda are the roots of E(-lambda) = 9K, one above each rate of E, with branch moduli 27 K^2/(lambda E'(-lambda)).
+    G is not the quotient 3KE(t)/(9K - E(t)) in time. With a constant Poisson ratio, G = E/(2(1 + nu)).
 
     Parameters
     ----------
@@ -172,20 +152,15 @@ def shear_and_bulk(
     stated: Deformation | None,
     given: Deformation | None,
 ) -> tuple[PronySeries, PronySeries | float]:
-    """Relaxation in shear and in bulk of a series that was measured in "tension" or "shear".
-
-    The data state the deformation, or the user gives it. The bulk modulus is constant, or proportional to the shear
-    modulus at a constant Poisson ratio.
-    """
+    """Relaxation in shear and in bulk of a series in the deformation that the data state, or that the user gives."""
     kind = given or stated
     if kind not in ("tension", "shear"):
         raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
     if stated not in (None, kind):
         raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
-    exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
-    shear = series
-    if kind == "tension":
-        shear = shear_from_tension(series, bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
+    bulk = {"bulk_modulus": bulk_modulus, "poisson_ratio": poisson_ratio}
+    exactly_one(**bulk)
+    shear = shear_from_tension(series, **bulk) if kind == "tension" else series
     if poisson_ratio is None:
         return shear, _constant_bulk(bulk_modulus)
     factor = bulk_factor(quantities.check("poisson_ratio", poisson_ratio))
@@ -202,15 +177,7 @@ def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
     """Series connection C of two Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
 
     Its rates are those shared by A and B, where the branch modulus is that of two springs in series, and the roots
-    lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)). Both are positive by
-    construction.
-
-    Examples
-    --------
-    A spring and a dashpot in series are a Maxwell body:
-
-    >>> series_connection(PronySeries(2.0), PronySeries(0.0, parallel_viscosity=6.0))
-    PronySeries(0.0, [2.0], [3.0])
+    lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)) > 0.
     """
     return connect(*on_common_times(first.simplified(), second.simplified()))
 
@@ -224,11 +191,8 @@ class Part(NamedTuple):
 
     def plus(self, other: Part, factor: float) -> Part:
         """Parallel connection with the other part, the latter times a factor."""
-        return Part(
-            self.constant + factor * other.constant,
-            self.viscosity + factor * other.viscosity,
-            self.weights + factor * other.weights,
-        )
+        pairs: Any = zip(self, other, strict=True)
+        return Part(*(own + factor * added for own, added in pairs))
 
     def at(self, times: Array, terms: Array, sizes: Array) -> tuple[Array, Array]:
         """Value at s = -1/times, and the sum of the magnitudes of its terms."""

@@ -100,13 +100,7 @@ class PronyTerms:
 
 
 def beyond_one(shares: Array) -> int | None:
-    """Index of the relative modulus with which their sum passes one, None where it does not.
-
-    Examples
-    --------
-    >>> beyond_one(np.array([0.75, 0.5, 0.25]))
-    1
-    """
+    """Index of the relative modulus with which their sum passes one, None where it does not."""
     beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
     return int(beyond[0]) if beyond.size else None
 
@@ -117,10 +111,7 @@ def _span(times: Array) -> tuple[float, float] | None:
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticDeck:
-    """Material of a solver deck: Prony terms relative to the instantaneous moduli, and elastic constants.
-
-    Decks have no units; SI is assumed. What the deck lacks is None; without terms it is elastic.
-    """
+    """Material of a solver deck, in SI: relative Prony terms and elastic constants; what it lacks is None."""
 
     shear: PronyTerms | None
     bulk: PronyTerms | None
@@ -132,14 +123,14 @@ class ViscoelasticDeck:
     source: str = ""  # name of the file
 
     def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
-        r"""Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
+        """Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
 
         A missing constant is refused, and so are constants of long times where the terms add up to one.
 
         Examples
         --------
-        >>> text = "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"
-        >>> read_abaqus("x.inp", text).material().shear
+        >>> terms = PronyTerms(np.array([2.0]), np.array([0.5]), relative=True)
+        >>> ViscoelasticDeck(terms, None, 9.0, 0.5, long_term=False, density=None, name=None).material().shear
         PronySeries(1.5, [1.5], [2.0])
         """
         modulus = self.youngs_modulus if youngs_modulus is None else youngs_modulus
@@ -174,11 +165,7 @@ _KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
 
 
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an ANSYS deck with TB,PRON tables of relative moduli and times, for shear and bulk.
-
-    MP,EX, MP,PRXY (or NUXY) and MP,DENS are read too; ANSYS means instantaneous constants. The deck must have one
-    temperature; `name` chooses one of several materials by its number. Errors name the line.
-    """
+    """Material of an ANSYS deck: TB,PRON in shear and bulk, and MP,EX, PRXY or NUXY (instantaneous), and DENS."""
     tables: dict[tuple[str, Deformation], tuple[_Entry, dict[int, _Entry]]] = {}
     constants: dict[str, _Constants] = {}
     active: tuple[str, Deformation] | None = None
@@ -210,9 +197,7 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
             entry = _Entry(_number(source, line, cells[2]), line.number)
             constants.setdefault(cells[1] or "1", {})[_PROPERTIES[cells[0].upper()]] = entry
     chosen = _chosen(source, [material for material, _ in tables], name)
-    own = {
-        kind: _ansys_terms(source, kind, *table) for (material, kind), table in tables.items() if material == chosen
-    }
+    own = {kind: _ansys_terms(source, kind, *table) for (one, kind), table in tables.items() if one == chosen}
     return _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
 
 
@@ -236,10 +221,9 @@ class _Block(NamedTuple):
 
 
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an Abaqus deck with *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i) and *ELASTIC (E, nu).
+    """Material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC (E, nu) and *DENSITY.
 
-    The constants are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *DENSITY is read too.
-    The deck must have one temperature; `name` chooses one of several materials. Errors name the line.
+    E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS.
     """
     materials: dict[str, list[_Block]] = {"": []}
     current = ""
@@ -270,9 +254,7 @@ def read_abaqus(source: str, text: str, name: str | None = None) -> Viscoelastic
                 raise FileError(source, line, "*VISCOELASTIC is followed by no terms")
             g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
             both: dict[Deformation, tuple[_Entry, ...]] = {"shear": g, "bulk": k}
-            terms = {
-                x: _terms(source, x, moduli, tau) for x, moduli in both.items() if any(one.value for one in moduli)
-            }
+            terms = {x: _terms(source, x, own, tau) for x, own in both.items() if any(one.value for one in own)}
     return _deck(source, chosen or None, terms, constants, long_term=long_term)
 
 

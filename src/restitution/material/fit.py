@@ -84,10 +84,8 @@ class PronyFit:
 
         Parameters
         ----------
-        bulk_modulus : float
-            Constant bulk modulus K [Pa]; may be infinite. Exactly one of this and `poisson_ratio`.
-        poisson_ratio : float
-            Poisson ratio nu [-] that is constant over time, so that the bulk relaxes like the shear.
+        bulk_modulus, poisson_ratio : float
+            Constant K [Pa], perhaps infinite, or constant nu [-], so that the bulk relaxes like the shear.
         deformation : str
             "tension" or "shear"; needed where the data do not state it.
         density, name
@@ -96,8 +94,7 @@ class PronyFit:
         Raises
         ------
         InputError
-            If the deformation is missing or contradicts the data, or not exactly one of `bulk_modulus` and
-            `poisson_ratio` is given.
+            If the deformation is missing or contradicts the data, or not exactly one of the two constants is given.
 
         Examples
         --------
@@ -138,15 +135,13 @@ def fit_prony(
     data
         Measured moduli.
     misfit
-        Relative misfit that is good enough [-]; for dynamic data of a small loss tangent, ten times that
-        tangent of it.
+        Relative misfit that is good enough [-]; for dynamic data of a small loss tangent, ten times that of it.
     liquid
         Whether to leave out the equilibrium modulus.
     loss_weight
         Weight of the loss modulus against the storage modulus, below 1 as it scatters more.
     smoothing
-        Weight of the jumps of the spectrum (branch modulus per unit of log time), relative to the modulus at
-        that time [-].
+        Weight of the jumps of the spectrum (branch modulus per unit of log time) over the modulus at that time [-].
 
     Returns
     -------
@@ -165,14 +160,12 @@ def fit_prony(
 
     Notes
     -----
-    Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23, for the algorithm; the misfit of
-    dynamic data is that of the complex modulus, ``|fit - data|/|data|``.
+    Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23. The misfit is ``|fit - data|/|data|``.
 
     Examples
     --------
     >>> t = np.geomspace(1e-3, 1e3, 61)
-    >>> truth = PronySeries(1.0, [2.0, 5.0], [0.1, 10.0])
-    >>> fit = fit_prony(RelaxationTable(t, truth.relaxation_modulus(t)))
+    >>> fit = fit_prony(RelaxationTable(t, PronySeries(1.0, [2.0, 5.0], [0.1, 10.0]).relaxation_modulus(t)))
     >>> fit.misfit < 2e-3, fit.n_terms <= 8
     (True, True)
     """
@@ -183,7 +176,9 @@ def fit_prony(
     problem = _Problem(data, liquid, *weights)
     *coarser, times = map(problem.grid, _DENSITIES)
     moduli = problem.solve(times)
-    allowed = max(allowed * problem.loss_share, _SLACK * problem.misfit(times, moduli))
+    if problem.dynamic:  # a small loss must be fitted too
+        allowed *= min(10.0 * float(np.median(problem.target.imag)), 1.0)
+    allowed = max(allowed, _SLACK * problem.misfit(times, moduli))
     for grid in coarser:
         solution = problem.solve(grid)
         if problem.misfit(grid, solution) <= allowed:
@@ -231,11 +226,6 @@ class _Problem:
         # Magnitude of the modulus over the logarithm of time.
         logs, size = np.log(points), self.size[inside]
         self.level = (-logs[::-1], size[::-1]) if self.dynamic else (logs, size)
-
-    @property
-    def loss_share(self) -> float:
-        """Ten times the loss tangent of dynamic data where that is below one: a small loss must be fitted too."""
-        return min(10.0 * float(np.median(np.imag(self.target))), 1.0) if self.dynamic else 1.0
 
     def grid(self, density: float) -> Array:
         """Relaxation times, so many a decade."""

@@ -45,21 +45,16 @@ class PronyApproximation(NamedTuple):
 
 @dataclass(frozen=True)
 class FractionalModel:
-    """Springpot V s^alpha, with a spring G_1 in series and a spring G_inf in parallel.
+    """Springpot with a spring in series and a spring in parallel: G_inf + G_1 V s^alpha/(G_1 + V s^alpha) at s.
 
-    The Carson transform is G_inf + G_1 V s^alpha/(G_1 + V s^alpha). `springpot`, `fractional_kelvin_voigt`,
-    `fractional_maxwell` and `fractional_zener` make it under its usual names.
+    `springpot`, `fractional_kelvin_voigt`, `fractional_maxwell` and `fractional_zener` are its usual names.
 
     Parameters
     ----------
-    equilibrium_modulus
-        G_inf >= 0 [Pa].
-    coefficient
-        V > 0 [Pa s^alpha].
-    exponent
-        alpha in [0.01, 0.99]; nearer to 0 it is a spring, nearer to 1 a dashpot, and those should be used.
-    series_modulus
-        G_1 > 0 [Pa], infinite for none.
+    equilibrium_modulus, series_modulus
+        G_inf >= 0 [Pa], and G_1 > 0 [Pa], infinite for none.
+    coefficient, exponent
+        V > 0 [Pa s^alpha] and alpha in [0.01, 0.99]; nearer to 0 or to 1 take a spring or a dashpot.
 
     Notes
     -----
@@ -144,15 +139,13 @@ class FractionalModel:
         return np.asarray(self.carson_transform(1j * omega))
 
     def prony(self, window: tuple[float, float], rtol: float = 1e-6) -> PronyApproximation:
-        """Prony series of prescribed and verified relative error within a window of time.
+        """Prony series of prescribed and verified relative error within a window: shortest and longest time [s].
 
-        The spectrum is integrated over the logarithm of time by the trapezoidal rule, whose error falls exponentially
-        with the number of terms. A few terms of the same moments replace all that is slower or faster than the window.
-        The result is compared with the exact moduli, and the rule refined, until the error suffices.
+        The spectrum is integrated over the logarithm of time by the trapezoidal rule, and the rule refined until the
+        error suffices. A few terms of the same moments replace all that is slower or faster than the window.
 
-        The window is the shortest and the longest time [s] that matter. The number `rtol` in [1e-10, 0.1] bounds the
-        error of R(t) relative to R(t), and of the complex modulus relative to its magnitude. The error of a small loss
-        modulus may be larger; see `loss_error`.
+        The number `rtol` in [1e-10, 0.1] bounds the error of R(t) relative to R(t), and of the complex modulus
+        relative to its magnitude. The error of a small loss modulus may be larger; see `loss_error`.
 
         Examples
         --------
@@ -280,8 +273,7 @@ class FractionalMaterial:
 
     Notes
     -----
-    An impact or an indentation takes a `Material`, which `within` makes for a window of time. `for_contact` finds the
-    window of an impact.
+    An impact takes a `Material`, which `within` makes for a window of time; `for_contact` finds that of an impact.
 
     Examples
     --------

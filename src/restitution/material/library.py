@@ -1,8 +1,4 @@
-"""Named materials, each with its source, its window of time and the assumptions made beyond the source.
-
-The entries are in `data/library.toml`. Each material is also an attribute of this module: `library.epoxy` is
-`library.get("epoxy")`.
-"""
+"""Named materials with source, window and assumptions; each is an attribute too: `library.epoxy`."""
 
 from __future__ import annotations
 

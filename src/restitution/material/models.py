@@ -1,8 +1,4 @@
-"""Registry of material models; an entry is a function from constants to a material.
-
-A new model is one function with the decorator `material_model`. Case files, the command line and the documentation
-read its constants, their units and their ranges from its signature.
-"""
+"""Registry of material models: functions whose signatures state the constants, their units and their ranges."""
 
 from __future__ import annotations
 
@@ -64,13 +60,7 @@ _MODELS: dict[str, MaterialModel] = {}
 
 
 def material_models() -> dict[str, MaterialModel]:
-    """All registered models by name.
-
-    Examples
-    --------
-    >>> list(material_models()["maxwell"].constants)
-    ['shear_modulus', 'viscosity', 'bulk_modulus']
-    """
+    """All registered models by name."""
     for module in ("classical", "fractional"):
         import_module(f"restitution.material.{module}")  # registers its models
     # In this order whichever module was imported first.

@@ -52,10 +52,8 @@ class PronySeries:
     ----------
     equilibrium_modulus
         Long-time modulus R_inf >= 0 [Pa]; 0 for a liquid.
-    branch_moduli
-        Moduli R_k >= 0 of the branches [Pa], shape (n_branch,).
-    relaxation_times
-        Relaxation times tau_k > 0 of the branches [s], shape (n_branch,), in any order.
+    branch_moduli, relaxation_times
+        R_k >= 0 [Pa] and tau_k > 0 [s] of the branches, shape (n_branch,) each, in any order.
     parallel_viscosity
         Viscosity eta >= 0 of a dashpot in parallel [Pa s].
 
@@ -178,8 +176,6 @@ class PronySeries:
 
         Examples
         --------
-        A Maxwell body of modulus 2 Pa and time 3 s flows at 1/(6 Pa s):
-
         >>> PronySeries(0.0, [2.0], [3.0]).creep_compliance([0.0, 6.0])
         array([0.5, 1.5])
         """
@@ -190,13 +186,9 @@ class PronySeries:
 
     @cached_property
     def retardation(self) -> Retardation:
-        """Retardation spectrum: the inverse 1/R(s) of the Carson transform, in partial fractions.
-
-        The retardation times are the roots of the secular equation of the series; each compliance is
-        1/(lambda R'(-lambda)), a sum of positive terms.
-        """
+        """Retardation spectrum: 1/R(s) of the Carson transform R(s), in partial fractions."""
         own = self.simplified()
-        if own.equilibrium_modulus == 0 and own.parallel_viscosity == 0 and own.n_branches == 0:
+        if own.is_zero:
             raise InputError("equilibrium_modulus", 0.0, "must be > 0, as nothing else carries a load", "Pa")
         ends = own.equilibrium_modulus, own.parallel_viscosity
         roots = secular_roots(*ends, own.branch_moduli[::-1], own.relaxation_times[::-1])
@@ -209,29 +201,18 @@ class PronySeries:
 
         Examples
         --------
-        >>> print(PronySeries(1.0, [2.0], [0.5]).storage_modulus(2.0))
-        2.0
+        >>> series = PronySeries(1.0, [2.0], [0.5])
+        >>> print(series.storage_modulus(2.0), series.loss_modulus(2.0), series.loss_tangent(2.0))
+        2.0 1.0 0.5
         """
         return self._dynamic(angular_frequency)[0]
 
     def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
-
-        Examples
-        --------
-        >>> print(PronySeries(1.0, [2.0], [0.5]).loss_modulus(2.0))
-        1.0
-        """
+        """Loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
         return self._dynamic(angular_frequency)[1]
 
     def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
-        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone.
-
-        Examples
-        --------
-        >>> print(PronySeries(1.0, [2.0], [0.5]).loss_tangent(2.0))
-        0.5
-        """
+        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone."""
         storage, loss = self._dynamic(angular_frequency)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.divide(loss, storage)[()]

@@ -27,12 +27,11 @@ _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0
 
 
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
-    r"""Read a file of a viscoelastic material, whatever its kind.
+    r"""Read a file of a viscoelastic material; the content decides the kind.
 
-    The content decides the kind: a relaxation table (time, modulus), a DMA table (frequency, storage modulus, loss
-    modulus or loss tangent), a table of shift factors (temperature, log aT or aT), a table of Prony terms
-    (relaxation time, modulus or relative modulus), an ANSYS deck with ``TB,PRON``, an Abaqus deck with
-    ``*VISCOELASTIC, TIME=PRONY``.
+    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), shift factors
+    (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Decks: ANSYS with
+    ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -49,8 +48,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     Raises
     ------
     InputError
-        If the file is missing or malformed, or has several materials and none is chosen; one line with the file and
-        the number of the line.
+        If the file is missing or malformed, or has several materials and none is chosen; it names file and line.
 
     Examples
     --------
@@ -68,13 +66,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
 
 def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:
-    r"""Read a text as `read_material` reads a file; `source` is its name in messages.
-
-    Examples
-    --------
-    >>> parse("relaxation_time_s,relative_modulus\n1,0.5\n").relative
-    True
-    """
+    """Read a text as `read_material` reads a file; `source` is its name in messages."""
     if "\0" in text:
         raise FileError(source, 0, "cannot be read: must be text")
     # Blanks but no ends of lines: these would cost quadratic time.

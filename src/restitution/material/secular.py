@@ -1,11 +1,4 @@
-"""Roots of the secular equation of a Prony series, by bracketing in log time.
-
-A relaxation function a + b delta(t) + sum E_k exp(-lambda_k t) has the Carson transform
-
-    S(s) = a + b s + sum E_k s/(s + lambda_k),
-
-which grows strictly between its poles, so its zeros s = -lambda are real, negative and interlace with them.
-"""
+"""Roots s = -lambda of a Carson transform S(s) = a + b s + sum E_k s/(s + lambda_k), by bracketing in log time."""
 
 from __future__ import annotations
 
@@ -41,51 +34,31 @@ def log_ratios(upper: Array, lower: Array) -> Array:
 
 
 def secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots:
-    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0.
+    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0, with tau_k = 1/lambda_k descending.
 
-    There is one root below the first pole if a > 0, one between each two neighbours, and one above the last pole if
-    b > 0 or a + sum E_k < 0. Weights that differ by so much that numbers overflow are refused.
+    There is one root below the first pole if a > 0 (a may be negative), one between each two neighbours, and one above
+    the last pole if b > 0 or a + sum E_k < 0. The poles are given as times, as two neighbouring floats may have the
+    same reciprocal.
 
     The unknown is the offset u = ln(lambda/lambda_o) from the nearest pole lambda_o, as in LAPACK's dlaed4 but in log
     time. A root that rounds to its pole still has an offset of full relative accuracy. In the variable
     y = 1/expm1(|u|) the term of that pole is linear, every other one is a hyperbola, and the sum is concave. So each
     evaluation yields two bounds: Newton's step from below, and from above the step of a model that keeps the weight of
     the nearest pole and bends all others into one at the far end of the interval.
-
-    Parameters
-    ----------
-    constant, viscosity
-        a, the value at s = 0, which may be negative (for S less a constant), and b >= 0.
-    weights
-        E_k > 0, shape (n_pole,).
-    times
-        Reciprocals tau_k > 0 of the poles lambda_k, strictly descending, shape (n_pole,). They are times, as two
-        neighbouring floats may have the same reciprocal.
-
-    Examples
-    --------
-    >>> secular_roots(1.0, 0.0, np.array([3.0]), np.array([0.5])).times
-    array([2.])
     """
-    with np.errstate(all="ignore"):
-        found = _secular_roots(constant, viscosity, weights, times)
+    n_pole = times.size
+    found: SecularRoots | None = SecularRoots(np.empty(0), np.empty(0), np.empty((0, n_pole)))
+    if n_pole == 0 and constant > 0 and viscosity > 0:
+        found = SecularRoots(np.array([viscosity / constant]), np.array([constant]), np.empty((1, 0)))
+    elif n_pole > 0:
+        with np.errstate(all="ignore"):
+            logs = log_ratios(times[:, None], times[None, :]) if n_pole > 1 else np.zeros((1, 1))
+            brackets = _brackets(constant, viscosity, weights, 1.0 / times, logs)
+            if brackets.size:
+                found = _solve(constant, viscosity, weights, times, logs, brackets)
     if found is None or not (np.isfinite(found.times).all() and np.isfinite(found.slopes).all()):
         raise InputError("moduli", wanted="must not differ by more than a factor of about 1e200 within a material")
     return found
-
-
-def _secular_roots(constant: float, viscosity: float, weights: Array, times: Array) -> SecularRoots | None:
-    n_pole = times.size
-    if n_pole == 0:
-        if constant > 0 and viscosity > 0:
-            return SecularRoots(np.array([viscosity / constant]), np.array([constant]), np.empty((1, 0)))
-        return SecularRoots(np.empty(0), np.empty(0), np.empty((0, 0)))
-
-    logs = log_ratios(times[:, None], times[None, :]) if n_pole > 1 else np.zeros((1, 1))
-    brackets = _brackets(constant, viscosity, weights, 1.0 / times, logs)
-    if not brackets.size:
-        return SecularRoots(np.empty(0), np.empty(0), np.empty((0, n_pole)))
-    return _solve(constant, viscosity, weights, times, logs, brackets)
 
 
 def _brackets(constant: float, viscosity: float, weights: Array, rates: Array, logs: Array) -> Array:

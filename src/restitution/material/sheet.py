@@ -98,18 +98,11 @@ def split_lines(text: str, ends: str | None = None) -> list[Line]:
 
 
 def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda name: False) -> Sheet:
-    r"""Table of named columns in a text; `source` is its name in messages.
+    """Table of named columns in a text; `source` is its name in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
-    in a second line of units. Commas, semicolons, tabs or blanks separate the columns; all but commas allow decimal
-    commas. A `FileError` has the number of the malformed line.
-
-    Examples
-    --------
-    >>> sheet = read_sheet("x", "t [ms];E_MPa\n1;3,5\n", lambda tail: tail == "MPa")
-    >>> sheet.labels, sheet.units, sheet.numbers(1)
-    (['t', 'E'], ['ms', 'MPa'], array([3.5]))
+    in a second line of units.
     """
     lines = split_lines(text, " ")
     comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
@@ -212,13 +205,7 @@ _COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23]
 
 @cache
 def unit(text: str) -> Unit | None:
-    """Unit of a name; None if it is unknown or has another dimension than the quantities of the tables.
-
-    Examples
-    --------
-    >>> unit("MPa").factor, round(unit("psi").factor, 2), unit("furlong")
-    (1000000.0, 6894.76, None)
-    """
+    """Unit of a name; None if it is unknown or has another dimension than the quantities of the tables."""
     name = text.strip().replace("²", "2").replace("μ", "µ")
     if name in PLAIN_UNITS:
         return PLAIN_UNITS[name]

@@ -82,10 +82,8 @@ class WLF(_Law):
     ----------
     reference_temperature
         T0 > 0 [K].
-    c1
-        C1 > 0 [-].
-    c2
-        C2 > 0 [K].
+    c1, c2
+        C1 > 0 [-] and C2 > 0 [K].
     temperature_range
         Lowest and highest admissible temperature [K]; without it, all above the Vogel temperature T0 - C2.
 
@@ -133,17 +131,10 @@ class Arrhenius(_Law):
 
     Parameters
     ----------
-    reference_temperature
-        T0 > 0 [K].
     activation_energy
         Q > 0 [J/mol].
-    temperature_range
-        Lowest and highest admissible temperature [K]; without it, all.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range; from `factor` outside the range of temperatures.
+    reference_temperature, temperature_range
+        As in `WLF`, also the errors; without a range, all temperatures are admissible.
 
     Notes
     -----

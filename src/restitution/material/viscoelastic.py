@@ -42,20 +42,14 @@ class Material:
     bulk
         Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson
         ratio of -1.
-    density
-        Mass density rho [kg/m3], for the check whether an impact is quasi-static.
-    name
-        Name of the material.
-    shift
-        Time-temperature shift, used by `at`.
-    temperature
-        Temperature of the moduli [K]; the reference of `shift` unless given.
-    source
-        Source of the numbers.
+    density, name
+        Mass density rho [kg/m3], for the check whether an impact is quasi-static, and name of the material.
+    shift, temperature
+        Time-temperature shift, used by `at`. Temperature of the moduli [K], by default the reference of `shift`.
+    source, assumptions
+        Source of the numbers, and assumptions made beyond it.
     window
         Shortest and longest time [s] for which the moduli hold, at `temperature`.
-    assumptions
-        Assumptions made beyond the source.
     derivation
         How the moduli were derived from the source, for `restitution.cite`: "fit" of a Prony series to data, a
         "fractional" model, or None.
@@ -180,18 +174,16 @@ class Material:
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
         """Poisson ratio nu(t) [-], the lateral contraction at the times t >= 0 [s] after a unit step of axial strain.
 
-        The times have any shape. The Carson transform of nu is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It
-        runs from `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`.
+        The Carson transform of nu is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It runs from
+        `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`. The times have any shape.
 
         Notes
         -----
-        With 1/2 - nu = 3G/(6K + 2G), a sum of exponentials whose rates are the roots of 6K + 2G. For a constant
-        K this is nu(t) = 1/2 - E(t)/(6K). Tschoegl, Knauss and Emri, Mech. Time-Depend. Mater. 6 (2002) 3.
+        With 1/2 - nu = 3G/(6K + 2G), a sum of exponentials whose rates are the roots of 6K + 2G.
+        Tschoegl, Knauss and Emri, Mech. Time-Depend. Mater. 6 (2002) 3.
 
         Examples
         --------
-        A polymer that is compressible as a glass and nearly incompressible as a rubber:
-
         >>> polymer = Material(PronySeries(1e6, [1e9], [1e-3]), bulk=3e9)
         >>> polymer.relaxation_poisson_ratio([0.0, 1e-3, 1.0]).round(3)
         array([0.35 , 0.439, 0.5  ])
@@ -237,14 +229,13 @@ def _series(name: str, value: Any) -> PronySeries:
 
 
 def reduced_modulus(material: Material, counter_material: Material | None = None) -> PronySeries:
-    """Reduced relaxation modulus E*(t) [Pa] of a material, or of two bodies in contact.
+    """Reduced relaxation modulus E*(t) [Pa] of a material, or of two bodies in contact, simplified.
 
-    A contact depends on no other modulus. By the correspondence principle the Carson transforms obey
+    By the correspondence principle the Carson transforms obey
 
         E* = 4G(3K + G)/(3K + 4G),    1/E* = 1/E1* + 1/E2* for two bodies.
 
-    Each is a series connection (of 4G and 4K + 4G/3, or of the two bodies) and so again a Prony series. It has no
-    zero branches and ascending times.
+    Each is a series connection (of 4G and 4K + 4G/3, or of the two bodies) and so again a Prony series.
 
     Parameters
     ----------
@@ -257,10 +248,7 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
 
     Examples
     --------
-    A standard solid with a constant bulk modulus has two branches in E*, the first one that of G:
-
-    >>> material = Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0)
-    >>> series = reduced_modulus(material)
+    >>> series = reduced_modulus(Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0))
     >>> print(series.relaxation_times, series.branch_moduli)
     [1. 2.] [4.    3.375]
     """
@@ -297,13 +285,6 @@ def reduced_standard_solid(
         E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
 
     For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
-
-    Examples
-    --------
-    >>> one = np.ones(1)
-    >>> solid = reduced_standard_solid(0.5 * one, one, 10.0 * one, one)
-    >>> solid.equilibrium.tolist(), solid.moduli.tolist(), solid.times.tolist()
-    ([4.0], [[40.0, 0.0]], [[1.0, 1.0]])
     """
     # In units of Ginf: Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where it is the small one.
     soft, K = poisson_ratio < 0.2, bulk_factor(poisson_ratio)
