@@ -32,9 +32,8 @@ SHORT_NAMES = (*_SHORT, *ALIASES)
 """Keys that an axis may have without their section."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
 _AXES: dict[str, Callable[..., Any]] = {one.__name__.lower(): one for one in (Linear, Logarithmic)}
-_DISTRIBUTIONS: dict[str, Callable[..., Any]] = {
-    one.__name__.lower(): one for one in (Uniform, LogUniform, Normal, LogNormal)
-}
+_KINDS = (Uniform, LogUniform, Normal, LogNormal)
+_DISTRIBUTIONS: dict[str, Callable[..., Any]] = {one.__name__.lower(): one for one in _KINDS}
 
 
 def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
 
 MOST_BOUNCES = 1_000_000
-Tolerance = Annotated[float, positive(NUMBER, "relative tolerance of the restitution coefficient")]
 
 
 class BodySection(Section):
@@ -45,9 +44,7 @@ class BodySection(Section):
     @property
     def kilograms(self) -> float:
         """Mass [kg], that of a solid sphere where a density is given."""
-        if self.mass is not None:
-            return self.mass
-        return sphere_mass(self.density or 0.0, self.radius or 0.0)
+        return self.mass if self.mass is not None else sphere_mass(self.density or 0.0, self.radius or 0.0)
 
 
 class CounterBodySection(BodySection):
@@ -97,7 +94,7 @@ class BouncesSection(Section):
 class AccuracySection(Section):
     """Accuracy of the solver."""
 
-    rtol: Tolerance | None = None
+    rtol: Annotated[float, positive(NUMBER, "relative tolerance of the restitution coefficient")] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -169,38 +166,24 @@ class CaseFile(Section):
         """Impact in SI; fractional models hold in the window, which is that of the contact if left out."""
         if window is None and self.needs_window:
             return for_contact(self.build)
-        mass = self.body.kilograms
-        profile = self.profile.build(self.body.radius)
+        mass, profile = self.body.kilograms, self.profile.build(self.body.radius)
         counter: Material | None = None if self.partner is None else self.partner.build(window)
         force = mass * self.impact.gravity if self.impact.weight else self.impact.external_force or 0.0
         if self.counter_body is not None:
             assert isinstance(profile, Parabola)
             profile = Parabola(float(reduced(profile.radius, self.counter_body.radius or math.inf)))
             mass = float(reduced(mass, self.counter_body.kilograms))
+        velocity = self.impact.impact_velocity
         return Impact(
-            material=self.material.build(window),
-            profile=profile,
-            mass=mass,
-            velocity=self.impact.impact_velocity,
-            counter_material=counter,
-            external_force=force,
+            self.material.build(window), profile, mass, velocity, counter_material=counter, external_force=force
         )
 
 
 @dataclass(frozen=True)
 class Case:
-    """An impact as a case file describes it; made by `read_case`.
+    """An impact as a case file describes it, in SI; made by `read_case`.
 
-    Attributes
-    ----------
-    path, title
-        The file, and its title or None.
-    impact : Impact
-        The problem, in SI.
-    options : dict
-        Keyword arguments of `solve`.
-    sections : CaseFile
-        Content of the file, checked.
+    `options` are the keyword arguments of `solve`, `sections` the checked content of the file.
     """
 
     path: Path
@@ -243,8 +226,8 @@ class Case:
         sections, motion = self.sections, self.sections.impact
         with in_file(self.path):
             if motion.external_force is not None:
-                advice = "a body that bounces has its weight alone; give weight"
-                refuse(advice, "impact.external_force", motion.external_force)
+                wanted = "a body that bounces has its weight alone; give weight"
+                refuse(wanted, "impact.external_force", motion.external_force)
             if sections.counter_body is not None:
                 refuse("a body bounces on a half-space; leave the section out", "counter_body")
             if sections.solver.method != "exact":
@@ -281,16 +264,7 @@ def notes_on(material: Material, counter: Material | None) -> list[str]:
 
 
 def read_case(path: str | Path) -> Case:
-    """Read a case file.
-
-    Parameters
-    ----------
-    path : str or Path
-        A TOML file. A quantity is a plain number in SI or a text with a unit such as "10 mm".
-
-    Returns
-    -------
-    Case
+    """Read a case file, in TOML: a quantity is a plain number in SI or a text with a unit such as "10 mm".
 
     Raises
     ------

@@ -72,17 +72,14 @@ class IndentationSection(Section):
                 refuse("stands in the file already; leave one of the two out", key)
             return self
         name = self.one_of("depth", "force")
-        if isinstance(getattr(self, name), list):
-            self._check_points(name)
-        else:
+        if not isinstance(getattr(self, name), list):
             self._check_shape(name)
-        return self
-
-    def _check_points(self, name: str) -> None:
+            return self
         if self.time is None:
             refuse(f"is missing; it belongs to the list of {name}", "time")
         for key in self.given("shape", *_SHAPE_KEYS):
             refuse(f"belongs to one largest {name}; {name} is a list over time", key)
+        return self
 
     def _check_shape(self, name: str) -> None:
         if self.time is not None:
@@ -158,13 +155,8 @@ class IndentationCase:
         from restitution.indentation.solve import indent
 
         with in_file(self.path, rtol="solver", **dict.fromkeys(("depth", "force", "time"), "indentation")):
-            return indent(
-                self.material,
-                self.profile,
-                counter_material=self.counter_material,
-                **{self.prescribed: self.history},
-                **self.options,
-            )
+            options = {self.prescribed: self.history} | self.options
+            return indent(self.material, self.profile, counter_material=self.counter_material, **options)
 
     def notes(self) -> list[str]:
         """Assumptions about the materials."""
@@ -206,6 +198,5 @@ def read_indentation(path: str | Path) -> IndentationCase:
     with in_file(path):
         counter = None if case.counter_material is None else case.counter_material.build(window)
         material, profile = case.material.build(window), case.profile.build(None)
-    return IndentationCase(
-        path, case.title, material, profile, counter, name, history, section.n_points, case.solver.options
-    )
+    options = case.solver.options
+    return IndentationCase(path, case.title, material, profile, counter, name, history, section.n_points, options)

@@ -246,7 +246,6 @@ class ModelSection(MaterialSection):
 
     @property
     def needs_window(self) -> bool:
-        """Whether a Prony series stands for the model, in a window of time."""
         return self.entry.needs_window
 
     def check_keys(self) -> None:
@@ -329,16 +328,14 @@ class FileSection(MaterialSection):
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
-            return self.fit.material(
-                bulk_modulus=self.bulk_modulus, poisson_ratio=self.poisson_ratio, deformation=self.deformation
-            )
+            given: dict[str, Any] = {key: getattr(self, key) for key in _OF_MODULI}
+            return self.fit.material(**given)
         terms = self.file
         assert isinstance(terms, PronyTerms)
         ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
-        shear, bulk = shear_and_bulk(
-            terms.series(**ends), self.bulk_modulus, self.poisson_ratio, terms.deformation, self.deformation
-        )
-        return Material(shear, bulk, source=terms.source, window=terms.window)
+        elastic = self.bulk_modulus, self.poisson_ratio
+        moduli = shear_and_bulk(terms.series(**ends), *elastic, terms.deformation, self.deformation)
+        return Material(*moduli, source=terms.source, window=terms.window)
 
 
 def models() -> dict[str, type[ModelSection]]:

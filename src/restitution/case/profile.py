@@ -74,7 +74,6 @@ class PowerLawSection(ProfileSection):
     coefficient: float | str
 
     def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
         exponent, value = float(self.number("exponent")), self.coefficient
         if isinstance(value, str):
             power = 1.0 - exponent
@@ -100,7 +99,6 @@ class TabulatedSection(ProfileSection):
         return Tabulated(columns["r"], columns["f"])
 
     def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
         r, f = self.number("r"), self.number("f")
         if self.file is not None:
             for key in self.given("r", "f"):
@@ -155,9 +153,8 @@ AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
     """Read columns of a CSV file and return them in SI by name.
 
-    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an
-    underscore or in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``; without them the numbers
-    are in SI. Separators, decimal commas and comments are those of tables of materials.
+    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or in
+    brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``. The rest is as in tables of materials.
     """
     sheet, names = _sheet(folder, name)
     for label, column in zip(sheet.labels, names, strict=True):

@@ -81,7 +81,7 @@ _BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
 _TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
 # What people mean, of units that differ in case alone.
 _COMMON = frozenset(
-    {"Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "ms", "us", "s", "N", "mN", "kN"}
+    ["Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "ms", "us", "s", "N", "mN", "kN"]
 )
 
 
@@ -115,11 +115,9 @@ def to_si(text: str, dimension: Dimension) -> float:
     if unit.dimensionality != wanted.dimensionality or (dimension is ANGLE and not name):
         if not name:
             raise InputError("", wanted=f"has no unit; {dimension.advice}")
-        found = next(
-            (one for one in _DIMENSIONS if registry.parse_units(one.unit).dimensionality == unit.dimensionality),
-            None,
-        )
-        what = found.article if found else f"a quantity of dimension {unit.dimensionality}"
+        sought = unit.dimensionality
+        found = (one.article for one in _DIMENSIONS if registry.parse_units(one.unit).dimensionality == sought)
+        what = next(found, f"a quantity of dimension {sought}")
         raise InputError("", wanted=f"is {what}, not {dimension.article}; {dimension.advice}")
     return float(registry.Quantity(number, unit).to(wanted).magnitude)
 
@@ -170,11 +168,9 @@ class Reader:
     quantity: Quantity
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Convert and check before pydantic's own validation."""
         return core_schema.no_info_before_validator_function(lambda value: read(value, self.quantity), handler(source))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        """Keep the unit in the JSON schema."""
         return handler(schema) | {"unit": self.quantity.unit}
 
 

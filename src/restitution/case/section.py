@@ -134,11 +134,20 @@ def folder_of(info: ValidationInfo) -> Path:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a `CaseError` has one line."""
-    text = _text(path)
 
     def fail(wanted: str) -> Never:
         raise CaseError(InputError("", wanted=wanted), where=path) from None
 
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        fail("no such file")
+    except IsADirectoryError:
+        fail("is a folder, not a case file")
+    except OSError as error:
+        fail(f"cannot be read: {error.strerror}")
+    except ValueError:
+        fail("cannot be read: not a text file in UTF-8")
     if len(text) > _LARGEST_FILE:
         fail(f"has {len(text)} characters: must have at most {_LARGEST_FILE}; give long tables as CSV files")
     if deep := _DEEP_KEY.search(text):
@@ -161,25 +170,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         fail(f"not valid TOML: {error}")
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        known: dict[type[OSError], str] = {
-            FileNotFoundError: "no such file",
-            IsADirectoryError: "is a folder, not a case file",
-        }
-        why = known.get(type(error), f"cannot be read: {error.strerror}")
-    except ValueError:
-        why = "cannot be read: not a text file in UTF-8"
-    raise CaseError(InputError("", wanted=why), where=path)
-
-
 def key_path(parts: Sequence[str | int]) -> str:
     """Write a path of keys as TOML does, with list places in brackets.
 
-    Examples
-    --------
     >>> key_path(["material", "shear", "relaxation_times", 2])
     'material.shear.relaxation_times[2]'
     """

@@ -143,11 +143,8 @@ def plan_case(
         template = CaseTemplate(path, path.parent.absolute(), case, keys, set_by_columns)
         template.prepare({})
     with in_file(path):
-        grid = make_grid(
-            {columns.get(place, place): _renamed(axis, columns) for place, axis in axes.items()},
-            options.sweep.chunk,
-        )
-        rtol = options.solver.rtol or 1e-9
+        renamed = {columns.get(place, place): _renamed(axis, columns) for place, axis in axes.items()}
+        grid, rtol = make_grid(renamed, options.sweep.chunk), options.solver.rtol or 1e-9
         return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
 
 
@@ -207,26 +204,20 @@ def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str
 
 @dataclass(frozen=True)
 class CaseTemplate:
-    """A case file with the first values of the axes.
-
-    Each combination of values of its `keys` has an impact of its own. Columns of numbers set the quantities `columns`.
-    Relative names of files start from `folder`.
-    """
+    """A case file with the first values of the axes."""
 
     path: Path
-    folder: Path
+    folder: Path  # where relative names of files start
     data: dict[str, Any]
-    keys: tuple[str, ...]
-    columns: tuple[str, ...]
+    keys: tuple[str, ...]  # each combination of their values has an impact of its own
+    columns: tuple[str, ...]  # quantities that columns of numbers set
 
     dimensionless = False
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names whose every combination needs an impact of its own."""
         return tuple(name for name in names if name in self.keys)
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
-        """Build the impact of the file with these values."""
         case = self._case(values)
         with in_file(self.path):
             impact = case.build()
@@ -251,16 +242,12 @@ class CaseTemplate:
 
 @dataclass(frozen=True)
 class Derivation:
-    """Columns of an impact from those of a case file: mass from density, velocity from height, weight.
-
-    `own` has the names of the numbers of the profile.
-    """
+    """Columns of an impact from those of a case file: mass from density, velocity from height, weight."""
 
     case: CaseFile
-    own: tuple[str, ...]
+    own: tuple[str, ...]  # names of the numbers of the profile
 
     def __call__(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Derive columns."""
         body, impact, counter = self.case.body, self.case.impact, self.case.counter_body
         derived: dict[str, Any] = dict(columns)
         radius = derived.get("radius", body.radius)

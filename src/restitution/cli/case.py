@@ -153,14 +153,9 @@ def _print_bounces(found: Bounces, title: str) -> None:
 
     def row(n: int) -> tuple[str, ...]:
         duration = found.contact_time[n] * times.factor
-        return (
-            str(n + 1),
-            f"{found.touch_time[n]:.6g}",
-            f"{found.velocity[n]:.4g}",
-            f"{found.restitution_coefficient[n]:.6g}",
-            f"{duration:.4g}" if math.isfinite(duration) else "stays",
-            f"{found.height[n] * heights.factor:.4g}",
-        )
+        touch = f"{found.touch_time[n]:.6g}", f"{found.velocity[n]:.4g}", f"{found.restitution_coefficient[n]:.6g}"
+        lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
+        return str(n + 1), *touch, lasts, f"{found.height[n] * heights.factor:.4g}"
 
     count = found.n_bounces
     rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
@@ -213,9 +208,18 @@ def cite(
     Without a case, the program and the paper that it reproduces.
     """
     with user_input():
+        from restitution.case.impact import read_case
+        from restitution.case.indentation import read_indentation
+        from restitution.case.section import read_toml
+        from restitution.case.sweep import read_sweep
         from restitution.citation.cite import citations, cite, entries
 
-        subjects = [_read(case) for case in cases or []]
+        subjects: list[Any] = []
+        for case in cases or []:
+            content = read_toml(case)
+            is_sweep = "axes" in content or "samples" in content
+            read = read_indentation if "indentation" in content else read_sweep if is_sweep else read_case
+            subjects.append(read(case))
         if json:
             used = citations(*subjects)
             tables.write_json([{"key": key, "used_for": use, "bibtex": entries()[key]} for key, use in used.items()])
@@ -225,16 +229,3 @@ def cite(
             partial.write_text(text, encoding="utf-8")
     elif not json:
         sys.stdout.write(text)
-
-
-def _read(path: Path) -> Any:
-    """Impact, indentation or sweep of a case file."""
-    from restitution.case.impact import read_case
-    from restitution.case.indentation import read_indentation
-    from restitution.case.section import read_toml
-    from restitution.case.sweep import read_sweep
-
-    content = read_toml(path)
-    if "indentation" in content:
-        return read_indentation(path)
-    return read_sweep(path) if {"axes", "samples"} & content.keys() else read_case(path)

@@ -40,8 +40,7 @@ _OTHERS = (
 
 def material(
     source: Annotated[
-        str | None,
-        argument("FILE|NAME", "File, or material of the library.", autocompletion=library_names),
+        str | None, argument("FILE|NAME", "File, or material of the library.", autocompletion=library_names)
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
     at: Annotated[
@@ -61,7 +60,13 @@ def material(
     """
     with user_input():
         if list_:
-            _list(json)
+            from restitution.material import library
+
+            sources = {name: library.get(name).source or "" for name in library.names()}
+            if json:
+                tables.write_json(sources)
+            else:
+                tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
             return
         if source is None:
             raise BadInput("material: give a file or a name, or --list")
@@ -104,19 +109,10 @@ class Report:
     relative: bool = False  # whether the moduli are shares of a modulus that the file does not give
 
 
-def _list(in_json: bool) -> None:
-    from restitution.material import library
-
-    sources = {name: library.get(name).source or "" for name in library.names()}
-    if in_json:
-        tables.write_json(sources)
-    else:
-        tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
-
-
 def _reports(source: str, at: str | None, shift: Path | None, name: str | None) -> list[Report]:
     """Return one report, or for a case file one for each of its materials."""
     from restitution.material import library
+    from restitution.material.deck import PronyTerms, ViscoelasticDeck
     from restitution.material.readers import read_material
     from restitution.material.shift import ShiftTable
     from restitution.quantities import TEMPERATURE
@@ -145,7 +141,10 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
         return [_of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
         raise BadInput("--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE")
-    made = _of_content(content, source)
+    if isinstance(content, ViscoelasticDeck):
+        made = _of_deck(content, source)
+    else:
+        made = _of_terms(content, source) if isinstance(content, PronyTerms) else _of_data(content, source)
     made.notes = getattr(content, "notes", ())
     return [made if law is None or kelvin is None else _shifted(made, law, kelvin)]
 
@@ -168,21 +167,20 @@ def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[
 
     pressed = "indentation" in read_toml(Path(source))
     subject = read_indentation(source) if pressed else read_case(source).impact
-    parts = {"material": subject.material, "counter_material": subject.counter_material}
-    # An elastic material needs no law of the shift.
-    return [
-        _of_material(one, one.name or name, f"{name} of {source}", None if _is_elastic(one) else kelvin, law)
-        for name, one in parts.items()
-        if one is not None
-    ]
+    made: list[Report] = []
+    for name, one in (("material", subject.material), ("counter_material", subject.counter_material)):
+        if one is not None:
+            # An elastic material needs no law of the shift.
+            elastic = all(series.is_elastic for series in _series_of(one).values())
+            made.append(_of_material(one, one.name or name, f"{name} of {source}", None if elastic else kelvin, law))
+    return made
 
 
 def _shifted(made: Report, law: ShiftTable, kelvin: float) -> Report:
     """Return a report at the reference temperature of a law for another temperature."""
     from restitution.material.fit import DynamicTable
 
-    factor = law.factor(kelvin)
-    data = made.data
+    factor, data = law.factor(kelvin), made.data
     if isinstance(data, DynamicTable):
         data = replace(data, angular_frequency=data.angular_frequency / factor)
     elif data is not None:
@@ -199,10 +197,6 @@ def _series_of(material: Material) -> dict[str, PronySeries]:
     """Relaxation functions of a material by name, without a constant bulk modulus."""
     series: dict[str, Any] = {"shear": material.shear, "bulk": material.bulk}
     return {name: one for name, one in series.items() if not isinstance(one, float)}
-
-
-def _is_elastic(material: Material) -> bool:
-    return all(one.is_elastic for one in _series_of(material).values())
 
 
 def _of_material(material: Material, title: str, kind: str, kelvin: float | None, law: ShiftTable | None) -> Report:
@@ -223,14 +217,6 @@ def _of_material(material: Material, title: str, kind: str, kelvin: float | None
     }
     series = _series_of(material)
     return Report(title, facts, series, material.window or _window(series))
-
-
-def _of_content(content: RelaxationTable | DynamicTable | PronyTerms | ViscoelasticDeck, source: str) -> Report:
-    from restitution.material.deck import PronyTerms, ViscoelasticDeck
-
-    if isinstance(content, ViscoelasticDeck):
-        return _of_deck(content, source)
-    return _of_terms(content, source) if isinstance(content, PronyTerms) else _of_data(content, source)
 
 
 def _of_data(data: RelaxationTable | DynamicTable, source: str) -> Report:
@@ -260,12 +246,11 @@ def _of_terms(terms: PronyTerms, source: str) -> Report:
         "instantaneous_modulus_Pa": ends[0],
         "equilibrium_modulus_Pa": ends[1],
     }
-    if terms.relative and ends == (None, None):
-        # Shares of a modulus that the file does not give: of 1 Pa.
-        series = {"relative to the instantaneous modulus": terms.series(instantaneous_modulus=1.0)}
-        return Report(source, facts, series, _window(series), relative=True)
-    series = {terms.deformation or "modulus": terms.series()}
-    return Report(source, facts, series, _window(series))
+    relative = terms.relative and ends == (None, None)
+    name = "relative to the instantaneous modulus" if relative else terms.deformation or "modulus"
+    # The shares of a modulus that the file does not give are those of 1 Pa.
+    series = {name: terms.series(instantaneous_modulus=1.0) if relative else terms.series()}
+    return Report(source, facts, series, _window(series), relative=relative)
 
 
 def _of_deck(deck: ViscoelasticDeck, source: str) -> Report:
@@ -371,11 +356,8 @@ def _draw(reports: list[Report], path: Path) -> None:
     if first.factors is not None:
         tables.save_picture(pictures.shift_factors(first.factors), path)
         return
-    series = {
-        f"{one.title}, {name}" if len(reports) > 1 else name: function
-        for one in reports
-        for name, function in one.series.items()
-    }
+    several = len(reports) > 1
+    series = {f"{one.title}, {k}" if several else k: v for one in reports for k, v in one.series.items()}
     windows = [one.window for one in reports if one.window is not None] or [(1e-6, 1.0)]
     window = min(low for low, _ in windows), max(high for _, high in windows)
     unit = "" if all(one.relative for one in reports) else "Pa"

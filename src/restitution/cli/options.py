@@ -60,12 +60,8 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> P
 
 def target(words: str, name: str, *suffixes: str) -> Any:
     """Option of a file that the command writes."""
-    return option(
-        f"{words}: {_either(suffixes)}.",
-        name,
-        metavar="FILE",
-        callback=lambda path: check_target(name, path, suffixes),
-    )
+    words = f"{words}: {_either(suffixes)}."
+    return option(words, name, metavar="FILE", callback=lambda path: check_target(name, path, suffixes))
 
 
 def _either(choices: Sequence[str]) -> str:
@@ -83,7 +79,6 @@ History = Annotated[
     Path | None, target("Write depth, velocity, force and contact radius over time", "--history", *TABLES)
 ]
 Outputs = Annotated[
-    list[str] | None,
-    option("Output to show; may be repeated.", "--output", metavar="NAME", autocompletion=_outputs),
+    list[str] | None, option("Output to show; may be repeated.", "--output", metavar="NAME", autocompletion=_outputs)
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]

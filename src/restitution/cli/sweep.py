@@ -29,10 +29,9 @@ from restitution.files import TABLES, write_table
 if TYPE_CHECKING:
     import xarray as xr
 
-    from restitution.case.impact import Case
-    from restitution.impact.problem import Impact
     from restitution.surrogates.velocity import Surrogate
 
+_RESULTS = (".zarr", *TABLES)
 # Places of the quantities of the paper's problem, and their options.
 _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _POINTS = 80
@@ -47,13 +46,6 @@ _RTOL = 1e-6
 _COLUMNS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 
 
-def _result(path: Path) -> Path:
-    """Refuse what is neither a store, which may exist, nor a table."""
-    if path.suffix.lower() != ".zarr":
-        check_target("--out", path, (".zarr", *TABLES))
-    return path
-
-
 def sweep(
     file: Annotated[Path, argument("SWEEP.toml", "Case file with axes.")],
     out: Annotated[
@@ -61,7 +53,8 @@ def sweep(
         option(
             "Zarr store for the results; or a table, .csv or .nc, held in memory.",
             metavar="RESULT.zarr",
-            callback=_result,
+            # A store may exist already.
+            callback=lambda path: path if path.suffix.lower() == ".zarr" else check_target("--out", path, _RESULTS),
         ),
     ],
     dask: Annotated[
@@ -81,7 +74,7 @@ def sweep(
 
         plan = read_sweep(file)
         is_table = out.suffix.lower() in TABLES
-        engine = "threads" if dask is None else "dask"
+        engine, store = "threads" if dask is None else "dask", None if is_table else out
         # Points done and time, when imports and the store are ready.
         begun: list[tuple[int, float]] = []
         with collected_warnings() as warnings, progress_bar("sweeping", rate="impacts/s") as bar:
@@ -91,9 +84,8 @@ def sweep(
                     begun.append((done, time.monotonic()))
                 bar(done, total)
 
-            target = None if is_table else out
             try:
-                dataset = run(plan, out=target, engine=engine, cluster=dask, workers=workers, progress=progress)
+                dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
                 if is_table:
                     write_table(dataset, out)
             except KeyboardInterrupt:
@@ -102,13 +94,12 @@ def sweep(
                 raise
     before, start = begun[0]
     total, seconds = plan.grid.n_points, time.monotonic() - start
-    fresh = total - before
     if json:
         content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
         return
     resumed = f", {before} of them from before" if before else ""
-    rate = f"; {fresh / seconds:.3g} impacts/s in {seconds:.1f} s" if fresh else ""
+    rate = f"; {(total - before) / seconds:.3g} impacts/s in {seconds:.1f} s" if total > before else ""
     print(f"{total} impacts in {out}{resumed}{rate}")
     report("warning", *warnings)
 
@@ -140,10 +131,7 @@ def plot(
 
 
 def map_(
-    x: Annotated[
-        str,
-        option("Abscissa, e.g. velocity=1cm/s:10m/s.", metavar="NAME=LOW:HIGH", autocompletion=axes),
-    ],
+    x: Annotated[str, option("Abscissa, e.g. velocity=1cm/s:10m/s.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
     y: Annotated[str, option("Ordinate.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
     case: Annotated[Path | None, argument("CASE.toml", "Case file; the paper's problem if not given.")] = None,
     output: Outputs = None,
@@ -168,6 +156,7 @@ def map_(
         from restitution.case.axes import known_place, read_axis
         from restitution.case.section import read_toml
         from restitution.case.sweep import plan_case
+        from restitution.sweeps.grid import Logarithmic
         from restitution.sweeps.run import run
 
         path = Path("standard solid") if case is None else case
@@ -185,7 +174,9 @@ def map_(
                 axis = read_axis(where, place, _range(option, text, value, points))
                 if axis.low == axis.high:
                     raise BadInput(f"{option} {text}: low and high must differ")
-                read[place] = _spaced(axis)
+                low, high = sorted((axis.low, axis.high))
+                apart = low > 0.0 and high >= _LOG_RATIO * low
+                read[place] = Logarithmic(axis.low, axis.high, axis.n) if apart else axis
         if case is None and (missing := [name for place, name in _GROUPS.items() if place not in read]):
             advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
             raise BadInput(f"map: {', '.join(missing)}: {advice}")
@@ -242,16 +233,6 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
     return {"linear": [_plain(end) for end in ends], "n": points}
 
 
-def _spaced(axis: Any) -> Any:
-    """Space an axis by ratios where its ends are far apart."""
-    from restitution.sweeps.grid import Linear, Logarithmic
-
-    if not isinstance(axis, Linear) or min(axis.low, axis.high) <= 0.0:
-        return axis
-    apart = max(axis.low, axis.high) >= _LOG_RATIO * min(axis.low, axis.high)
-    return Logarithmic(axis.low, axis.high, axis.n) if apart else axis
-
-
 def _plain(text: str) -> Any:
     try:
         return float(text)
@@ -278,10 +259,14 @@ def surrogate(
     """
     with user_input():
         from restitution.quantities import VELOCITY
+        from restitution.surrogates.velocity import Surrogate
 
         speeds = [tables.read_quantity("--at", text, VELOCITY) for text in at or ()]
         if source.suffix.lower() == _SAVED:
-            made, notes = _saved(source, {"--velocity": velocity, "--rtol": rtol, "--out": out}), []
+            for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
+                if value is not None:
+                    raise BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
+            made, notes = Surrogate.load(source), []
         else:
             low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
             made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
@@ -310,31 +295,17 @@ def surrogate(
         tables.save_picture(made.plot(), plot)
 
 
-def _saved(path: Path, options: dict[str, Any]) -> Surrogate:
-    from restitution.surrogates.velocity import Surrogate
-
-    for name, value in options.items():
-        if value is not None:
-            raise BadInput(f"{name}: belongs to a case file; {path} is a surrogate already")
-    return Surrogate.load(path)
-
-
 def _build(path: Path, velocity: tuple[float, float], rtol: float, workers: int | None) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
+    from restitution.impact.problem import for_contact
     from restitution.surrogates.build import surrogate
 
     case = read_case(path)
+    impact, build = case.impact, case.sections.build
     with progress_bar("building") as progress:
-        impact = _impact(case, velocity)
+        if case.sections.needs_window:
+            # Fractional models must hold for the contact times of all velocities.
+            impact = for_contact(lambda window: replace(build(window), velocity=list(velocity)))
         made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
     return made, notes_on(impact.material, impact.counter_material)
-
-
-def _impact(case: Case, velocity: tuple[float, float]) -> Impact:
-    """Impact of a case, whose fractional models hold for the contact times of all velocities."""
-    if not case.sections.needs_window:
-        return case.impact
-    from restitution.impact.problem import for_contact
-
-    return for_contact(lambda window: replace(case.sections.build(window), velocity=list(velocity)))

@@ -89,11 +89,9 @@ def plain_symbol(symbol: str) -> str:
 
 def print_values(title: str, values: Sequence[tuple[str, str, float, str]], dimensionless: bool = False) -> None:
     """Print rows of words, symbol and value, with the unit if there is one."""
-    rows = [
-        (words, symbol, *_for_people(value, "" if dimensionless else unit)) for words, symbol, value, unit in values
-    ]
-    columns = ("quantity", "symbol", "value", "unit")[: 3 if dimensionless else 4]
-    print_rows(title, columns, [row[: len(columns)] for row in rows], right="value")
+    n = 3 if dimensionless else 4
+    rows = [(words, symbol, *_for_people(value, "" if n == 3 else unit))[:n] for words, symbol, value, unit in values]
+    print_rows(title, ("quantity", "symbol", "value", "unit")[:n], rows, right="value")
 
 
 def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = "") -> None:

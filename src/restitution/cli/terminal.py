@@ -140,20 +140,20 @@ def compilation() -> Generator[None]:
     if not sys.stderr.isatty():
         yield
         return
-    timer = Timer(_SUSPICIOUS, _explain)
+
+    def explain() -> None:
+        from restitution.impact.exact import is_ready
+
+        if not is_ready():
+            report("note", "compiling the kernel, as the first solve after an installation does")
+
+    timer = Timer(_SUSPICIOUS, explain)
     timer.daemon = True
     timer.start()
     try:
         yield
     finally:
         timer.cancel()
-
-
-def _explain() -> None:
-    from restitution.impact.exact import is_ready
-
-    if not is_ready():
-        report("note", "compiling the kernel, as the first solve after an installation does")
 
 
 @contextmanager
@@ -198,17 +198,14 @@ class Commands(TyperGroup):
     """The commands; each ends with one of the exit codes, without a traceback for bad input."""
 
     def make_context(self, *args: Any, **extra: Any) -> Any:
-        """Parse the command line, which may print help."""
         with _patient_with_readers():
             return super().make_context(*args, **extra)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command."""
         with _patient_with_readers():
             return super().invoke(ctx)
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
-        """Parse the command line and run the command."""
         parse = super().main
         if not standalone_mode:
             return parse(*args, standalone_mode=False, **extra)
