@@ -79,9 +79,9 @@ class Tabulated(Profile, case_name="tabulated"):
             if not falls.size:
                 y, depth, slope = _sampled(transform, pieces.x)
                 falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
-            if not falls.size:
-                made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
-                break
+                if not falls.size:
+                    made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
+                    break
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             wanted = "g(x) must rise for the contact to be a full circle; smooth or thin the table"

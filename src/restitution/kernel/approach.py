@@ -83,7 +83,7 @@ KINK_EFFECT, KINK_TAIL = 1.0, 4.0
 _MOST_MISSED, _CORRECTION, _WHOLE = 6, (0.5, 2.0), 0.999
 # Rough tables: velocity that an element may miss where a(s) is rough between its nodes, over Newton's tolerance; error of
 # the table itself, over that tolerance and at least.
-ROUGH = 1.0
+ROUGH = 0.1
 TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12
 # End without a turning point. Net force over the constant force below which a body hangs in balance, and below which it
 # creeps; share of s that it creeps within an element; velocity of a body in balance that is at rest. In a liquid, velocity

@@ -293,9 +293,10 @@ def reduced_standard_solid(
         equilibrated = np.where(soft, 3.0 * K + 4.0, 3.0 + 4.0 / K)
         glassy = np.where(soft, 3.0 * K + 4.0 * (1.0 + ratio), 3.0 + 4.0 * (1.0 + ratio) / K)
         second = np.where(soft, 27.0 * K**2, 27.0) * branch_modulus / (equilibrated * glassy)
+        second_time = relaxation_time * glassy / equilibrated
     equilibrium = 2.0 * equilibrium_modulus / (1.0 - poisson_ratio)
     incompressible = poisson_ratio == 0.5
     first = np.where(incompressible, 4.0, 1.0) * branch_modulus
     moduli = np.column_stack([first, np.where(incompressible, 0.0, second)])
-    times = np.column_stack([relaxation_time, relaxation_time * glassy / equilibrated])
+    times = np.column_stack([relaxation_time, second_time])
     return ReducedStandardSolid(equilibrium, moduli, times)

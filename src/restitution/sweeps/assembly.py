@@ -52,12 +52,15 @@ class Template(Protocol):
     @property
     def dimensionless(self) -> bool:
         """Whether its bodies have no dimensions, so that only the Poisson ratio can be checked."""
+        ...
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names whose every combination needs an impact of its own; refuse unknown names."""
+        ...
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
         """Return the impact for one combination of their values, or raise an `InputError`."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -191,9 +191,11 @@ def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> 
         return None
     eta = float(shear.branch_moduli[0] * shear.relaxation_times[0]) * one
     branch = columns.get("branch_modulus", float(shear.branch_moduli[0]) * one)
-    if "p2" in columns:
-        branch = equilibrium / columns["p2"]
-    time = columns.get("relaxation_time", columns.get("viscosity", eta) / branch)
+    # Beyond the range of numbers an impact fails with NOT_FINITE.
+    with np.errstate(over="ignore", divide="ignore"):
+        if "p2" in columns:
+            branch = equilibrium / columns["p2"]
+        time = columns.get("relaxation_time", columns.get("viscosity", eta) / branch)
     if "poisson_ratio" in columns:
         ratio = columns["poisson_ratio"]
     elif "bulk_modulus" in columns or ("equilibrium_modulus" in columns and held == "bulk_modulus"):

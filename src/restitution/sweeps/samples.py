@@ -30,6 +30,7 @@ class Distribution(Protocol):
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
         """Return the quantiles of the shares, shape (n,); refuse a range [low, high] that does not fit."""
+        ...
 
 
 def _inside(distribution: Any, low: float, high: float) -> None:
