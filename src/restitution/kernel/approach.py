@@ -3,8 +3,8 @@
     ds/dsigma = v,  dv/dsigma = -2 s (F - w),  dY_k/dsigma = -2 s Y_k/tau_k + dPi/dsigma,
     dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma,  F = E Pi + eta a v + sum E_k Y_k.
 
-Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is unknown.
-Stored elements hold s, v, t, F and, of each mode, Y_k and W_k.
+Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is
+unknown. Stored elements hold s, v, t, F and, of each mode, Y_k and W_k.
 """
 
 import math
@@ -50,28 +50,28 @@ from restitution.kernel.workspace import (
     Work,
 )  # fmt: skip
 
-# Newton's method: size of a step below which it may be rounding, length of an element over a relaxation time from which
-# a mode is fast and is refined twice a round, rounds in all, share of its tolerance to which W_k is refined, and rounds of
-# that.
+# Newton's method: size of a step below which it may be rounding, length of an element over a relaxation time from
+# which a mode is fast and is refined twice a round, rounds in all, share of its tolerance to which W_k is refined, and
+# rounds of that.
 ROUNDING = 1e-9
 LAG = 0.05
 _MOST_ITERATIONS = 12
 _REFINEMENT, _MOST_REFINEMENTS = 0.1, 6
-# First guess: longest element, over the last one, that continues that one's polynomial (beyond, it diverges), least s over
-# the s at the start that is believed, and velocity over that at the start with which to guess where none is.
+# First guess: longest element, over the last one, that continues that one's polynomial (beyond, it diverges), least s
+# over the s at the start that is believed, and velocity over that at the start with which to guess where none is.
 _FARTHEST, _LEAST_GUESS, _SLOW_GUESS = 2.5, 0.2, 0.1
 # Length of an element: the first over the scale of s, its factor where a(s) is not smooth at s = 0, the shortest over
-# sigma and by itself, the longest over the length at which a body that brakes as at its start would turn, and how far beyond
-# the end of a table, over that end, its polynomials still mean something.
+# sigma and by itself, the longest over the length at which a body that brakes as at its start would turn, and how far
+# beyond the end of a table, over that end, its polynomials still mean something.
 FIRST, _ROUGH_START = 0.35, 0.1
 _SHORTEST, _SHORTEST_FIRST = 1e-15, 1e-150
 _PAST_TURNING, _PAST_TABLE = 1.35, 0.01
 # Attempts over the room for elements.
 ATTEMPTS = 4
-# Error of an element: weight of the force, times the scale of the depth; factor by which the tail counts more where fast
-# modes carry all of the force, and the length over their relaxation time at which they count half; factor of the tail of a
-# first element that is no better at its end than inside; least tolerance, over Newton's and by itself, since rounding
-# leaves no more digits.
+# Error of an element: weight of the force, times the scale of the depth; factor by which the tail counts more where
+# fast modes carry all of the force, and the length over their relaxation time at which they count half; factor of the
+# tail of a first element that is no better at its end than inside; least tolerance, over Newton's and by itself, since
+# rounding leaves no more digits.
 FORCE_WEIGHT = 0.1
 STIFF, _HALF_STIFF = 15.0, 10.0
 _NO_GAIN = 20.0
@@ -81,13 +81,13 @@ _LEAST_ALLOWED, _ROUNDED = 0.02, 1e-13
 # length to one is predicted; share of the longest element that counts as all of it.
 KINK_EFFECT, KINK_TAIL = 1.0, 4.0
 _MOST_MISSED, _CORRECTION, _WHOLE = 6, (0.5, 2.0), 0.999
-# Rough tables: velocity that an element may miss where a(s) is rough between its nodes, over Newton's tolerance; error of
-# the table itself, over that tolerance and at least.
+# Rough tables: velocity that an element may miss where a(s) is rough between its nodes, over Newton's tolerance; error
+# of the table itself, over that tolerance and at least.
 ROUGH = 0.1
 TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12
-# End without a turning point. Net force over the constant force below which a body hangs in balance, and below which it
-# creeps; share of s that it creeps within an element; velocity of a body in balance that is at rest. In a liquid, velocity
-# over Newton's tolerance, and by itself, that the tolerance of e cannot tell from none.
+# End without a turning point. Net force over the constant force below which a body hangs in balance, and below which
+# it creeps; share of s that it creeps within an element; velocity of a body in balance that is at rest. In a liquid,
+# velocity over Newton's tolerance, and by itself, that the tolerance of e cannot tell from none.
 _BALANCED, _CREEPING, _CREPT, _AT_REST = 1e-7, 1e-4, 0.01, 1e-6
 _FADED, _STOPPED = 0.02, 1e-14
 
@@ -96,8 +96,8 @@ _FADED, _STOPPED = 0.02, 1e-14
 def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float) -> int:
     """Solve one element of length h from the first column of `table`; fill the others.
 
-    `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where they
-    do not converge.
+    `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where
+    they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]
@@ -244,7 +244,7 @@ def _length_to(
 
 @compiled
 def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
-    """Solve the approach up to the turning point; leave it in `work.approach` and the turning state in `work.turning`."""
+    """Solve the approach up to the turning point; write it to `work.approach` and the turning state to `work.turning`."""
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
@@ -269,7 +269,8 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     for k in range(problem.moduli.shape[0]):
         glass += problem.moduli[k]
     kinks = problem.path.kinks
-    # First kink ahead, the one at which the element starts, the one at which it is to end; solves that missed the last.
+    # First kink ahead, the one at which the element starts, the one at which it is to end; solves that missed the
+    # last.
     ahead, behind, target, missed = 0, -1, -1, 0
     unhindered = h
     while True:
@@ -347,8 +348,9 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         element += 1
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
-        # A constant force that the foundation balances all along an element: what moves on is creep, which never turns. An
-        # oscillation that looks balanced over a hundredth of the depth has more kinetic energy than the force has given it.
+        # A constant force that the foundation balances all along an element: what moves on is creep, which never
+        # turns. An oscillation that looks balanced over a hundredth of the depth has more kinetic energy than the
+        # force has given it.
         external_force = problem.external_force
         unbalanced = max(abs(table[F_, 0] - external_force), abs(table[F_, S] - external_force))
         balanced = unbalanced < _BALANCED * external_force

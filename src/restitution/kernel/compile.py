@@ -1,4 +1,4 @@
-"""The one place that knows how the kernel is compiled and where its machine code is kept."""
+"""Compilation of the kernel, and the cache of its machine code."""
 
 import hashlib
 import os
@@ -121,8 +121,8 @@ _ROOM = 2**15
 def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
     """Call a function in a way that gives room to the frames of all that it calls.
 
-    CPython keeps frames in pieces of 16 kB. Where the end of one falls on a call that numba makes a million times, each
-    of them allocates a piece and frees it: the kernel compiles in 10 to 16 s, as the depth of the caller will have it.
+    CPython keeps frames in pieces of 16 kB. If the end of one falls on a call that numba makes a million times, each
+    call allocates and frees a piece: the kernel compiles in 10 to 16 s, depending on the depth of the caller.
     """
 
     def call(*arguments: Any, **named: Any) -> Any:
@@ -136,7 +136,7 @@ def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and keep its machine code where that is possible."""
     dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
-        # What numba's own code calls for types of arguments that it has not met.
+        # Numba's own code calls this for new types of arguments.
         dispatcher._compile_for_args = _with_room(dispatcher._compile_for_args)
     return dispatcher
 

@@ -23,9 +23,9 @@ def newton_verdict(
 ) -> int:
     """Judge a step of relative size `size` after one of size `previous`.
 
-    Chord steps, with old inverses, contract no faster than the unknown has drifted since these were made, which the first
-    one may hide. After a full step its size alone is known. Steps below `rounding` that do not shrink, although the inverses
-    were renewed there, are rounding.
+    Chord steps, with old inverses, contract no faster than the unknown has drifted since these were made, which the
+    first one may hide. After a full step its size alone is known. Steps below `rounding` that do not shrink, although
+    the inverses were renewed there, are rounding.
     """
     contraction = max(size / previous, drift)
     remaining = size if full_step else size * contraction / (1.0 - min(contraction, _WORST))

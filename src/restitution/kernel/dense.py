@@ -31,8 +31,8 @@ from restitution.kernel.workspace import BASIS, LENGTH, START, Work
 
 # Weight of the second to last Legendre coefficient of an element in its tail, since the last may vanish by accident.
 _SECOND_TO_LAST = 0.05
-# Search for a crossing: distance that is kept from the ends of the interval over its length, rounds, size of the function
-# and of the interval at which it ends.
+# Search for a crossing: distance that is kept from the ends of the interval over its length, rounds, size of the
+# function and of the interval at which it ends.
 _MARGIN, _ROUNDS, _NO_VALUE, _NO_LENGTH = 0.01, 100, 1e-17, 1e-15
 
 

@@ -1,4 +1,4 @@
-"""Where the energy went: what the dashpots of the foundation dissipate, and what it stores as it is left.
+"""Energy budget of an impact: dissipation in the dashpots of the foundation, and energy stored in what leaves contact.
 
 Quadrature over the foundation from the stored halves of a solved impact, in the generalised Maxwell form of the
 reduced modulus. An element at x, touched at t0(x), carries in mode k the elongation
@@ -16,8 +16,8 @@ In the rebound P_k and Q_k are those of the instant t1 with the same contact rad
     int_0^a w_k^2 dx = 2 H_k Y_k - Z_k                                     in the approach,
     int_0^a w_k^2 dx = a (H_k - X_k H1_k)^2 + X_k (2 H_k Y1_k - X_k Z1_k)  in the rebound.
 
-H_k is integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes. Mode 0 is the spring in
-parallel: it never decays, and its H is the depth. All is kept along both halves, for histories and fields.
+H_k is integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes. Mode 0 is the spring
+in parallel: it never decays, and its H is the depth. All is kept along both halves, for histories and fields.
 """
 
 from typing import Any, NamedTuple
@@ -137,8 +137,8 @@ def _last_element(
 ) -> tuple[float, float]:
     """Energy dissipated and stored along the last element, which begins at `sigma`.
 
-    It ends where a(s) of a blunt tip has an infinite slope and is divided towards there: what is smooth, H_k, X_k, the
-    velocity and the density, comes from the nodes, the contact radius and what belongs to it from its own place.
+    It ends where a(s) of a blunt tip has an infinite slope and is divided towards there. H_k, X_k, the velocity and
+    the density are smooth and are interpolated from the nodes; the contact radius is evaluated at each place.
     """
     N = problem.moduli.shape[0]
     past = ledger.past
@@ -239,8 +239,8 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
 def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
     """Energy dissipated during an impact and stored at its end, in units of m v0^2; the ledger holds both halves.
 
-    `work` holds the stored halves of an impact that ended in separation. An entry point of its own, not a part of
-    `solve_block`: whoever does not ask for the energy does not wait for its compilation.
+    `work` holds the stored halves of an impact that ended in separation. A separate entry point from `solve_block`, so
+    that it is compiled only if the energy is requested.
     """
     _approach(problem, scheme, work, ledger)
     _rebound(problem, scheme, work, ledger)

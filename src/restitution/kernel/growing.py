@@ -37,8 +37,8 @@ FIRST_ELEMENT = 1e-60
 RATE_ROUNDING = 1e-13
 # Share of what is left of a segment that counts as all of it.
 MOST_OF_REST = 0.75
-# Search for a turning point: even steps in a segment, places in all, the first place over the length of the segment, and the
-# factor to the next; bisections.
+# Search for a turning point: even steps in a segment, places in all, the first place over the length of the segment,
+# and the factor to the next; bisections.
 _EVEN_STEPS, _PLACES, _FIRST_PLACE, _RATIO, _BISECTIONS = 16.0, 64, 1e-12, 2.5, 80
 # Newton's method: rounds at most, and a last step over the unknown, which is rounding.
 NEWTON_ROUNDS, NEWTON_ROUNDING = 200, 4e-16

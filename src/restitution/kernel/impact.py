@@ -41,16 +41,17 @@ from restitution.kernel.workspace import (
 )
 
 MAX_ELEMENTS = 2000
-# Trials of a solve that fails, factor of the tolerance from one to the next, and the same of a first trial whose tolerance
-# was below so many times Newton's: there rounding may have been in the way.
+# Trials of a solve that fails, factor of the tolerance from one to the next, and the same of a first trial whose
+# tolerance was below so many times Newton's: there rounding may have been in the way.
 _TRIALS, _FINER, _COARSER, _NEAR_ROUNDING = 5, 0.1, 5.0, 3.0
 # Tolerance of an element over Newton's, and at least, where the order of the elements is lost: where modes follow the
 # force that a dashpot makes at once, and where a flat face meets fast modes at full width.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
-# Work of a constant force: least e and largest factor of its error that need no second solve; least tolerances of that.
+# Work of a constant force: least e and largest factor of its error that need no second solve; least tolerances of
+# that.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-14, 2e-14)
-# Rounds of the search for the largest force, each of which divides its interval by about three; of the bisection for the
-# depth of rest, and the factor by which its interval grows before.
+# Rounds of the search for the largest force, each of which divides its interval by about three; of the bisection for
+# the depth of rest, and the factor by which its interval grows before.
 _PEAK_ROUNDS, _BISECTIONS, _GROWTH = 12, 60, 1.5
 
 
@@ -129,9 +130,9 @@ def solve_block(
 ) -> None:
     """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1].
 
-    `tolerance` is that of the tail of an element, `accept` the largest last step of Newton's method, `firsts` the scale of s
-    of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN where there is no result. `work` has
-    room for the largest number of modes and holds the stored halves of the last impact afterwards.
+    `tolerance` is that of the tail of an element, `accept` the largest last step of Newton's method, `firsts` the
+    scale of s of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN where there is no
+    result. `work` has room for the largest number of modes and holds the stored halves of the last impact afterwards.
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]

@@ -1,7 +1,7 @@
 """Contact under a prescribed history at requested times: growing, shrinking, and over.
 
-Under a prescribed depth the force follows from the past. Under a prescribed force the depth of the shrinking contact does,
-by creep: d - d_m = int J(t - t') dq(t') with
+Under a prescribed depth the force follows from the past. Under a prescribed force the depth of the shrinking contact
+does, by creep: d - d_m = int J(t - t') dq(t') with
 
     q(t) = E d1 + sum E_k X_k H_k(t1) - (the same for t1 = t_m),
 

@@ -1,8 +1,8 @@
-"""Kinks of a profile: an element that spans one which matters ends there instead.
+"""Kinks of a profile: an element ends at each kink that matters.
 
-Beyond a kink `a = smooth + strength z^p` with z = s - kink and a half-integer p >= 3/2. The force has a term z^(p+1), or
-z^p under a dashpot, and the velocity one of z^(p+2). An element that spans it loses its order; one that begins there is
-only as good at its end as it is inside.
+Beyond a kink `a = smooth + strength z^p` with z = s - kink and a half-integer p >= 3/2. The force has a term z^(p+1),
+or z^p under a dashpot, and the velocity one of z^(p+2). An element that spans it loses its order; one that begins
+there is only as good at its end as it is inside.
 """
 
 from typing import Any
@@ -18,8 +18,12 @@ from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALU
 SPACING = 1.0 / 6.0
 # Tail of z^(p+2) over its value at the end of an element, at most.
 _TAIL = 2e-5
-# Over so many ends of cells of the table a(s) is smooth to an element.
+# Ends of cells of the table within an element up to which a(s) counts as smooth.
 _FEW_CELLS = 1
+# Share of the acceleration in the first estimate of a path; path to the turning point of a braking body over
+# v^2/|dv/dsigma|, with a margin; share of the allowed effect below which the distance to a kink does not matter; least
+# tail.
+_MEAN, _TURNING, _NEGLIGIBLE, _NO_TAIL = 0.5, 0.6, 0.1, 1e-300
 
 
 @inlined
@@ -38,10 +42,9 @@ def next_kink(
 ) -> int:
     """First kink, from `first` on, that matters to an element of length h from s; -1 where there is none."""
     kinks = problem.path.kinks
-    reach = h * v + max(0.5 * slope, 0.0) * h * h
+    reach = h * v + max(_MEAN * slope, 0.0) * h * h
     if slope < 0.0:
-        # Where a body that brakes like this turns, and a little more.
-        reach = min(reach, 0.6 * v * v / -slope)
+        reach = min(reach, _TURNING * v * v / -slope)
     kink = first
     while kink < kinks.shape[0] and kinks[kink] < s + reach:
         z = min(s + reach - kinks[kink], SPACING * reach)
@@ -57,7 +60,7 @@ def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float,
     tail = _TAIL * kink_effect(problem, glass, kink, v, h * v, h)
     p = problem.path.power
     power = 1.0 / (p + 1.0) if problem.viscosity > 0.0 else 1.0 / (p + 2.0)
-    return h * min(1.0, (allowed / max(tail, 1e-300)) ** power)
+    return h * min(1.0, (allowed / max(tail, _NO_TAIL)) ** power)
 
 
 @inlined
@@ -89,7 +92,7 @@ def length_correction(
         s = value(scheme, work, table[S_], top)
         if s <= end:
             return 1.0
-    if kink_effect(problem, glass, target, table[V_, 0], abs(s - end), h) <= 0.1 * allowed:
+    if kink_effect(problem, glass, target, table[V_, 0], abs(s - end), h) <= _NEGLIGIBLE * allowed:
         return 1.0
     if s > end:
         return crossing(scheme, work, table[S_], end, top)
@@ -98,7 +101,7 @@ def length_correction(
 
 @inlined
 def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float) -> float:
-    """Error of the integral of a rate over an element, of its earlier and its later part, less the noise of the table."""
+    """Errors of the integral of a rate over the early and the late part of an element, less the noise of the table."""
     early, late = read8(scheme.missed, 0, 0) * at_nodes, read8(scheme.missed, 1, 0) * between
     last = total(read8(scheme.c, 1) * early + read8(scheme.between, 0) * late)
     missed = abs(last) + abs(total(early + late) - last)
@@ -107,7 +110,7 @@ def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float)
 
 @compiled
 def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, noise: float) -> float:
-    """Velocity that an element of the approach misses where a(s) is rough between its nodes, less the noise of the table.
+    """Velocity that an element of the approach misses where a(s) is rough between nodes, less the noise of the table.
 
     A mode that relaxes within the element acts as a dashpot.
     """
@@ -131,7 +134,7 @@ def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h:
 def missed_rebound(
     problem: Problem, scheme: Scheme, work: Work, table: Any, left: float, h: float, hint: int, noise: float
 ) -> float:
-    """The same of an element of the rebound, which starts where the approach was at `left`."""
+    """Velocity that an element of the rebound misses so; it starts at the place `left` of the approach."""
     if cells_between(problem.path, table[S_, WIDTH], table[S_, 0]) <= _FEW_CELLS:
         return 0.0
     phi = problem.equilibrium

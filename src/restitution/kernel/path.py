@@ -89,7 +89,7 @@ def cells_between(path: Path, low: float, high: float) -> int:
 
 @compiled
 def _table(path: Path, s: float) -> tuple[float, float, float]:
-    """Contact radius a, Pi and da/ds at s from the table; out of line, which keeps the code of the power laws short."""
+    """Contact radius a, Pi and da/ds at s from the table; not inlined, which keeps the code of power laws short."""
     return _cell_values(path, _cell(path, s), s)
 
 

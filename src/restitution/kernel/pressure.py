@@ -52,7 +52,7 @@ def graded_rule(n: int) -> Rule:
 def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, age: float) -> float:
     """Pressure at the logarithms of sigma and of the age of the contact at the radius, which is about that of sigma^2.
 
-    A peak next to the edge keeps its age as the contact grows. What is older than the contact lies on the axis.
+    A peak next to the edge keeps its age as the contact grows. An age above that of the contact means the axis.
     """
     now = work.turning_place[0] * math.exp(time)
     touch = math.sqrt(max(now * now - work.turning_place[0] ** 2 * math.exp(age), 0.0))

@@ -28,8 +28,8 @@ class Scheme(NamedTuple):
     between: Array  # (S,): places between the nodes, about halfway
     at_between: Array  # (S + 1, S): columns of the interpolation from `c` to `between`
     at_between_inner: Array  # (S, S): the same from the nodes without zero
-    # (2, S): weights at the nodes and at `between` of the rule on both of them less that of the method: on an integrand,
-    # what the method misses
+    # (2, S): weights at the nodes and at `between` of the rule on both of them less that of the method: on an
+    # integrand, what the method misses
     missed: Array
 
     @property
@@ -44,7 +44,7 @@ class Scheme(NamedTuple):
 
 
 def _nodes(stages: int) -> Array:
-    """Roots of P_S - P_(S-1) on [0, 1] by Newton from the eigenvalue start; the last one is 1 (Hairer & Wanner, IV.5)."""
+    """Roots of P_S - P_(S-1) on [0, 1] by Newton from the eigenvalues; the last one is 1 (Hairer & Wanner, IV.5)."""
     series = np.zeros(stages + 1)
     series[stages], series[stages - 1] = 1.0, -1.0
     x = np.sort(legendre.legroots(series).real)
@@ -89,8 +89,8 @@ def _aligned(array: NDArray[np.floating[Any]]) -> Array:
 def radau(stages: int) -> Scheme:
     """Numbers of the Radau IIA method with S = `stages`, from 2 to 12.
 
-    Its order is 2 S - 1 at the end of an element and S + 1 inside, and it is A-stable and stiffly accurate (E. Hairer, G.
-    Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5).
+    Its order is 2 S - 1 at the end of an element and S + 1 inside, and it is A-stable and stiffly accurate (E. Hairer,
+    G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5).
 
     Examples
     --------

@@ -45,9 +45,9 @@ from restitution.kernel.workspace import (
     Work,
 )  # fmt: skip
 
-# Newton's method: size of a step below which it may be rounding, at most and over the velocity of the approach, of which
-# little is left at the turning point, and the least such velocity; rounds in all; largest step and least u over the largest
-# u.
+# Newton's method: size of a step below which it may be rounding, at most and over the velocity of the approach, of
+# which little is left at the turning point, and the least such velocity; rounds in all; largest step and least u over
+# the largest u.
 ROUNDING, NOISE, _LEAST_VELOCITY = 1e-9, 1e-14, 1e-12
 _MOST_ITERATIONS = 14
 _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9
@@ -55,17 +55,20 @@ _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9
 # by which u/s1 may change.
 _LEAST_S, _FARTHEST, _MOST_CHANGE = 1e-12, 2.0, 10.0
 # Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a body
-# whose elastic energy there is below `_LOSSY` of the kinetic energy before, and of one where it is above `_NEARLY_ELASTIC`.
+# whose elastic energy there is below `_LOSSY` of the kinetic energy before, and of one where it is above
+# `_NEARLY_ELASTIC`.
 KAPPA, KAPPA_ELASTIC = 0.03, 0.3
 _LOSSY, _NEARLY_ELASTIC = 0.6, 0.9
-# Weight of an error of the time, as F dt, beside that of the velocity; rounding of a place over the length of an element.
+# Weight of an error of the time, as F dt, beside that of the velocity; rounding of a place over the length of an
+# element.
 TIME_WEIGHT, _PLACE_ROUNDING = 0.4, 1e-14
-# Length of an element: the first, over the shortest relaxation time that matters and the share of the force's tolerance
-# from which a mode matters; the shortest over sigma at the turning point; shares of what is left that count as all of it,
-# and of which two halves are made; factor to which a length beyond a kink is exceeded.
+# Length of an element: the first, over the shortest relaxation time that matters and the share of the force's
+# tolerance from which a mode matters; the shortest over sigma at the turning point; shares of what is left that count
+# as all of it, and of which two halves are made; factor to which a length beyond a kink is exceeded.
 _OF_RELAXATION, _MATTERS = 0.7, 0.1
 _SHORTEST, _WHOLE, _HALVED, _BEYOND_KINK = 1e-15, 0.999, 0.6, 1.01
-# Capture: dt/dlambda over s at the turning point, and length of an element over sigma there, where the edge turns outwards.
+# Capture: dt/dlambda over s at the turning point, and length of an element over sigma there, where the edge turns
+# outwards.
 _PAUSE, _PAUSE_LENGTH = 1e3, 1e-9
 
 
@@ -76,8 +79,8 @@ def rebound_element(
     """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the others.
 
     `work.vectors[UNKNOWN]` holds the predicted u at the nodes, `work.past` the stored approach there and
-    `work.vectors[INTEGRAL]` its Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or -1
-    where they do not converge.
+    `work.vectors[INTEGRAL]` its Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or
+    -1 where they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]

@@ -212,9 +212,9 @@ def shrinking_contact(
 ) -> tuple[int, float, float, float, float, float, float]:
     """Shrinking contact at time t in segment i; the search begins at t1 in element e.
 
-    Returns the element, t1, the depth there, the force, the growth, E(t - t1), and the derivative of the left-hand side
-    with respect to t1. The growth is the rate of the right-hand side less that of the left at constant t1. It must not be
-    positive. Over the last two numbers it is the rate of d1 and of t1.
+    Returns the element, t1, the depth there, the force, the growth, E(t - t1), and the derivative of the left-hand
+    side with respect to t1. The growth is the rate of the right-hand side less that of the left at constant t1. It
+    must not be positive. Over the last two numbers it is the rate of d1 and of t1.
     """
     value, rate, _ = prescribed(contact, i, t)
     if contact.control == DEPTH:
@@ -234,7 +234,7 @@ def shrinking_contact(
 
 @entry_point
 def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
-    """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite where it does not.
+    """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite if it does not.
 
     `times` rise through the segments `places`, from the one on in which the contact starts to shrink, ends included.
     """

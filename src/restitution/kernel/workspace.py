@@ -12,10 +12,11 @@ S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 
 # Rows of `vectors`, values at the nodes. UNKNOWN is s in the approach and u = dt/dlambda in the rebound.
 UNKNOWN, RADIUS, INTEGRAL, SPEED, FORCE, DELAY, BASIS, VALUES, N_VECTORS = 0, 1, 2, 3, 4, 5, 6, 7, 9
-# Members of `matrices`: the inverse of the Jacobian, sums over the modes, what couples them, and the dashpot's inverse.
+# Members of `matrices`: the inverse of the Jacobian, sums over the modes, what couples them, and the dashpot's
+# inverse.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
-# Rows of `places`: where an element starts and how long it is, in sigma and in lambda; whether one of the approach starts
-# at a kink.
+# Rows of `places`: where an element starts and how long it is, in sigma and in lambda; whether one of the approach
+# starts at a kink.
 START, LENGTH, BACK_START, BACK_LENGTH, AT_KINK, N_PLACES = range(6)
 # Members of `counts`: last element of the approach and of the rebound, factorisations.
 N_APPROACH, N_REBOUND, N_FACTOR = range(3)
