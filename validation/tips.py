@@ -1,7 +1,7 @@
-"""Random measured tips of 20 to 2000 points under the exact method: does its tolerance hold, and what does an impact cost?
+"""Random measured tips of 20 to 2000 points under the exact method: does its tolerance hold?
 
-The error is that against `rtol = 1e-12`, and of the first tips against SciPy (`method="reference"`). Solved tips are kept
-in a file: an interrupted run goes on from there, and a run with another `NUMBA_CPU_NAME` adds a table.
+The error is that against `rtol = 1e-12`, and of the first tips against SciPy (`method="reference"`). Solved tips are
+kept in a file: an interrupted run goes on from there, and a run with another `NUMBA_CPU_NAME` adds a table.
 
 Usage: python validation/tips.py [--tips 10000] [--depths 20] [--compared 10] [--workers 2] [--rows tips.csv]
 """

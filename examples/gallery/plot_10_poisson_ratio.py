@@ -24,9 +24,9 @@ ax.set_title(r"$\log_{10} p_2 = -3$")
 ax.legend()
 
 # %%
-# At the other end of the axis, :math:`\nu = -1`, the material has no bulk stiffness. Its reduced modulus equals that of
-# an incompressible material with a quarter of the shear modulus. Hence :math:`e(-1, p_2, p_3) = e(\tfrac12, p_2, 4^{-2/5}
-# p_3)`, exactly. For :math:`p_2 = 1`, :math:`p_3 = 0.3` an independent integration gives 0.705453556065
+# At the other end of the axis, :math:`\nu = -1`, the material has no bulk stiffness. Its reduced modulus equals that
+# of an incompressible material with a quarter of the shear modulus. Hence :math:`e(-1, p_2, p_3) = e(\tfrac12, p_2,
+# 4^{-2/5} p_3)`, exactly. For :math:`p_2 = 1`, :math:`p_3 = 0.3` an independent integration gives 0.705453556065
 # (``tests/data/standard_solid.csv``).
 
 left = rs.standard_solid_restitution(-1.0, 1.0, 0.3)

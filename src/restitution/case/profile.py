@@ -153,8 +153,8 @@ AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
 def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
     """Read columns of a CSV file and return them in SI by name.
 
-    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or in
-    brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``. The rest is as in tables of materials.
+    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or
+    in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``. The rest is as in tables of materials.
     """
     sheet, names = _sheet(folder, name)
     for label, column in zip(sheet.labels, names, strict=True):

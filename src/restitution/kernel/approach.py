@@ -244,7 +244,7 @@ def _length_to(
 
 @compiled
 def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
-    """Solve the approach up to the turning point; write it to `work.approach` and the turning state to `work.turning`."""
+    """Solve the approach to the turning point; write it to `work.approach`, the turning state to `work.turning`."""
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first

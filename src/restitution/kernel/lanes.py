@@ -95,7 +95,7 @@ def _folded(builder: Any, value: Any, combine: Callable[[Any, Any], Any]) -> Any
 
 
 def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
-    """Declare the result of a function of these kinds of arguments; decorates the function that writes its LLVM code."""
+    """Declare the result for these kinds of arguments; decorates the function that writes the LLVM code."""
 
     def declared(context: Any) -> Any:
         def typer(*given: Any) -> Any:

@@ -1,10 +1,12 @@
 """Fading memory of a piecewise polynomial: M_k(t) = int_0^t exp(-(t - t') r_k) f(t') dt', exact for polynomials.
 
-On an element of length h, x in [-1, 1], with z = r_k h, the memory solves `M' = h f/2 - z M/2` and is a polynomial plus a
-transient c exp(-r_k (t - b)). Both forms below are exact for the polynomial f; they differ in what rounding leaves of them:
+On an element of length h, x in [-1, 1], with z = r_k h, the memory solves `M' = h f/2 - z M/2`. It is a polynomial
+plus a transient c exp(-r_k (t - b)). Both forms below are exact for the polynomial f and differ in their rounding:
 
-* z <= 2: no transient. The Legendre coefficients solve a tridiagonal system, backwards as by Olver for minimal solutions.
-* z > 2: the polynomial that solves the equation, by the recurrence from the highest coefficient down, and the transient.
+* z <= 2: no transient. The Legendre coefficients solve a tridiagonal system, backwards as by Olver for minimal
+  solutions.
+* z > 2: the polynomial that solves the equation, by the recurrence from the highest coefficient down, and the
+  transient.
 """
 
 import math
@@ -88,8 +90,8 @@ def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
 def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> None:
     """Fill the memory of f, whose Legendre coefficients are rows of `f`, over elements of these lengths.
 
-    Where a length is 0 the integral of f has a jump. `memory.begin[0]` is given, the rest is written; `sweep` is scratch
-    space.
+    Where a length is 0 the integral of f has a jump. `memory.begin[0]` is given, the rest is written; `sweep` is
+    scratch space.
     """
     begin, polynomial, transient = memory.begin, memory.polynomial, memory.transient
     up, shift = sweep[0], sweep[1]
@@ -156,7 +158,7 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
 
 @inlined
 def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
-    """Memory of mode k at the time `elapsed` after the start of element e, where the Legendre polynomials are `basis`."""
+    """Memory of mode k at the time `elapsed` after the start of element e, with the Legendre polynomials `basis`."""
     value = 0.0
     for n in range(TERMS):
         value += basis[n] * memory.polynomial[e, k, n]

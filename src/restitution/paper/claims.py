@@ -150,7 +150,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
 
 
 def large_near_half(computation: Computation) -> Claim:
-    """Judge that errors of 100 % and more occur for nu very close to 0.5: the paper's example, and a plausible glass."""
+    """Judge that errors of 100 % and more occur for nu near 0.5: the paper's example, and a plausible glass."""
     (_, p2, p3), (plausible, other_p2, other_p3) = EXAMPLES
     n = len(_NEAR_HALF) + 1
     *values, limit, second, second_limit = standard_solid_restitution(

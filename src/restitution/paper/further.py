@@ -220,7 +220,8 @@ def compute_terms(computation: Computation, n: int) -> xr.Dataset:
     """Return e over p3 for one, two and three relaxation times, incompressible and with nu = 0.45.
 
     Each further relaxation time is a tenth of the one before, and the branch moduli are equal shares of Ginf/p2. The
-    viscosity in p3 is the sum of the branch moduli times the longest relaxation time. The mass of the sphere varies p3.
+    viscosity in p3 is the sum of the branch moduli times the longest relaxation time. The mass of the sphere
+    varies p3.
     """
 
     def impact(terms: float, poisson_ratio: float) -> Impact:

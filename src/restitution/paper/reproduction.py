@@ -48,7 +48,7 @@ QUICK = Resolution(plane=33, curve=61, collapse=11, draws=3)
 
 
 class Reproduction(NamedTuple):
-    """Result of a reproduction of the paper: folder, files in the order of writing, claims, number and time of solves."""
+    """Result of a reproduction of the paper: folder, files as written, claims, number and time of solves."""
 
     folder: Path
     files: tuple[Path, ...]

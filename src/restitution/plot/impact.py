@@ -184,7 +184,7 @@ def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
 
 
 def bounces_overview(bounces: Bounces) -> Figure:
-    """Draw the height over time, the restitution coefficients and the heights of the result of `restitution.bounces`."""
+    """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
     with style.context():
         page, panels = style.panels("AA;BC", height=5.0)
         for draw, ax in zip((height_time, restitution_velocity, bounce_heights), panels, strict=True):

@@ -84,8 +84,8 @@ def overview(
 ) -> Figure:
     """Return a figure of the relaxation moduli over time and the complex ones over frequency, of at most four series.
 
-    The window of times [s] reaches a decade beyond all relaxation times by default. The unit is empty for shares of the
-    instantaneous modulus.
+    The window of times [s] reaches a decade beyond all relaxation times by default. The unit is empty for shares of
+    the instantaneous modulus.
     """
     if window is None:
         times = np.concatenate([one.relaxation_times for one in series.values()] or [np.empty(0)])

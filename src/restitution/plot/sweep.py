@@ -42,8 +42,8 @@ _WIDTH_OF_VALUE = 1.3
 class Layout(NamedTuple):
     """Kind of a picture ("curves", "map", "bands" or "draws") and the dimension of the sweep for each role.
 
-    y is the ordinate of a map, or the parameter of a family of curves. Each panel shows one value of `slices`. Only the
-    middle value of a dimension in `rest` is shown.
+    y is the ordinate of a map, or the parameter of a family of curves. Each panel shows one value of `slices`. Only
+    the middle value of a dimension in `rest` is shown.
     """
 
     kind: str

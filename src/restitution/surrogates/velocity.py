@@ -67,7 +67,8 @@ class Surrogate:
     Notes
     -----
     The error is twice the largest difference from the exact method at velocities that built no interpolant, plus 20
-    times the tolerance of the solves: a measurement, not a bound (docs/surrogates.md, `validation/surrogate_error.md`).
+    times the tolerance of the solves: a measurement, not a bound (docs/surrogates.md,
+    `validation/surrogate_error.md`).
     """
 
     velocity: tuple[float, float]
@@ -109,8 +110,8 @@ class Surrogate:
     def compiled(self, output: str = "restitution_coefficient") -> Any:
         """Output as a function compiled by numba, for one velocity [m/s], to be called in other compiled code.
 
-        It takes and returns a float64, within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because code
-        called from C has no exceptions.
+        It takes and returns a float64, within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because
+        code called from C has no exceptions.
 
         Examples
         --------
