@@ -155,7 +155,7 @@ class IndentationCase:
         from restitution.indentation.solve import indent
 
         with in_file(self.path, rtol="solver", **dict.fromkeys(("depth", "force", "time"), "indentation")):
-            options = {self.prescribed: self.history} | self.options
+            options: dict[str, Any] = {self.prescribed: self.history} | self.options
             return indent(self.material, self.profile, counter_material=self.counter_material, **options)
 
     def notes(self) -> list[str]:
