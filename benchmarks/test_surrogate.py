@@ -125,8 +125,10 @@ def table(subjects: dict[str, Subject], times: dict[tuple[str, str], float]) -> 
         *("query in an array, ns", "as a C callback, ns", "kernel, µs", "ratio"),
     )
     lines = [
-        "Medians of one run, processor time of one thread. Over the velocity the error is the largest relative one of the",
-        "three outputs, a query is one of them and the kernel solves to 1e-6; over the plane the error of $e$ is absolute,",
+        "Medians of one run, processor time of one thread. Over the velocity the error is the largest relative "
+        "one of the",
+        "three outputs, a query is one of them and the kernel solves to 1e-6; over the plane the error of $e$ "
+        "is absolute,",
         "and the kernel solves to 1e-8.",
         "",
         f"| {' | '.join(heads)} |",

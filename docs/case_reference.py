@@ -61,7 +61,7 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 |---|---|---|
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
-| indentation | `[profile]`, `[material]`, `[indentation]`; also `[counter_material]`, `[solver]` | `restitution indent` |
+| indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
 | sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
 
 Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of
@@ -143,7 +143,8 @@ def page() -> str:
         "",
         "Give one of `poisson_ratio` and `bulk_modulus`, and one of `shear_modulus` and `youngs_modulus`.",
     ]
-    lines += ["An incompressible material has `poisson_ratio = 0.5` or `bulk_modulus = \"incompressible\"`."]  # fmt: skip
+    lines += ["An incompressible material has `poisson_ratio = 0.5` or `bulk_modulus = "
+    "\"incompressible\"`."]  # fmt: skip
     for title, one in (
         ("`[material]` by its relaxation", material.GeneralSection),
         ("`[material]` from the library", material.LibrarySection),

@@ -157,7 +157,8 @@ def main() -> None:
         e = columns["restitution_coefficient"]
         counts = Counter(Status(int(status)).name for status in columns["status"])
         lines += [
-            f"**The paper's problem:** {e.size:,} random inputs, nu from -1 to 0.5 (a third 0.5), p2 from 1e-5 to 1e3, "
+            f"**The paper's problem:** {e.size:,} random inputs, nu from -1 to 0.5 (a third 0.5), p2 from 1e-5 "
+            "to 1e3, "
             f"p3 from 1e-5 to 1e5, `rtol = {RTOL:g}`.",
             "",
             "| | |",
@@ -177,8 +178,10 @@ def main() -> None:
         rows = [row for batch in track(tasks, "materials and profiles", len(seeds)) for row in batch]
         lines += [
             f"**Random materials:** {len(rows):,} impacts, 1 to 30 terms in shear over 14 decades of time and six of "
-            "modulus (a tenth with a dashpot, a twentieth liquid), bulk modulus infinite, constant, zero or of 1 to 30 "
-            f"terms, `rtol = {RTOL:g}`. Times are those of whole calls of `rs.solve`, reduced modulus and profile table "
+            "modulus (a tenth with a dashpot, a twentieth liquid), bulk modulus infinite, constant, zero or of "
+            "1 to 30 "
+            f"terms, `rtol = {RTOL:g}`. Times are those of whole calls of `rs.solve`, reduced modulus and "
+            "profile table "
             "included; the slowest may have been held up by other work.",
             "",
             "| profile | solved | separated | sinks in | failed | e outside (0, 1] | largest energy residual "
@@ -210,10 +213,13 @@ def main() -> None:
         both = np.array([pair for pair in pairs if pair is not None])
         difference = np.abs(both[:, 0] - both[:, 1])
         lines += [
-            f"**Against SciPy's Radau** (`method='reference'`), both at `rtol = 1e-11`: {len(pairs)} of these impacts, half "
-            f"of each kind, those of random materials with at most {MOST_COMPARED} terms in E*, since SciPy's cost grows "
+            f"**Against SciPy's Radau** (`method='reference'`), both at `rtol = 1e-11`: {len(pairs)} of these "
+            "impacts, half "
+            f"of each kind, those of random materials with at most {MOST_COMPARED} terms in E*, since SciPy's "
+            "cost grows "
             f"with their square. SciPy reached its tolerance in {len(both)}; largest difference of e "
-            f"{difference.max():.1e}, largest over max(e, 1e-3) {np.max(difference / np.maximum(both[:, 1], 1e-3)):.1e}, "
+            f"{difference.max():.1e}, largest over max(e, 1e-3) "
+            f"{np.max(difference / np.maximum(both[:, 1], 1e-3)):.1e}, "
             f"median {np.median(difference):.1e}.",
         ]
     page.write_text("\n".join(lines) + "\n")

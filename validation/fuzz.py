@@ -34,6 +34,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 LIMIT = 20
 SLOW = 2.0
 
+_SWEEP = ("sweep", "--out", "o.zarr")
 _BODY = '[body]\nradius = "10 mm"\nmass = "5 g"\n[impact]\nvelocity = "1 m/s"\n'
 _SOLID = (
     '[material]\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\n'
@@ -49,8 +50,8 @@ _FRACTIONAL = '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = 1e6
 class Seed(NamedTuple):
     """A file and the command that reads it.
 
-    A saved surrogate has a hash of its content. It is either `sealed`: mutants have the right hash. Or it is not, and a
-    mutant that is accepted must print the `output` of the seed.
+    A saved surrogate has a hash of its content. It is either `sealed`: mutants have the right hash. Or it is not, and
+    a mutant that is accepted must print the `output` of the seed.
     """
 
     command: tuple[str, ...]
@@ -65,36 +66,42 @@ def seeds() -> list[Seed]:
     found = [
         Seed(("solve",), "a.toml", _BODY + _SOLID),
         Seed(("solve",), "a.toml", _BODY + _SOLID + '[profile]\ntype = "cone"\nhalf_angle = "80 deg"\n'),
-        Seed(("solve",), "a.toml", _BODY + _SOLID + '[profile]\ntype = "power_law"\nexponent = 3\ncoefficient = 1e4\n'),
-        Seed(("solve",), "a.toml", _BODY + _SOLID + "[profile]\nr = [0, 1e-3, 2e-3, 1e-2]\nf = [0, 1e-4, 4e-4, 1e-2]\n"),
+        Seed(("solve",), "a.toml", _BODY + _SOLID + '[profile]\ntype = "power_law"\nexponent = 3\ncoefficient = '
+        '1e4\n'),
+        Seed(("solve",), "a.toml", _BODY + _SOLID + "[profile]\nr = [0, 1e-3, 2e-3, 1e-2]\nf = [0, 1e-4, 4e-4, "
+        "1e-2]\n"),
         Seed(("solve",), "a.toml", _BODY + _SOLID + '[counter_body]\nradius = "5 mm"\ndensity = 1000\n'),
         Seed(("solve",), "a.toml", _BODY + _SOLID + '[counter_material]\nlibrary = "steel"\n'),
         Seed(("solve",), "a.toml", _BODY + _LIQUID + 'kelvin_viscosity = 1e3\nbulk_modulus = "1 GPa"\n'),
-        Seed(("solve",), "a.toml", _BODY + _PRONY + 'branch_moduli = ["1 MPa", 1e6]\nrelaxation_times = [1e-3, 1e-2]\n'),
-        Seed(("solve",), "a.toml", _BODY + _FRACTIONAL + 'relaxation_time = "1 ms"\nexponent = 0.4\nbulk_modulus = inf\n'),
+        Seed(("solve",), "a.toml", _BODY + _PRONY + 'branch_moduli = ["1 MPa", 1e6]\nrelaxation_times = [1e-3, '
+        '1e-2]\n'),
+        Seed(("solve",), "a.toml", _BODY + _FRACTIONAL + 'relaxation_time = "1 ms"\nexponent = 0.4\n'
+        'bulk_modulus = inf\n'),
         Seed(("bounce",), "a.toml", _BODY.replace('velocity = "1 m/s"', 'drop_height = "1 m"') + _SOLID),
         Seed(("material",), "r.csv", "t [s],E [MPa]\n1e-3,10\n1e-2,5\n1e-1,3\n1,2\n10,1.5\n"),
-        Seed(("material",), "d.csv", "f [Hz],G' [MPa],G'' [MPa]\n0.1,1,0.1\n1,1.5,0.3\n10,3,0.5\n100,4,0.4\n1000,5,0.2\n"),
+        Seed(("material",), "d.csv", "f [Hz],G' [MPa],G'' [MPa]\n0.1,1,0.1\n1,1.5,0.3\n10,3,0.5\n100,4,0.4\n"
+        "1000,5,0.2\n"),
         Seed(("material",), "s.csv", "T_C,log_aT\n0,1\n20,0\n40,-2\n"),
         Seed(("material",), "m.mac", "MP,EX,1,9e6\nMP,PRXY,1,.45\nTB,PRON,1,1,2,SHEA\nTBDATA,1,.2,1e-4,.3,1e-2\n"),
-        Seed(("material",), "m.inp", "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, 0, 2\n"),
-        Seed(("sweep", "--out", "o.zarr"), "s.toml", _BODY + _SOLID + "[axes]\nvelocity = [0.1, 1.0]\nradius = [1e-3]\n"),
+        Seed(("material",), "m.inp", "*ELASTIC, MODULI=INSTANTANEOUS\n 9, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, "
+        "0, 2\n"),
+        Seed(_SWEEP, "s.toml", _BODY + _SOLID + "[axes]\nvelocity = [0.1, 1.0]\nradius = [1e-3]\n"),
         Seed(
-            ("sweep", "--out", "o.zarr"), "s.toml", _BODY + _SOLID + "[samples]\nn = 3\nmass = {normal = [5e-3, 1e-4]}\n"
+            _SWEEP, "s.toml", _BODY + _SOLID + "[samples]\nn = 3\nmass = {normal = [5e-3, 1e-4]}\n"
         ),
-        Seed(("sweep", "--out", "o.zarr"), "s.toml", "[axes]\nnu = 0.45\np2 = [0.1]\np3 = {logarithmic = [1, 2], n = 2}\n"),
+        Seed(_SWEEP, "s.toml", "[axes]\nnu = 0.45\np2 = [0.1]\np3 = {logarithmic = [1, 2], n = 2}\n"),
     ]  # fmt: skip
     commands = {"indent": "indent", "dropped": "bounce"}
     for file in sorted(EXAMPLES.glob("*.toml")):
         text = file.read_text()
         kind = next((command for word, command in commands.items() if word in file.name), "solve")
-        command = ("sweep", "--out", "o.zarr") if "[axes]" in text else (kind,)
+        command = _SWEEP if "[axes]" in text else (kind,)
         found.append(Seed(command, file.name, text.replace("n = 40", "n = 3")))
     return found + saved_surrogates()
 
 
 def saved_surrogates() -> list[Seed]:
-    """Two seeds of one saved surrogate, of which the second is sealed."""
+    """Two seeds of one saved surrogate; the second is sealed."""
     solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
     ball = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=1.0)
     command = ("surrogate", "--at", "0.7", "--json")
@@ -115,9 +122,9 @@ def sealed(text: str) -> str:
 
 
 _VALUES = (
-    "0", "-1", "1e308", "1e-308", "1e-320", "nan", "inf", "-inf", "1e400", "9" * 400, "true", '""', '"1 m"', '"1e30 ms"',
-    '"abc"', "[]", "{}", "[[1]]", '"' + "1" * 300 + '"', "1979-05-27", "1e103", "1e-150", "0.5", '"1 kg"', '"-5 %"',
-    '"steel"', '"20 degC"', "1e20", "[1, 2, 3]", '"[1, 2] s"', "2", "1000000000", '"1 m^9^9"', "'\\u0000'",
+    "0", "-1", "1e308", "1e-308", "1e-320", "nan", "inf", "-inf", "1e400", "9" * 400, "true", '""', '"1 m"',
+    '"1e30 ms"', '"abc"', "[]", "{}", "[[1]]", '"' + "1" * 300 + '"', "1979-05-27", "1e103", "1e-150", "0.5", '"1 kg"',
+    '"-5 %"', '"steel"', '"20 degC"', "1e20", "[1, 2, 3]", '"[1, 2] s"', "2", "1000000000", '"1 m^9^9"', "'\\u0000'",
 )  # fmt: skip
 _PIECES = (
     "[body]\n",
@@ -278,7 +285,8 @@ def main() -> None:
         head = (
             "# Damaged input\n\nMade by `python validation/fuzz.py "
             f"--runs {given.runs} --seed {given.seed}`: {given.runs} random mutants of {len(seeds())} files, each run "
-            f"through the command line in one process, at most {LIMIT} s each. Exit code 0: done, 2: refused in one line "
+            f"through the command line in one process, at most {LIMIT} s each. Exit code 0: done, 2: refused in "
+            "one line "
             "or more, 3: the solver failed, 70: a mistake in the program, -1: stopped by the limit.\n\n"
         )
         given.out.write_text(head + table + "\n", encoding="utf-8")

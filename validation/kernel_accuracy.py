@@ -55,7 +55,8 @@ def random_materials() -> list[str]:
         rows = [row for batch in track(found, "materials", len(seeds)) for row in batch]
     lines = [
         "",
-        f"{len(rows):,} impacts with random materials, 1 to 30 terms in shear and in bulk over 14 decades, a tenth with a "
+        f"{len(rows):,} impacts with random materials, 1 to 30 terms in shear and in bulk over 14 decades, a "
+        "tenth with a "
         "dashpot, a twentieth liquid, on all profiles: errors of e over `rtol max(e, 1e-3)`, against `rtol = 1e-11`.",
         "",
         "| profile | impacts | " + " | ".join(f"largest at {rtol:.0e}" for rtol in TOLERANCES) + " | failed |",
@@ -71,7 +72,8 @@ def random_materials() -> list[str]:
 def main() -> None:
     """Write `kernel_accuracy.md`."""
     lines = [
-        f"{POINTS:,} random points of each domain (nu = 1/2 for a third of them), against the same method at rtol = 1e-12.",
+        f"{POINTS:,} random points of each domain (nu = 1/2 for a third of them), against the same method at "
+        "rtol = 1e-12.",
         "Errors of e over `rtol max(e, 1e-3)`: a value below 1 meets the tolerance.",
         "",
         "| domain | rtol | largest | 99 % | median | largest absolute | failed |",

@@ -136,7 +136,8 @@ def bounce_table(soft: rs.Bounces, count: int) -> str:
     passed = np.concatenate([[0.0], np.cumsum(soft.contact_time)])
     for n in range(count):
         lines.append(
-            f"| {n + 1} | {engine.times[n]:.6f} | {engine.heights[n]:.6f} | {hard.times[n]:.6f} | {hard.heights[n]:.6f} "
+            f"| {n + 1} | {engine.times[n]:.6f} | {engine.heights[n]:.6f} | {hard.times[n]:.6f} | "
+            f"{hard.heights[n]:.6f} "
             f"| {soft.touch_time[n]:.6f} | {soft.height[n]:.6f} | {soft.touch_time[n] - hard.times[n]:.6f} "
             f"| {passed[n]:.6f} |"
         )

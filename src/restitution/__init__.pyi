@@ -3,9 +3,9 @@
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
 from .citation.cite import cite as cite
-from .contact.closed_form import FlatEndedParabola as FlatEndedParabola
-from .contact.closed_form import Sphere as Sphere
-from .contact.closed_form import TruncatedCone as TruncatedCone
+from .contact.analytic import FlatEndedParabola as FlatEndedParabola
+from .contact.analytic import Sphere as Sphere
+from .contact.analytic import TruncatedCone as TruncatedCone
 from .contact.power_law import Cone as Cone
 from .contact.power_law import FlatPunch as FlatPunch
 from .contact.power_law import PowerLaw as PowerLaw

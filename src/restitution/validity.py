@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
-from restitution.contact.closed_form import Sphere, sphere_mass
+from restitution.contact.analytic import Sphere, sphere_mass
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated

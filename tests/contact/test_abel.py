@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import TruncatedCone
+from restitution.contact.analytic import TruncatedCone
 from restitution.contact.tabulated import Tabulated
 
 pytestmark = pytest.mark.plain

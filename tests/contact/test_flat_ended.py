@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import FlatEndedParabola, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, TruncatedCone
 from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
 

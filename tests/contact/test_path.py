@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.path import evaluate, path_table, scaled
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola

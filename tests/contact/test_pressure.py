@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.pressure import line_function, pressure, surface_displacement
 from restitution.contact.profile import Parabola

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import Sphere
+from restitution.contact.analytic import Sphere
 from restitution.contact.profile import Parabola
 
 # L, the root of L tanh(L) = d, for R = 1, and ((1 + u^2) L - u)/2 with u = tanh(L): mpmath, 40 digits.

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from restitution.contact.abel import AbelTransform
-from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated

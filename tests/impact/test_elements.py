@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import Sphere, TruncatedCone
+from restitution.contact.analytic import Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
 from restitution.impact import closed_forms as cf

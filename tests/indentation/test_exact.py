@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from restitution.contact.closed_form import Sphere
+from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import Cone, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.indentation.history import History

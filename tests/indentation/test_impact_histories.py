@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import TruncatedCone
+from restitution.contact.analytic import TruncatedCone
 from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact

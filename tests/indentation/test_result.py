@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.contact.closed_form import Sphere
+from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import FlatPunch
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import restitution as rs
-from restitution.contact.closed_form import Sphere, TruncatedCone
+from restitution.contact.analytic import Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated

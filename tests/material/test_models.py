@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+import pint
 import pytest
 
 from restitution.errors import InputError
@@ -69,7 +70,6 @@ def test_every_model_is_built_from_its_own_constants():
 
 
 def test_constants_carry_units():
-    pint = pytest.importorskip("pint")
     unit = pint.UnitRegistry()
     assert elastic(youngs_modulus=3 * unit.kPa, poisson_ratio=0.5).shear == PronySeries(1000.0)
     assert fractional_maxwell(2 * unit.kPa, 1 * unit.ms, 0.5).instantaneous_modulus == 2000.0

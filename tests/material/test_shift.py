@@ -2,6 +2,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pint
 import pytest
 
 from restitution.errors import InputError, InputTypeError
@@ -133,7 +134,7 @@ def test_elastic_material_does_not_change():
 
 
 def test_units_are_converted_and_arrays_refused():
-    units = pytest.importorskip("pint").UnitRegistry()
+    units = pint.UnitRegistry()
     law = WLF(
         units.Quantity(25.0, "degC"), 8.6, 200.0 * units.K, temperature_range=[units.Quantity(0.0, "degC"), 400.0]
     )

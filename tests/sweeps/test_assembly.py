@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restitution.contact.closed_form import Sphere
+from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import Cone, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact

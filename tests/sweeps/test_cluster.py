@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import distributed
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,7 +16,6 @@ import xarray as xr
 import restitution as rs
 from restitution.sweeps import run
 
-distributed = pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")]
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)

@@ -16,7 +16,7 @@ import xarray as xr
 
 import restitution as rs
 from restitution import parallel
-from restitution.contact.closed_form import Sphere
+from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import Cone
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import RestitutionWarning
@@ -79,6 +79,15 @@ def test_the_papers_numbers() -> None:
     one = rs.sweep(None, {"nu": 0.49, "p2": 1e-3, "p3": 10.0})
     assert one.restitution_coefficient.shape == ()
     assert float(one.restitution_coefficient) == pytest.approx(0.219706, abs=5e-7)
+
+
+@pytest.mark.parametrize(("base", "others", "p2"), [(BALL, {}, 1e-320), (None, {"nu": 0.45, "p3": 1.0}, 1e308)])
+def test_moduli_beyond_the_range_of_numbers_fail_with_a_status(base: Any, others: dict[str, Any], p2: float) -> None:
+    # G1 = Ginf/p2 overflows, or the relaxation time eta/G1 does.
+    with pytest.warns(RestitutionWarning) as caught:
+        table = rs.sweep(base, others | {"p2": [p2, 0.1]}, ["restitution_coefficient"])
+    assert "1 of 2 impacts failed and are NaN: 1 NOT_FINITE" in [str(one.message) for one in caught]
+    assert np.isnan(table.restitution_coefficient.values).tolist() == [True, False]
 
 
 def test_groups_of_a_dimensional_impact() -> None:
@@ -433,8 +442,6 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
     ],
 )  # fmt: skip
 def test_what_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
-    if options.get("engine") == "dask":
-        pytest.importorskip("distributed", reason="Dask is an extra")
     with pytest.raises(ValueError, match=f"^{message}"):
         rs.sweep(base, axes, **options)
 

@@ -14,7 +14,7 @@ from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.contact.closed_form import sphere_mass
+from restitution.contact.analytic import sphere_mass
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity, for_contact
 from restitution.material.fractional import Window

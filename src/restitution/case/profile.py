@@ -26,7 +26,7 @@ from restitution.case.quantity import fields_of, to_si
 from restitution.case.section import Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
-from restitution.contact import closed_form, power_law, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
+from restitution.contact import analytic, power_law, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.contact.tabulated import Tabulated

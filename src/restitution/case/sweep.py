@@ -19,7 +19,7 @@ from restitution.case.impact import CaseFile, CounterBodySection, SolverSection,
 from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.contact.closed_form import sphere_mass
+from restitution.contact.analytic import sphere_mass
 from restitution.errors import InputError
 from restitution.impact.problem import fall_velocity
 from restitution.material.models import material_models

@@ -10,7 +10,7 @@ from typing import Any
 
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
-from restitution.contact.closed_form import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola, Profile
 from restitution.contact.tabulated import Tabulated

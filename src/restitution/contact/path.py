@@ -102,7 +102,7 @@ def path_table(
 
     Examples
     --------
-    >>> from restitution.contact.closed_form import Sphere
+    >>> from restitution.contact.analytic import Sphere
     >>> table = path_table(Sphere(radius=0.01), depth_max=0.005)
     >>> table.radius.shape, table.error < 1e-12
     ((4, 8), True)

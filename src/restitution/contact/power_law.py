@@ -43,11 +43,10 @@ class Cone(Profile, case_name="cone"):
     """
 
     half_angle: Annotated[Numeric, INPUTS["half_angle"]]
-    _slope: Numeric = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "_slope", plain(1.0 / np.tan(self.half_angle)))
+    @property
+    def _slope(self) -> Numeric:
+        return plain(1.0 / np.tan(self.half_angle))
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = r cot(alpha) [m]."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
 from restitution.checks import Numeric, nonnegative, number, positive
-from restitution.contact.closed_form import sphere_mass
+from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError

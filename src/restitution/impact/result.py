@@ -225,7 +225,8 @@ class ImpactResult:
             wanted = f"must be 'exact' for pressure and surface displacement, and this result is of {self.method!r}"
             raise InputError("method", wanted=wanted)
         solution = self._single("pressure and surface displacement are")
-        assert isinstance(solution, Solution) and not isinstance(self.impact, list)  # noqa: PT018
+        assert isinstance(solution, Solution)
+        assert not isinstance(self.impact, list)
         return ImpactFields(self.impact, solution, self.rtol or 0.0)
 
     def _single(self, what: str) -> Solution | Sampled:

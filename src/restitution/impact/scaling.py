@@ -170,11 +170,13 @@ def power_block(
         energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities * velocities / coefficients
         glass = equilibria + moduli.sum(axis=1)
         only_viscous = (energy / (viscosities * velocities)) ** (1.0 / (1.0 + 0.5 * p))
-        length = np.where(glass > 0.0, (energy / glass) ** power, only_viscous)
+        # Roots first: the energy over a modulus is a volume, which may overflow where the length does not.
+        root = energy**power
+        length = np.where(glass > 0.0, root / glass**power, only_viscous)
         for _ in range(6):
             duration = (1.5 * length / velocities)[:, None]
             modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
-            length = (energy / modulus) ** power
+            length = root / modulus**power
         radius = coefficients * length ** (0.5 * p)
         time, factor = _units(length, radius, masses, velocities)
         branches = moduli != 0.0

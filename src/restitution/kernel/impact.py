@@ -50,7 +50,7 @@ _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
 # Work of a constant force: least e and largest factor of its error that need no second solve; least tolerances of
 # that.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-14, 2e-14)
-# Rounds of the search for the largest force, each of which divides its interval by about three; of the bisection for
+# Rounds of the search for the largest force (a round divides its interval by about three), rounds of the bisection for
 # the depth of rest, and the factor by which its interval grows before.
 _PEAK_ROUNDS, _BISECTIONS, _GROWTH = 12, 60, 1.5
 

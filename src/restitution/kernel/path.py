@@ -38,9 +38,8 @@ class Path(NamedTuple):
     cells: Any
     radius: Any  # (n_cells, n): polynomial coefficients of a over the cell's own coordinate in [0, 1], constant first
     integral: Any  # (n_cells, n + 4): the same for `Pi = int_0^s a 2 s ds`
-    # (n_kinks,): places and strengths of the kinks, beyond each of which `a = smooth + strength (s - kink)^power`
-    kinks: Any
-    strengths: Any  # (n_kinks,)
+    kinks: Any  # (n_kinks,): places; beyond a kink `a = smooth + strength (s - kink)^power`
+    strengths: Any  # (n_kinks,): their strengths
     power: float
 
 

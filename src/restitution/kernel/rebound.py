@@ -63,8 +63,8 @@ _LOSSY, _NEARLY_ELASTIC = 0.6, 0.9
 # element.
 TIME_WEIGHT, _PLACE_ROUNDING = 0.4, 1e-14
 # Length of an element: the first, over the shortest relaxation time that matters and the share of the force's
-# tolerance from which a mode matters; the shortest over sigma at the turning point; shares of what is left that count
-# as all of it, and of which two halves are made; factor to which a length beyond a kink is exceeded.
+# tolerance from which a mode matters; the shortest over sigma at the turning point; share of the rest from which it is
+# one element, and share from which it is two halves; factor to which a length beyond a kink is exceeded.
 _OF_RELAXATION, _MATTERS = 0.7, 0.1
 _SHORTEST, _WHOLE, _HALVED, _BEYOND_KINK = 1e-15, 0.999, 0.6, 1.01
 # Capture: dt/dlambda over s at the turning point, and length of an element over sigma there, where the edge turns

@@ -22,7 +22,7 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
-    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa], one of which may be infinite."""
+    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa]; one may be infinite."""
     if bulk_modulus > shear_modulus:
         ratio = shear_modulus / bulk_modulus
         return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)

@@ -69,7 +69,8 @@ def three_groups(collapse: xr.Dataset) -> Claim:
         "The restitution coefficient depends on the inputs through p1 = nu, p2 = Ginf/G1 and "
         "p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) alone (eq. 11).",
         holds,
-        f"At {points} points of the plane, {draws} random sets of m, R, v0 and Ginf over several decades differ in e by "
+        f"At {points} points of the plane, {draws} random sets of m, R, v0 and Ginf over several decades differ "
+        "in e by "
         f"at most {spread:.1e}, {'within' if holds else 'beyond'} the tolerance.",
         {
             "points": points,
@@ -219,7 +220,8 @@ def stiffer() -> Claim:
         "moduli.",
         smallest > 1.0,
         f"For nu = 0.49 and p2 = 0.001 its reduced modulus is {glass:.2f} times as large at once and {rest:.2f} times "
-        f"in the end. In between it is the softer one, down to {least:.2f} times: the compressible modulus relaxes more "
+        f"in the end. In between it is the softer one, down to {least:.2f} times: the compressible modulus "
+        "relaxes more "
         "slowly, in the time tau (3K + 4 G0)/(3K + 4 Ginf) instead of tau.",
         numbers,
     )
@@ -241,7 +243,8 @@ def several_times(terms: xr.Dataset) -> Claim:
         holds,
         f"With the branch modulus spread over relaxation times that are a factor of 10 apart, e at p3 = 100 and "
         f"p2 = {float(terms['p2']):g} falls from {one:.3f} for one time to {last:.3f} for "
-        f"{int(terms['terms'].max())} (incompressible): while the slow terms are frozen, the fast ones still dissipate.",
+        f"{int(terms['terms'].max())} (incompressible): while the slow terms are frozen, the fast ones still "
+        "dissipate.",
         numbers,
     )
 

@@ -26,7 +26,8 @@ CITATION = (
 )
 GUESSED = (
     "The text of the paper gives nu = 0.45 and the incompressible limit for figures 3 and 4, and log10 p2 = -2 and -3 "
-    "for figures 5 and 6. The ranges of the axes, the isolines, the list of Poisson ratios of figures 5 and 6, and the "
+    "for figures 5 and 6. The ranges of the axes, the isolines, the list of Poisson ratios of figures 5 and 6, "
+    "and the "
     "ranges of the random inputs are chosen here."
 )
 

@@ -1,4 +1,4 @@
-"""Profiles with transforms in closed form, whose contact radius is no power of the depth: sphere and flat-ended tips.
+"""Analytic profiles whose contact radius is no power of the depth: sphere and flat-ended tips.
 
 A flat face touches at depth 0, so the contact radius starts at that of the face; from there it grows with the square
 of the depth, which makes a(s) smooth.
@@ -7,7 +7,7 @@ of the depth, which makes a(s) smooth.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -145,11 +145,10 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
 
     radius: Annotated[Numeric, INPUTS["radius"]]
     half_angle: Annotated[Numeric, INPUTS["half_angle"]]
-    _slope: Numeric = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "_slope", plain(1.0 / np.tan(self.half_angle)))
+    @property
+    def _slope(self) -> Numeric:
+        return plain(1.0 / np.tan(self.half_angle))
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = max(r - b, 0) cot(alpha) [m]."""
