@@ -1,0 +1,1 @@
+"""Materials from measured impacts, indentations and moduli."""

@@ -1,0 +1,135 @@
+"""Observations: measured values, their noise, and how far a material is from them."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks
+from restitution.errors import InputError
+from restitution.material.columns import MaterialColumns
+from restitution.material.fit import DynamicTable
+
+Array = NDArray[np.float64]
+
+
+class Noise:
+    """Standard deviations of measured quantities.
+
+    Parameters
+    ----------
+    **deviations
+        By the name of the quantity: a number or an array in SI, absolute; a text such as "1.5 %", relative; or a
+        tuple of both, added in quadrature. A quantity that is left out has noise of unknown size.
+
+    Examples
+    --------
+    >>> noise = Noise(restitution_coefficient=0.003, contact_time="2 %")
+    >>> noise.of("contact_time", np.array([1e-3, 2e-3]))
+    array([2.e-05, 4.e-05])
+    """
+
+    def __init__(self, **deviations: Any) -> None:
+        self.deviations: Mapping[str, Any] = dict(deviations)
+
+    def of(self, name: str, values: Array, scale: float | None = None) -> Array | None:
+        """Standard deviations of values in SI, shape (n,); None where unknown.
+
+        A relative one is that of each value, or of `scale` where it is given.
+        """
+        if name not in self.deviations:
+            return None
+        given = self.deviations[name]
+        parts = given if isinstance(given, tuple) else (given,)
+        square = np.zeros(np.shape(values))
+        for part in parts:
+            square += self._part(name, part, np.abs(values) if scale is None else np.asarray(scale)) ** 2
+        return np.sqrt(square)
+
+    def _part(self, name: str, part: Any, size: Array) -> Any:
+        if not isinstance(part, str):
+            return checks.positive(f"noise.{name}", part)
+        text = part.strip()
+        try:
+            share = float(text.removesuffix("%")) / 100.0
+        except ValueError:
+            share = math.nan
+        if not text.endswith("%") or not 0.0 < share < math.inf:
+            raise InputError(f"noise.{name}", part, 'must be a number in SI, or a share such as "1.5 %"')
+        return share * size
+
+    def __repr__(self) -> str:
+        return f"Noise({', '.join(f'{name}={value!r}' for name, value in self.deviations.items())})"
+
+
+class Nuisance(NamedTuple):
+    """Unknown of a measurement that is no property of the material, estimated with it."""
+
+    name: str  # such as "contact_point"
+    unit: str  # SI
+    start: float
+    low: float
+    high: float
+    step: float  # a change that moves the data by about their noise
+
+
+class Curve(NamedTuple):
+    """Measured and fitted values of one observation, for pictures and reports."""
+
+    name: str  # of the quantity, in `restitution.quantities`
+    x_name: str
+    x: Array
+    measured: Array
+    fitted: Array
+    deviation: Array | None  # standard deviation, None where unknown
+
+
+class Observations(ABC):
+    """Measured data of one kind, as `identify` sees them.
+
+    A subclass checks its data once, in its constructor, and converts them to SI. All methods take many materials at
+    once: m rows of `MaterialColumns`, and an array of shape (m, n_nuisance) of the nuisances in their order.
+    Unknowns that enter linearly (gain, baseline, slope) are no nuisances here: they are projected out within.
+    """
+
+    label: str = ""
+    """What messages call the data, such as the name of a file."""
+
+    nuisances: tuple[Nuisance, ...] = ()
+    """Unknowns of the measurement that enter nonlinearly."""
+
+    scaled: bool = False
+    """Whether the size of the noise is unknown: `residuals` then has the unit of one common factor."""
+
+    fixes_time: bool = True
+    """Whether the data hold a time, a force or a modulus, which the restitution coefficient alone does not."""
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of residuals n."""
+
+    @abstractmethod
+    def residuals(self, materials: MaterialColumns, nuisances: Array) -> Array:
+        """Residuals (fit - data) over their standard deviations, whitened, shape (m, n); NaN where a row fails."""
+
+    @abstractmethod
+    def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
+        """Measured and fitted values for the first row."""
+
+    @abstractmethod
+    def window(self) -> tuple[float, float]:
+        """Lowest and highest angular frequency [rad/s] that the data probe."""
+
+    def effective_moduli(self) -> DynamicTable | None:
+        """Approximate storage and loss reduced modulus E* that the data show, for a start; None where unknown."""
+        return None
+
+    def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
+        """Unknowns that were projected out, for the first row: value and SI unit by name."""
+        return {}
