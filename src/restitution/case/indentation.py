@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
+from restitution.case.columns import named_columns, read_columns
 from restitution.case.impact import AccuracySection, notes_on
 from restitution.case.material import AnyMaterial
-from restitution.case.profile import AnyProfile, named_columns, read_columns
+from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.profile import Profile

@@ -5,13 +5,10 @@ The section of each type follows from the constructor of the profile, so that a 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     BeforeValidator,
     InstanceOf,
@@ -22,6 +19,7 @@ from pydantic import (
     model_validator,
 )
 
+from restitution.case.columns import read_columns
 from restitution.case.quantity import fields_of, to_si
 from restitution.case.section import Section, folder_of, refuse, toml_value
 
@@ -32,12 +30,9 @@ from restitution.contact.profile import Profile
 from restitution.contact.tabulated import Tabulated
 from restitution.errors import InputError
 from restitution.material.models import constants_of
-from restitution.material.sheet import FileError, Sheet, read_sheet, read_text
 from restitution.quantities import LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
-# Symbols that stand for the names of columns.
-_SYMBOLS = {"t": "time", "d": "depth", "F": "force"}
 
 
 class ProfileSection(Section):
@@ -148,56 +143,3 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
 
 
 AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
-
-
-def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
-    """Read columns of a CSV file and return them in SI by name.
-
-    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or
-    in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``. The rest is as in tables of materials.
-    """
-    sheet, names = _sheet(folder, name)
-    for label, column in zip(sheet.labels, names, strict=True):
-        if column not in dimensions:
-            raise FileError("", sheet.header_line, f"unknown column {label!r}; {_forms(dimensions)}")
-    if sorted(names) != sorted(dimensions):
-        raise FileError("", sheet.header_line, f"must name {len(dimensions)} columns; {_forms(dimensions)}")
-    return {column: _column(sheet, i, column, dimensions[column]) for i, column in enumerate(names)}
-
-
-def named_columns(folder: str | Path, name: str) -> list[str]:
-    """Names of the columns of a CSV file."""
-    return _sheet(folder, name)[1]
-
-
-def _sheet(folder: str | Path, name: str) -> tuple[Sheet, list[str]]:
-    path = Path(folder, name)
-    try:
-        text = read_text(path)
-    except FileError as error:
-        raise InputError("", wanted=f"{error.wanted}: {path}") from None
-    sheet = read_sheet("", text, lambda tail: True)
-    return sheet, [_SYMBOLS.get(label, label) for label in sheet.labels]
-
-
-def _forms(dimensions: Mapping[str, Dimension]) -> str:
-    """Headers that are understood."""
-    units = {name: dimension.example.split()[-1] for name, dimension in dimensions.items()}
-    behind = ",".join(f"{name}_{unit}" for name, unit in units.items())
-    brackets = ",".join(f"{name} [{unit}]" for name, unit in units.items())
-    return f'write e.g. "{behind}", "{brackets}", or "{",".join(units)}" and the units in a second line'
-
-
-def _column(sheet: Sheet, index: int, name: str, dimension: Dimension) -> NDArray[np.float64]:
-    unit = (sheet.units[index] or "").strip()
-    try:
-        factor = 1.0 if unit in ("", "-", dimension.unit) else to_si(f"1 {unit}", dimension)
-    except InputError as error:
-        raise FileError("", sheet.unit_line, f"unit {unit!r} of {name}: {error}") from None
-    with np.errstate(over="ignore"):
-        values = sheet.numbers(index) * factor
-    finite = np.isfinite(values)
-    if not finite.all():
-        row = int(np.argmin(finite))
-        raise FileError("", sheet.lines[row], f"{name} = {sheet.cells[index][row]}: must be finite")
-    return values

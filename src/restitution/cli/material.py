@@ -151,7 +151,7 @@ def _reports(source: str, at: str | None, shift: Path | None, name: str | None) 
 
 def _other_use(source: str) -> str:
     """Advice on a table whose columns are those of an indentation or of bounces."""
-    from restitution.case.profile import named_columns
+    from restitution.case.columns import named_columns
 
     try:
         columns = {name.casefold() for name in named_columns(".", source)}
