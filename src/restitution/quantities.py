@@ -52,6 +52,7 @@ ENERGY = Dimension("energy", "J", "1 mJ")
 MODULUS = Dimension("modulus", "Pa", "2 MPa")
 PRESSURE = Dimension("pressure", "Pa", "2 MPa")
 VISCOSITY = Dimension("viscosity", "Pa s", "1 kPa s")
+ANGULAR_FREQUENCY = Dimension("angular frequency", "rad/s", "100 rad/s")
 ANGLE = Dimension("angle", "rad", "80 deg")
 TEMPERATURE = Dimension("temperature", "K", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
@@ -243,6 +244,15 @@ HISTORY = _by_name(
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
 )
 """What a history over time holds."""
+
+MODULI = _by_name(
+    _positive("angular_frequency", ANGULAR_FREQUENCY, "angular frequency", r"$\omega$"),
+    _positive("storage_modulus", MODULUS, "storage modulus", r"$E'$"),
+    _nonnegative("loss_modulus", MODULUS, "loss modulus", r"$E''$"),
+    _nonnegative("loss_tangent", NUMBER, "loss tangent", r"$\tan\delta$"),
+    _positive("absolute_modulus", MODULUS, "magnitude of the complex modulus", r"$|E^*|$"),
+)
+"""Complex moduli over frequency, and what derives from them."""
 
 
 def register_output(output: Quantity) -> None:
