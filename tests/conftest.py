@@ -5,7 +5,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def shared_reference() -> Path:
-    """The folder of reference values beside the project; tests that need it skip where it is absent."""
+    """Folder of reference values beside the project; tests that need it are skipped if it is absent."""
     folder = Path(__file__).resolve().parents[2] / "shared" / "reference"
     if not folder.is_dir():
         pytest.skip("the reference folder beside the project is absent")

@@ -1,4 +1,4 @@
-"""Comparison of refusals with what they must name, but not with their wording."""
+"""Comparison of error messages by field, value and range, whatever their wording."""
 
 import re
 

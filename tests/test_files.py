@@ -30,7 +30,7 @@ def write_half(target: Path, error: BaseException) -> None:
 
 
 @pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
-def test_failure_leaves_what_was_there(tmp_path: Path, error: BaseException) -> None:
+def test_failure_leaves_the_old_file(tmp_path: Path, error: BaseException) -> None:
     target = tmp_path / "data.nc"
     target.write_text("old")
     with pytest.raises(type(error)):
@@ -38,7 +38,7 @@ def test_failure_leaves_what_was_there(tmp_path: Path, error: BaseException) -> 
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("data.nc", "old")]
 
 
-def test_a_link_in_the_way_is_replaced_and_not_followed(tmp_path: Path) -> None:
+def test_a_link_at_the_target_is_replaced_and_not_followed(tmp_path: Path) -> None:
     (tmp_path / "victim").write_text("precious")
     (tmp_path / "data.nc").symlink_to(tmp_path / "victim")
     with whole_file(tmp_path / "data.nc") as partial:
@@ -48,13 +48,13 @@ def test_a_link_in_the_way_is_replaced_and_not_followed(tmp_path: Path) -> None:
     assert not (tmp_path / "data.nc").is_symlink()
 
 
-def test_partial_files_have_names_that_nobody_can_guess(tmp_path: Path) -> None:
+def test_names_of_partial_files_are_random(tmp_path: Path) -> None:
     with whole_file(tmp_path / "a") as one, whole_file(tmp_path / "a") as other:
         assert one.name != other.name
         assert str(os.getpid()) not in one.name.split(".")
 
 
-def test_content_is_on_the_disk_before_its_name_and_the_name_before_the_end(
+def test_fsync_of_the_content_before_the_rename_and_of_the_folder_after_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps: list[str] = []
@@ -99,13 +99,13 @@ def test_killed_writer_leaves_the_old_file(tmp_path: Path) -> None:
         os.kill(writer.pid, signal.SIGKILL)
         writer.wait()
     assert target.read_text() == "old"
-    # A later whole write is not in the way of what the killed one left.
+    # The partial file of the killed writer does not prevent a later write.
     with whole_file(target) as partial:
         partial.write_text("new")
     assert target.read_text() == "new"
 
 
-def test_errors_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
+def test_errors_name_the_target(tmp_path: Path) -> None:
     target = tmp_path / "no" / "data.nc"
     with pytest.raises(FileNotFoundError) as caught, whole_file(target) as partial:
         partial.write_text("all")
@@ -115,7 +115,7 @@ def test_errors_name_the_file_that_was_asked_for(tmp_path: Path) -> None:
     assert caught.value.filename == str(tmp_path / "data.nc")
 
 
-def test_a_table_is_long_and_has_units_and_words(tmp_path: Path) -> None:
+def test_tables_are_in_long_form_with_units_and_descriptions(tmp_path: Path) -> None:
     result = xr.Dataset(
         {"force": (("time", "ball"), [[1.0, 2.0], [3.0, np.nan]], {"units": "N"})},
         {

@@ -1,4 +1,4 @@
-"""The validity report: each assumption with its number from another source, its limit, and every kind of result."""
+"""Validity report: each assumption against an independent source and at its limit, for every kind of result."""
 
 import json
 import math
@@ -27,7 +27,7 @@ from restitution.validity import (
     validity,
 )
 
-# Arrays and lists of impacts warn; the tests read the same texts from their results.
+# Arrays and lists of impacts warn; the tests read the warnings from the results.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 KINDS = ["small_strain", "half_space", "waves", "window", "poisson_ratio", "density"]
@@ -53,7 +53,7 @@ def solved(material, profile, mass, velocity, counter_material=None, **more):
 
 
 def one(profile=None, material=None, **given):
-    """Report on columns; the contact is far within every limit unless something is given."""
+    """Report of a contact that is far from every limit, apart from the given quantities."""
     given = {
         "max_contact_radius": 1e-4, "max_indentation_depth": 1e-6, "velocity": 1e-3, "contact_time": 3e-3, **given
     }  # fmt: skip
@@ -117,7 +117,7 @@ def test_share_of_energy_of_a_rigid_ball_on_rubber(denser):
     assert found.radiated_energy_ratio[0] == pytest.approx(2.22 * denser**-0.2 * 0.002**0.6, rel=0.01)
 
 
-def test_waves_run_at_the_modulus_of_the_contact_time():
+def test_wave_speed_follows_the_modulus_at_the_contact_time():
     # Polyisobutylene at 293 K: 22 m/s, not the 1099 m/s of the glass (G(T) = 0.45 MPa).
     rubber = rs.library.get("polyisobutylene").at(293.0)
     rubber = rs.Material(rubber.shear, rubber.bulk, density=920.0)
@@ -126,7 +126,7 @@ def test_waves_run_at_the_modulus_of_the_contact_time():
     assert report(found)["waves"].exceeded
 
 
-def test_slowest_wave_of_both_bodies_in_any_order():
+def test_the_slower_body_counts_in_either_order():
     light, heavy = (rs.Material(modulus, math.inf, density=1000.0) for modulus in (1e6, 1e9))
     pairs = [solved(a, rs.Parabola(0.1), 1e-3, 0.5, b) for a, b in ((light, heavy), (heavy, light))]
     for found in pairs:
@@ -185,7 +185,7 @@ def test_depth_over_contact_radius_is_a_over_r_for_a_parabola():
 
 
 def test_softness_of_the_exact_sphere_at_the_limit():
-    # The 0.4 % that the limit is argued with.
+    # The limit is based on these 0.4 %.
     depth = STRAIN_LIMIT**2
     ratio = rs.Sphere(1.0).force_integral_at_depth(depth) / rs.Parabola(1.0).force_integral_at_depth(depth)
     assert 1 - ratio == pytest.approx(0.004, abs=1e-4)
@@ -238,7 +238,7 @@ def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
     assert f"K/G0 = {ratio:.3g}" in check.message
 
 
-def test_negative_poisson_ratio_that_does_not_relax_is_a_choice():
+def test_a_constant_negative_poisson_ratio_is_not_doubtful():
     assert not one(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
     assert one(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5
 
@@ -247,7 +247,7 @@ def test_negative_poisson_ratio_that_does_not_relax_is_a_choice():
     ("mass", "radius", "exceeded"),
     [(0.004, 0.005, False), (5.0, 0.01, True), (0.005, 10.0, True)],
 )
-def test_density_finds_grams_and_millimetres(mass, radius, exceeded):
+def test_a_mass_in_grams_or_a_radius_in_millimetres_gives_an_absurd_density(mass, radius, exceeded):
     check = one(rs.Parabola(radius), mass=mass)["density"]
     assert check.value == pytest.approx(mass / (4 / 3 * math.pi * radius**3))
     assert check.exceeded == exceeded
@@ -263,7 +263,7 @@ def test_density_of_two_equal_balls_is_not_that_of_the_reduced_one():
     assert not report(found)["density"].exceeded
 
 
-def test_nothing_is_exceeded_far_from_the_limits():
+def test_no_limit_is_exceeded_far_from_the_limits():
     found = one()
     assert found.warnings == []
     assert [check.kind for check in found] == KINDS
@@ -287,7 +287,7 @@ def test_contacts_that_were_not_solved_are_left_out():
     assert some["small_strain"].value == pytest.approx(0.3)
 
 
-def test_contact_without_an_end_is_judged_by_its_rise():
+def test_the_time_of_a_contact_without_an_end_follows_from_its_depth():
     found = one(material=rs.Material(1e6, 1e9, window=(1e-6, 1e-3)), contact_time=math.inf)
     # 2.943 d/v0
     assert found["window"].value == pytest.approx(2.9432751843e-3 / 1e-3)
@@ -324,7 +324,7 @@ def test_report_as_text_and_as_html():
     assert "above the limit 0.2" in page
 
 
-def test_limit_of_radiation_is_compared_with_the_share():
+def test_the_share_of_radiated_energy_is_compared_with_its_limit():
     rubber = rs.Material(1e6, math.inf, density=1000.0)
     for velocity, exceeded in ((1e-4, False), (1.0, True)):
         check = report(solved(rubber, rs.Parabola(0.01), 0.005, velocity))["waves"]
@@ -332,7 +332,7 @@ def test_limit_of_radiation_is_compared_with_the_share():
         assert check.exceeded == exceeded == (check.value > RADIATION_LIMIT)
 
 
-# Stiff, heavy and slow: nothing is doubtful. Each entry changes what one assumption depends on.
+# SOUND, stiff and slow, is far from every limit. Each entry below exceeds one limit.
 SOUND = rs.Impact(
     rs.standard_solid(1e9, 1e9, 1e4, poisson_ratio=0.4, density=1e3), rs.Parabola(0.01), mass=0.005, velocity=1e-3
 )

@@ -19,7 +19,7 @@ from restitution.case.sweep import read_sweep
 from restitution.sweeps.run import run
 from restitution.sweeps.samples import Samples
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 BODY = '[body]\nmass = "5 g"\nradius = "10 mm"\n'

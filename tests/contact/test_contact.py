@@ -1,4 +1,4 @@
-"""A contact holds two materials and a profile, and refuses what is none."""
+"""A contact holds two materials and a profile and refuses other objects."""
 
 import math
 import pickle
@@ -32,7 +32,7 @@ def test_compliances_of_both_bodies_add():
         ((GEL.within((1e-8, 1e-2)), RUBBER), (1e-6, 1e-2)),
     ],
 )
-def test_window_is_that_of_both_materials(materials, window):
+def test_window_is_the_common_window_of_both_materials(materials, window):
     assert Contact(materials[0], Parabola(0.01), materials[1]).window == window
 
 

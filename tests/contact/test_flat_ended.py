@@ -21,13 +21,13 @@ def test_truncated_cone_against_high_precision(depth):
     face, slope = 0.002, 1 / math.tan(1.2)
     tip = TruncatedCone(radius=face, half_angle=1.2)
     radius, force_integral = ROOTS[depth]
-    # A few roundings, in the argument too.
+    # A few roundings, including those of the argument.
     assert tip.contact_radius(depth * face * slope) == pytest.approx(radius * face, rel=2e-15)
     found = tip.force_integral_at_depth(depth * face * slope)
     assert found == pytest.approx(force_integral * face**2 * slope, rel=4e-15)
 
 
-def test_deep_contacts_forget_the_face():
+def test_deep_contacts_are_those_of_the_full_cone_or_parabola():
     depth = 1e6
     cone, tip = Cone(1.2), TruncatedCone(1e-6, 1.2)
     assert tip.contact_radius(depth) == pytest.approx(float(cone.contact_radius(depth)), rel=1e-11)

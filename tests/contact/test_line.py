@@ -42,14 +42,14 @@ def test_cells_away_from_the_axis_double_at_most():
     assert 0.4 in line.edges
 
 
-def test_breakpoints_outside_or_at_the_ends_do_no_harm():
+def test_breakpoints_outside_or_at_the_ends_are_ignored():
     line = line_function(lambda x: x, 1.0, breakpoints=[-1.0, 0.0, 1e-20, 0.5, 0.5, 1.0, 3.0])
     assert line.edges.tolist() == [0.0, 0.5, 1.0]
 
 
 def test_slope():
     line = line_function(lambda x: x**3, 2.0, breakpoints=[1.0])
-    # d/dx at the ends of the second cell, t = -1 and 1: sums of its Chebyshev coefficients with signs.
+    # d/dx at both ends of the second cell, t = -1 and 1, from its Chebyshev coefficients.
     signs = (-1.0) ** np.arange(line.slope.shape[1])
     np.testing.assert_allclose([line.slope[1] @ signs, line.slope[1].sum()], [3.0, 12.0], rtol=1e-12)
 

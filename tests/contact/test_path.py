@@ -36,14 +36,14 @@ def test_table_against_the_profile(profile, depth_max):
     depth = np.minimum(s * s, depth_max)
     a, slope, force_integral = evaluate(table, s)
     exact, exact_integral = profile.contact_radius(depth), profile.force_integral_at_depth(depth)
-    # `radius_error` and `error` are found at other points than these; they may be missed by a little.
+    # `radius_error` and `error` come from other points and may be slightly exceeded here.
     np.testing.assert_allclose(a, exact, rtol=0, atol=(3 * table.radius_error + 1e-15) * exact[-1])
     np.testing.assert_allclose(
         force_integral, exact_integral, rtol=0, atol=(3 * table.error + 1e-15) * exact_integral[-1]
     )
     assert a[0] == pytest.approx(float(profile.contact_radius(0.0)), abs=1e-15 * exact[-1])
     assert force_integral[0] == 0.0
-    # da/ds by differences of the table's own a: 1e-6 relative, over a step that holds within a cell mostly.
+    # da/ds by differences of a from the table: 1e-6 relative, as a step rarely crosses the edge of a cell.
     middle = 0.5 * (s[1:] + s[:-1])
     difference = np.diff(a) / np.diff(s)
     np.testing.assert_allclose(evaluate(table, middle)[1], difference, atol=1e-4 * np.max(np.abs(slope)))
@@ -59,7 +59,7 @@ def test_known_polynomials():
 
 
 def test_the_force_integral_is_exactly_that_of_the_polynomials():
-    # Also where a itself is met to some 1e-7 only: d Pi/d(s^2) = a within every cell, to rounding.
+    # d Pi/d(s^2) = a holds to rounding within every cell, even where a itself has an error of 1e-7.
     table = path_table(PowerLaw(3.0, 1.0), 1.0)
     left, width = table.edges[:-1, None], np.diff(table.edges)[:, None]
     derivative = table.force_integral[:, 1:] * np.arange(1, table.force_integral.shape[1])
@@ -75,7 +75,7 @@ def test_a_branch_point_is_resolved_by_narrow_cells():
     profile = PowerLaw(4.0, 1.0)
     table = path_table(profile, 1.0)
     assert len(table.radius) < 64
-    # Beyond the first, each cell is half as wide again at most as what is before it.
+    # The cells grow with the distance from the axis; the first is very narrow.
     assert table.edges[1] < 1e-4
     s = np.geomspace(1e-7, 1.0, 40001)
     difference = np.abs(evaluate(table, s)[0] - profile.contact_radius(s * s))
@@ -85,7 +85,7 @@ def test_a_branch_point_is_resolved_by_narrow_cells():
     assert 1e-6 < table.radius_error < 1e-3
 
 
-def test_a_coarse_table_is_stated_in_its_error():
+def test_the_error_of_a_coarse_table_is_stated():
     profile = PowerLaw(4.0, 1.0)
     table = path_table(profile, 1.0, rtol=1e-4)
     s = np.geomspace(1e-7, 1.0, 40001)

@@ -12,7 +12,7 @@ from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated
 
 RADII = np.linspace(0.0, 0.5, 11)
-# Each with the places where its g is not smooth.
+# Profiles with the radii where g is not smooth.
 PROFILES = {
     "parabola": (Parabola(1.0), ()),
     "sphere": (Sphere(1.0), ()),
@@ -33,7 +33,7 @@ def elastic(profile, breaks, a, reduced_modulus=1.0):
 
 
 def force_of_pressure(load, breaks):
-    """Integral of 2 pi r p, by quadrature that clusters doubly at the ends of each piece."""
+    """Integral of 2 pi r p by quadrature with nodes clustered at both ends of each piece."""
     nodes, weights = np.polynomial.legendre.leggauss(80)
     edges = np.array([0.0, *(b for b in breaks if 0.0 < b < load.extent), load.extent])
     total = 0.0
@@ -67,7 +67,7 @@ def test_love_and_sneddon_cone():
 
 @pytest.mark.parametrize("n", [0.7, 1.02, 1.1, 1.5, 1.9, 2.5, 3.3])
 def test_power_law_at_its_tip(n):
-    # p(0) = E* kappa_n A n a^(n-1)/(pi (n-1)), and off the axis (E*/pi) int_r^a g'(x)/sqrt(x^2 - r^2) dx over x = r cosh y.
+    # p(0) = E* kappa_n A n a^(n-1)/(pi (n-1)); off the axis (E*/pi) int_r^a g'(x)/sqrt(x^2 - r^2) dx with x = r cosh y.
     profile, a, modulus = PowerLaw(n, 2.0), 0.3, 5.0
     load, _ = elastic(profile, (), a, modulus)
     factor = modulus * float(profile.transform(1.0)) * n / math.pi
@@ -116,10 +116,10 @@ def test_pressure_carries_the_force(profile, breaks, a):
 
 @CASES
 @pytest.mark.parametrize("a", [0.11, 0.4])
-def test_surface_follows_the_indenter_and_leaves_it_outside(profile, breaks, a):
+def test_surface_follows_the_indenter_inside_the_contact_only(profile, breaks, a):
     field, depth = elastic(profile, breaks, a)
     r = np.linspace(0.0, a, 101)
-    # To 1e-9 of the depth: near a branch point of g the line function is a fit, not exact.
+    # Accurate to 1e-9 of the depth, because the line function is only a fit near a branch point of g.
     inside = depth - profile.shape(r)
     np.testing.assert_allclose(surface_displacement(field, r), inside, rtol=0, atol=1e-9 * depth)
     outside = np.linspace(1.02, 1.2, 10) * a
@@ -155,7 +155,7 @@ def test_boundary_layer(r):
 
 
 def test_kinked_displacement_of_the_rebound():
-    # In contact to 0.3, and an imprint beyond, to 0.6: the imprint's two parts superpose.
+    # Contact up to 0.3 and an imprint up to 0.6: the two parts of the imprint superpose.
     field = line_function(lambda x: np.where(x <= 0.3, 0.5 - x, 0.4 - 2 / 3 * x), 0.6, breakpoints=[0.3])
     whole = line_function(lambda x: 0.4 - 2 / 3 * x, 0.6)
     extra = line_function(lambda x: 0.1 - x / 3, 0.3)

@@ -21,7 +21,7 @@ TABLES = (
 )
 CONE = 1.0 / math.tan(1.1)
 
-# Each with the radius of its flat face and the slope f'(r) of its flank.
+# Profiles with the radius of their flat face and the slope f'(r) of their flank.
 PROFILES = {
     "parabola": (Parabola(radius=0.7), 0.0, lambda r: r / 0.7),
     "sphere": (Sphere(radius=0.7), 0.0, lambda r: r / math.sqrt(0.49 - r * r)),
@@ -115,7 +115,7 @@ def test_force_integral_at_depth(profile, face, slope):
     np.testing.assert_allclose(profile.force_integral_at_depth(depths), over_radius, rtol=1e-13)
     assert profile.force_integral_at_depth(0.0) == 0.0
     assert profile.force_integral_at_depth(-1.0) == 0.0
-    # dPi/dd = a, which holds to 1e-9 also at depths where the closed forms in a would cancel.
+    # dPi/dd = a holds to 1e-9 even at depths where the closed forms in a would suffer from cancellation.
     for depth in (1e-9, 1e-5, float(depths[1])):
         low, high = profile.force_integral_at_depth(np.array([0.9999, 1.0001]) * depth)
         assert (high - low) / (2e-4 * depth) == pytest.approx(float(profile.contact_radius(depth)), rel=1e-8)
@@ -169,7 +169,7 @@ def test_power_law_factor_at_large_exponents_is_continuous_and_asymptotic():
 @pytest.mark.parametrize(
     "profile", [Parabola(0.3), Cone(1.2), PowerLaw(0.7, 0.2), PowerLaw(3.3, 5.0), FlatPunch(0.02)]
 )
-def test_path_of_the_power_types(profile):
+def test_path_law_of_the_power_laws(profile):
     depth = np.array([1e-9, 1e-4, 0.3])
     path = profile.path_coefficient * np.sqrt(depth) ** profile.path_exponent
     np.testing.assert_allclose(path, profile.contact_radius(depth), rtol=1e-14)
@@ -177,7 +177,7 @@ def test_path_of_the_power_types(profile):
     assert isinstance(profile.path_coefficient, float)
 
 
-def test_no_path_law_for_the_others():
+def test_other_profiles_have_no_path_law():
     for name in ("sphere", "truncated cone", "flat-ended parabola", "table, round"):
         assert PROFILES[name][0].path_exponent is None
         assert PROFILES[name][0].path_coefficient is None

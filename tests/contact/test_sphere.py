@@ -56,6 +56,6 @@ def test_equator():
 
 
 def test_force_below_that_of_the_parabola():
-    # The number in the docstring: 0.4 % at a depth of 0.04 R, where the parabola has a/R = 0.2.
+    # The docstring states 0.4 % at a depth of 0.04 R, where the parabola has a/R = 0.2.
     ratio = Sphere(1.0).force_integral_at_depth(0.04) / Parabola(1.0).force_integral_at_depth(0.04)
     assert ratio == pytest.approx(0.996, abs=1e-4)

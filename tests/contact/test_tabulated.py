@@ -31,7 +31,7 @@ def largest_difference(table, profile):
         (FlatEndedParabola(1.0, 0.1), np.append(0.05, FACED[1:])),
     ],
 )
-def test_what_the_interpolant_holds_exactly_is_exact(profile, radii):
+def test_profiles_within_the_space_of_the_interpolant_are_exact(profile, radii):
     radii = np.append(0.0, radii[radii > 0.0])
     table = Tabulated(radii, profile.shape(radii))
     assert largest_difference(table, profile) < 3e-14
@@ -45,7 +45,7 @@ def test_smooth_profile_converges_at_high_order():
     for points in (11, 21, 41):
         radii = np.linspace(0.0, 0.5, points)
         errors.append(largest_difference(Tabulated(radii, Sphere(1.0).shape(radii)), Sphere(1.0)))
-    # Degree five: h^6 in f, 64 a halving; the end of the table is 87 % of the way to the singular equator.
+    # Degree five: halving divides the error of f by 64. The table ends at 87 % of the radius of the singular equator.
     assert errors[0] / errors[1] > 25
     assert errors[1] / errors[2] > 30
     assert errors[2] < 3e-9
@@ -54,7 +54,7 @@ def test_smooth_profile_converges_at_high_order():
 def test_round_tip_stays_round():
     table = Tabulated(RADII, Sphere(1.0).shape(RADII))
     assert table._flank.derivative()(0.0) == 0.0
-    # a = sqrt(R d) down to any depth; a spurious cone on the tip would turn it into a ~ d.
+    # a = sqrt(R d) at every depth; a spurious cone at the tip would give a ~ d.
     np.testing.assert_allclose(table.contact_radius([1e-140, 1e-14, 1e-8]), [1e-70, 1e-7, 1e-4], rtol=1e-6)
 
 
@@ -69,7 +69,7 @@ def test_rough_table_falls_back_to_the_monotone_cubic():
     table = Tabulated(0.1 * np.arange(8), steps)
     assert np.min(table._flank.derivative()(np.linspace(0.0, 0.7, 1201))) >= 0.0
 
-    # With an interval as flat as that before r = 0.3, g falls; with milder ones it does not.
+    # The interval before r = 0.3 is so flat that g falls.
     with pytest.raises(ValueError, match=r"f rises too little beyond r = 0\.275 m: g\(x\) must rise"):
         Tabulated(r, f)
     f = np.array([0.0, 0.01, 0.04, 0.16, 0.30, 0.45, 0.9])
@@ -86,7 +86,7 @@ def test_few_points(n_points):
 
 
 def test_series_against_direct_quadrature():
-    # Uneven and rough data: the stored series against the quadrature that they replace.
+    # Uneven and rough data: the stored series against the quadrature.
     rng = np.random.default_rng(5)
     breaks = np.cumsum(np.append(0.03, 10.0 ** rng.uniform(-4, -1, 40)))
     for degree in (3, 5):
@@ -165,8 +165,8 @@ def test_the_table_cannot_be_changed_afterwards():
         table.r[2] = 1.0
 
 
-def test_depths_that_are_reached_more_than_once_are_reached():
-    # Few points: just below a = 0.4 the transform of this spline falls, by less than its samples see.
+def test_contact_radius_where_the_transform_falls():
+    # Just below a = 0.4 the transform of this spline falls between its samples.
     r = [0.0, 0.1, 0.3, 0.4, 0.7, 1.0, 1.5, 2.0]
     tip = Tabulated(r, [0.0, 0.008, 0.03, 0.1, 0.25, 0.5, 1.3, 2.4])
     radius = np.linspace(0.39, 0.42, 3001)

@@ -10,7 +10,7 @@ import matplotlib
 import pytest
 from matplotlib import pyplot as plt
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 ROOT = Path(__file__).resolve().parents[2]

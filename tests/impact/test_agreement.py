@@ -16,12 +16,13 @@ from restitution.material.classical import standard_solid
     log_p2=st.floats(-2.0, 1.0),
     log_p3=st.floats(-1.0, 1.5),
 )
-def test_elements_and_exact_agree_within_the_stated_error(nu, log_p2, log_p3):
+def test_elements_agree_with_the_exact_method(nu, log_p2, log_p3):
     material = standard_solid(1.0, 10.0**-log_p2, 10.0**log_p3, poisson_ratio=nu)
     impact = Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0)
     exact = solve(impact).restitution_coefficient
-    # Where little comes back the stated error, an estimate by halving, may be several times too small.
+    # For small e the stated error, an estimate by halving, may be several times too small.
     assume(exact > 0.05)
     elements = solve_elements(impact, n_elements=200)
-    # Half as much again: the estimate leaves out the second order. 1e-5: elastic cases, where it vanishes.
+    # The factor 1.5 allows for the second order, which the estimate leaves out; 1e-5 is for elastic cases, where it
+    # vanishes.
     assert abs(elements.restitution_coefficient - exact) <= 1.5 * elements.restitution_error + 1e-5

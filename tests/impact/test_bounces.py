@@ -1,4 +1,4 @@
-"""Falls and bounces against free fall, constant e and energy; the endings of a series."""
+"""Bounces against free fall, constant e and energy conservation; how a series ends."""
 
 import math
 import re
@@ -38,7 +38,7 @@ def test_elastic_ball_never_rests(with_weight):
     assert found.ended == "max bounces"
     assert found.n_bounces == 20
     assert found.height == pytest.approx(0.3, rel=1e-7)
-    # Fall, then contact and flight in turn.
+    # A fall, then contacts and flights alternate.
     flight = 2.0 * math.sqrt(2.0 * 0.3 / STANDARD_GRAVITY)
     touches = 0.5 * flight + np.arange(20) * (flight + found.contact_time[0])
     assert found.touch_time == pytest.approx(touches, rel=1e-7)
@@ -53,7 +53,7 @@ def test_constant_restitution():
     found = bounces(hard, height=2.0, gravity=10.0, with_weight=False, max_bounces=12, min_height=0.0)
     power = e ** np.arange(12)
     velocity = math.sqrt(40.0)
-    # What the imprint takes is g d/v^2, some g/(v omega) = 1e-6/power.
+    # The effect of the imprint is g d/v^2, about g/(v omega) = 1e-6/power.
     assert found.velocity == pytest.approx(velocity * power, rel=2e-5)
     assert found.height == pytest.approx(2.0 * (e * power) ** 2, rel=1e-4)
     assert found.restitution_coefficient == pytest.approx(e, rel=1e-8)
@@ -70,7 +70,7 @@ def test_each_bounce_is_an_impact_and_each_flight_a_throw():
         assert found.restitution_coefficient[n] == alone.restitution_coefficient
         assert found.residual_indentation_depth[n] == alone.residual_indentation_depth
     assert found.rebound_velocity == pytest.approx(found.velocity * found.restitution_coefficient, rel=1e-15)
-    # From the depth at separation up to the height and down to the undeformed surface.
+    # The body rises from the depth at separation and falls to the undeformed surface.
     rise = found.rebound_velocity**2 / (2.0 * STANDARD_GRAVITY) - found.residual_indentation_depth
     assert found.height == pytest.approx(rise, rel=1e-13)
     assert found.velocity[1:] == pytest.approx(np.sqrt(2.0 * STANDARD_GRAVITY * found.height[:-1]), rel=1e-13)
@@ -81,7 +81,7 @@ def test_each_bounce_is_an_impact_and_each_flight_a_throw():
     assert found.touch_time[0] == pytest.approx(math.sqrt(2.0 * 0.5 / STANDARD_GRAVITY), rel=1e-14)
 
 
-def test_height_and_velocity_say_the_same():
+def test_height_and_velocity_are_equivalent():
     impact = drop(BALL, FLOOR, height=0.5, gravity=3.7)
     given = bounces(replace(impact, velocity=17.0), height=0.5, gravity=3.7)
     taken = bounces(impact, gravity=3.7)
@@ -93,23 +93,23 @@ def test_height_and_velocity_say_the_same():
 # Ends
 
 
-def test_weight_holds_the_body_at_last():
+def test_weight_finally_captures_the_body():
     found = bounces(drop(BALL, FLOOR, height=0.5))
     assert found.ended == "captured"
     assert found.restitution_coefficient[-1] == 0.0
     assert found.contact_time[-1] == math.inf
     assert found.height[-1] == 0.0
-    # It rests where the relaxed half-space carries the weight: m g = (4/3) E* sqrt(R) d^(3/2) (Hertz).
+    # At rest the relaxed half-space carries the weight: m g = (4/3) E* sqrt(R) d^(3/2) (Hertz).
     modulus, weight = 2.0 * 1e6 / (1.0 - 0.45), found.impact.external_force
     hertz = (0.75 * weight / (modulus * math.sqrt(0.01))) ** (2.0 / 3.0)
     assert found.residual_indentation_depth[-1] == pytest.approx(hertz, rel=1e-12)
     assert np.all(found.restitution_coefficient[:-1] > 0.0)
     assert np.all(np.diff(found.height) < 0.0)
-    # The weight matters where the static depth is that of the impact.
+    # The weight matters once the bounces are as low as the static depth.
     assert found.height[-2] < 1e-4
 
 
-def test_without_weight_the_floor_ends_it():
+def test_without_weight_the_minimum_height_ends_the_series():
     found = bounces(drop(BALL, FLOOR, height=0.5), with_weight=False, min_height=1e-3)
     assert found.ended == "low"
     assert found.height[-1] < 1e-3 < found.height[-2]
@@ -118,15 +118,15 @@ def test_without_weight_the_floor_ends_it():
     assert relative.height[-1] < 5e-7 < relative.height[-2]
 
 
-def test_body_that_does_not_come_out_of_its_imprint():
-    # Slow recovery and a heavy loss: e v0 is not enough to climb the residual depth.
+def test_body_that_stays_in_its_imprint():
+    # Slow recovery and a large loss: e v0 is too small to rise by the residual depth.
     lossy = Material(PronySeries(1e3, [1e3], [1.0], parallel_viscosity=300.0), math.inf)
     found = bounces(Impact(lossy, Parabola(0.1), 0.5, 1.0), height=0.01, with_weight=False)
     assert found.ended == "below surface"
     assert found.height[-1] < 0.0
 
 
-def test_liquid_swallows():
+def test_a_body_sinks_into_a_liquid():
     liquid = Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf)
     found = bounces(Impact(liquid, FlatPunch(0.1), 1.0, 1.0), height=0.1, with_weight=False)
     assert found.ended == "sunk"
@@ -136,21 +136,21 @@ def test_liquid_swallows():
 # Warnings and tables
 
 
-def test_surface_that_has_not_recovered_is_warned_of():
-    # theta = 2 s against flights of 0.1 to 0.6 s
+def test_warning_about_incomplete_recovery():
+    # The retardation time is 2 s; the flights take 0.1 to 0.6 s.
     slow = Material(PronySeries(1e6, [1e6], [1.0]), math.inf)
     found = bounces(Impact(slow, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=5)
     flights = np.diff(found.touch_time) - found.contact_time[:-1]
     (warning,) = [words for words in found.warnings if words.startswith("recovery")]
     assert f"lasts {flights.min() / 2.0:.2g} of the longest retardation time" in warning
-    # J(t) = (1 - exp(-t/theta)/2)/Einf: half of a creep is delayed.
+    # J(t) = (1 - exp(-t/theta)/2)/Einf: half of the creep is delayed.
     assert f"up to {50.0 * math.exp(-flights.min() / 2.0):.2g} %" in warning
     fast = Material(PronySeries(1e6, [1e6], [1e-4]), math.inf)
     quick = bounces(Impact(fast, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=5)
     assert not [words for words in quick.warnings if words.startswith("recovery")]
 
 
-def test_liquid_that_bounces_keeps_imprints():
+def test_warning_about_imprints_in_a_liquid():
     liquid = Material(PronySeries(0.0, [1e7], [1.0]), math.inf)
     found = bounces(Impact(liquid, Parabola(0.01), 0.005, 1.0), height=0.1, max_bounces=3)
     assert found.n_bounces == 3

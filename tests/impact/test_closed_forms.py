@@ -49,7 +49,7 @@ def test_elastic_impact(exponent):
 
 
 def test_hertz_in_si_units():
-    # Steel ball on glass-like half-space, worked by hand from (15 m v0^2/(16 E* sqrt R))^(2/5).
+    # A steel ball on a glassy half-space, by hand from (15 m v0^2/(16 E* sqrt R))^(2/5).
     mass, radius, modulus, velocity = 4.07e-3, 5e-3, 5.2e10, 0.8
     depth = cf.elastic_max_indentation_depth(modulus, math.sqrt(radius), mass, velocity)
     assert (4 / 3) * modulus * math.sqrt(radius) * depth**2.5 * (2 / 5) == pytest.approx(mass * velocity**2 / 2)
@@ -59,7 +59,7 @@ def test_hertz_in_si_units():
 
 @pytest.mark.parametrize("ratio", cf.MAXWELL_RESTITUTION)
 def test_maxwell_values(ratio):
-    # E* = 3/4, R = 1: F = d^1.5 at short times.
+    # E* = 3/4 and R = 1, so that F = d^1.5 at short times.
     hertz = cf.elastic_contact_time(cf.elastic_max_indentation_depth(0.75, 1.0, 1.0, 1.0), 1.0)
     found = impact(0.0, [1.5], [hertz / ratio])
     # Half a unit of the table's last digit.
@@ -79,7 +79,7 @@ def test_flat_punch_on_kelvin_voigt(ratio):
 
 
 def test_flat_punch_formula_is_smooth_through_critical_damping():
-    # Second differences over steps of 1e-4 are e'' 1e-8, e'' being of order 0.1.
+    # Second differences over steps of 1e-4 are 1e-8 e'', and e'' is of order 0.1.
     e = cf.flat_punch_kelvin_voigt_restitution(1.0 + 1e-4 * np.arange(-3, 4))
     assert np.abs(np.diff(e, 2)).max() < 1e-8
     assert e[3] == pytest.approx(math.exp(-2.0), rel=1e-12)
@@ -99,7 +99,7 @@ def test_overdamped_flat_punch_on_maxwell_never_returns(ratio):
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
 def test_first_order_of_kelvin_voigt(exponent):
-    """The slope at zero loss, extrapolated from two small ones."""
+    """The slope at zero loss, extrapolated from two small losses."""
     depth = cf.elastic_max_indentation_depth(0.5, 1.0, 1.0, 1.0, path_exponent=exponent)
 
     def loss_over_prediction(tau: float) -> float:
@@ -131,7 +131,7 @@ def test_first_order_of_slow_relaxation(exponent):
 )
 def test_small_p3_slope(nu, slope):
     found = cf.standard_solid_small_p3_slope(nu)
-    # Values of the theory; at nu = -1 the identity with the incompressible case.
+    # Slopes from the theory; at nu = -1 from the identity with the incompressible case.
     wanted = slope or cf.equivalent_incompressible_p3(3.37979)
     assert found == pytest.approx(wanted, abs=5.1e-6)
     coarse, fine = ((1.0 - standard_solid(nu, 0.5, p3)) / p3 / found for p3 in (1e-3, 5e-4))
@@ -171,15 +171,15 @@ def test_pade_of_mueller_and_poeschel(x, tolerance):
     assert cf.mueller_poeschel_restitution(x) == pytest.approx(-found.y[1, -1], abs=tolerance)
 
 
-def test_both_rebounds_agree_to_first_order_only():
-    """Kelvin-Voigt by the exact rebound and by the law that Mueller and Poeschel solve."""
+def test_exact_and_approximate_rebound_agree_to_first_order_only():
+    """Kelvin-Voigt: the exact rebound and the force law of Mueller and Poeschel."""
 
     def difference(p3: float) -> float:
         b = 1.5 * (16.0 / 3.0) ** 0.4 * p3
         exact = impact(8.0, viscosity=8.0 * p3).restitution_coefficient
         return cf.mueller_poeschel_restitution(math.sqrt(b)) - exact
 
-    # Quadratic in p3 while that is small, and no small matter later.
+    # The difference is quadratic in p3 for small p3, and about 0.01 at p3 = 0.1.
     assert difference(1e-2) / difference(1e-3) == pytest.approx(100.0, rel=0.2)
     assert difference(0.1) < -8e-3
 

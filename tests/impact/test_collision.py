@@ -1,4 +1,4 @@
-"""Two bodies as one impact: reduced radius and mass, and symmetric pairs."""
+"""Collision of two bodies as one impact: reduced radius, reduced mass, symmetric pairs."""
 
 import math
 import re
@@ -13,7 +13,7 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
@@ -38,14 +38,14 @@ def test_reduced_radius_and_mass():
     assert (impact.material, impact.counter_material) == (SOFT, STEEL)
 
 
-def test_ball_on_rigid_wall_is_the_plain_impact():
+def test_ball_on_rigid_wall_is_an_impact_on_a_half_space():
     impact = collision(Body(RUBBER, radius=0.01), Body(None), velocity=1.3, external_force=0.1)
     plain = Impact(RUBBER, Parabola(0.01), Body(RUBBER, radius=0.01).mass, 1.3, external_force=0.1)
     assert solve(impact).restitution_coefficient == solve(plain).restitution_coefficient
     assert impact.counter_material is None
 
 
-def test_two_equal_spheres_are_one_on_a_rigid_wall():
+def test_two_equal_spheres_are_one_sphere_on_a_rigid_wall():
     """Each ball hits the plane of symmetry like a rigid wall, at half of the relative velocity."""
     ball = Body(RUBBER, radius=0.01)
     pair = solve(collision(ball, ball, velocity=2.0))
@@ -55,22 +55,21 @@ def test_two_equal_spheres_are_one_on_a_rigid_wall():
     assert pair.max_indentation_depth == pytest.approx(2.0 * wall.max_indentation_depth, rel=1e-9)
     assert pair.max_force == pytest.approx(wall.max_force, rel=1e-8)
     assert pair.max_contact_radius == pytest.approx(wall.max_contact_radius, rel=1e-9)
-    # Each of the two balls dissipates what the one does.
+    # Each ball of the pair dissipates as much as the single one.
     assert pair.energy.dissipated == pytest.approx(2.0 * wall.energy.dissipated, rel=1e-7)
 
 
-def test_order_of_the_bodies_does_not_matter():
+def test_the_bodies_may_be_exchanged():
     one, other = Body(RUBBER, radius=0.01), Body(SOFT, radius=0.03, mass=0.02)
     forth, back = (solve(collision(*pair, velocity=1.0)) for pair in ((one, other), (other, one)))
     assert forth.restitution_coefficient == pytest.approx(back.restitution_coefficient, rel=2e-9)
     assert forth.max_force == pytest.approx(back.max_force, rel=1e-9)
 
 
-def test_unlike_spheres_lose_by_the_softer_one():
-    """Rubber on steel has the e of rubber on a rigid body, and rubber on rubber the same at the same depth of each."""
+def test_rubber_on_steel_is_rubber_on_a_rigid_body():
     rubber, steel, rigid = Body(RUBBER, radius=0.01), Body(STEEL), Body(None)
     on_steel, on_rigid = (solve(collision(rubber, wall, velocity=1.0)) for wall in (steel, rigid))
-    # The compliances are as 1e-5.
+    # The ratio of the compliances is 1e-5.
     assert on_steel.restitution_coefficient == pytest.approx(on_rigid.restitution_coefficient, rel=1e-4)
     assert on_steel.restitution_coefficient != on_rigid.restitution_coefficient
     both_elastic = solve(collision(Body(STEEL, radius=0.01), steel, velocity=1.0))
@@ -78,7 +77,7 @@ def test_unlike_spheres_lose_by_the_softer_one():
 
 
 def test_hertz_of_two_elastic_spheres():
-    # E* = 4 G (3 K + G)/(3 K + 4 G) of each, compliances added.
+    # Each body has E* = 4 G (3 K + G)/(3 K + 4 G); their compliances add.
     glass = Material(3e10, 4e10)
 
     def plane(body):
@@ -133,7 +132,7 @@ def test_sizes_and_velocities_broadcast():
         (lambda: collision(Body(RUBBER, 0.1), Body(None), 0.0), "velocity = 0 m/s: must be finite and > 0"),
     ],
 )
-def test_impossible_bodies_are_refused(make, message):
+def test_invalid_pairs_are_refused(make, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         make()
 
@@ -147,7 +146,7 @@ def test_wrong_types_are_named():
         collision(Body(RUBBER, radius=0.01), None, velocity=1.0)
 
 
-def test_bodies_do_not_change_with_what_they_were_made_of():
+def test_bodies_copy_their_arrays():
     radius = np.array([0.01, math.inf])
     body = Body(RUBBER, radius=radius, mass=1.0)
     radius[0] = 7.0

@@ -1,4 +1,4 @@
-"""The scheme of the paper: its order, its limits against closed forms, other materials and profiles."""
+"""The element method of the paper: order, closed-form limits, other materials and profiles."""
 
 import csv
 import math
@@ -49,7 +49,7 @@ def incompressible(equilibrium: float, moduli=(), times=(), *, viscosity=0.0) ->
 
 
 def reference(impact: Impact) -> ReferenceSolution:
-    """The reduced equations, in SI."""
+    """The reduced equations in SI units."""
     row = Batch.from_impact(impact).scaled().row(0)
     found = solve_reference(
         row, rtol=1e-7, contact_radius=lambda s: impact.profile.contact_radius(s**2 * row.length) / row.radius
@@ -83,12 +83,12 @@ def test_restitution_converges_at_first_order(point, n_elements):
     errors = np.abs(np.array(found) / exact - 1.0)
     order = -np.polyfit(np.log(n_elements), np.log(errors), 1)[0]
     assert order == pytest.approx(1.0, abs=0.15)
-    # 200 elements are wrong by about 1e-3.
+    # With 200 elements the error is about 1e-3.
     assert errors[-1] * n_elements[-1] < 0.2
 
 
 def test_small_restitution():
-    # Here what the two sources of error do to e nearly cancels.
+    # The two sources of error nearly cancel in e here.
     found = solve_elements(unit_impact(0.5, 0.001, 10.0), n_elements=100)
     assert found.restitution_coefficient == pytest.approx(6.55285402922e-03, rel=1e-4)
 
@@ -104,7 +104,7 @@ def test_order_of_time_step_alone():
 
 
 @pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), (-1.0, 1.0, 0.3), (0.5, 0.01, 0.03), (0.49, 1.0, 0.3)])
-def test_estimated_error_is_the_error(point):
+def test_estimated_error_is_the_true_error(point):
     found = solve_elements(unit_impact(*point), n_elements=200)
     error = abs(found.restitution_coefficient - table()[point]["restitution"])
     assert found.restitution_error == pytest.approx(error, rel=0.05)
@@ -114,7 +114,7 @@ def test_agrees_with_the_table_throughout():
     row = table()[0.3, 0.01, 3.0]
     found = solve_elements(unit_impact(0.3, 0.01, 3.0), n_elements=400)
     assert found.status is Status.SEPARATED
-    # First-order errors with 400 elements; the residual depth relative to the largest.
+    # First-order errors with 400 elements; that of the residual depth is relative to the largest depth.
     assert found.restitution_coefficient == pytest.approx(row["restitution"], rel=6e-4)
     assert found.contact_time == pytest.approx(row["contact_time"], rel=6e-4)
     assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=6e-4)
@@ -142,7 +142,7 @@ def test_hertz():
     assert found.max_indentation_depth == pytest.approx(depth, rel=5e-4)
     assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, velocity), rel=5e-4)
     assert found.max_force == pytest.approx(cf.elastic_max_force(depth, mass, velocity), rel=1e-3)
-    # Explicit Euler makes a little energy.
+    # The explicit Euler method gains a little energy.
     assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-3)
     assert found.dissipated == 0.0
 
@@ -155,8 +155,8 @@ def test_flat_punch_on_kelvin_voigt(damping):
     assert found.restitution_coefficient == pytest.approx(cf.flat_punch_kelvin_voigt_restitution(damping), rel=1e-3)
 
 
-def test_standard_solid_element_is_the_reduced_modulus():
-    """Three inner displacements and two branches of E* relax in the same way, in explicit Euler too."""
+def test_the_element_of_the_paper_has_the_reduced_modulus():
+    """An element with three inner displacements equals two branches of E*, even in explicit Euler steps."""
     series, bulk = Impact(SOLID, Parabola(1.0), 1.0, 1.0).reduced_modulus, SOLID.bulk.equilibrium_modulus
     paper, maxwell = StandardSolidElement(1.0, 10.0, 1.0, bulk), MaxwellElement(series)
     rng = np.random.default_rng(1)
@@ -198,7 +198,7 @@ def test_incompressible_form_is_the_limit():
     assert found.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-6)
 
 
-def test_paper_element_serves_the_paper_material_only():
+def test_the_element_of_the_paper_is_used_for_its_material_only():
     def law(material, counter_material=None):
         impact = Impact(material, Parabola(1.0), 1.0, 1.0, counter_material=counter_material)
         return type(element_law(material, counter_material, impact.reduced_modulus))
@@ -235,12 +235,12 @@ def test_paper_element_serves_the_paper_material_only():
 def test_any_material_and_profile(impact):
     found, exact = solve_elements(impact, n_elements=200), reference(impact)
     assert found.status is exact.status is Status.SEPARATED
-    # Estimated errors are within a tenth of the true ones here.
+    # The estimated error is within a tenth of the true one.
     allowed = 1.15 * found.restitution_error
     assert found.restitution_coefficient == pytest.approx(exact.restitution_coefficient, abs=allowed)
     assert found.restitution_error < 2e-3
     assert found.max_indentation_depth == pytest.approx(exact.max_indentation_depth, rel=1e-3)
-    # With elements of finite width the tip of a cone leaves late by a width's worth of depth.
+    # The last element under a cone separates late, at a depth of the order of its width.
     assert found.contact_time == pytest.approx(exact.contact_time, rel=4e-3)
     assert abs(energy_residual(impact, found)) < 2e-3
 
@@ -308,19 +308,19 @@ def test_stiff_cases_are_refused_with_the_remedy():
         solve_elements(unit_impact(0.5, 1e-4, 1e-4))
 
 
-def test_refusal_names_a_time_step_that_would_do(monkeypatch):
+def test_refusal_names_a_time_step_that_works(monkeypatch):
     monkeypatch.setattr(elements, "MAX_STEPS", 5000)
     impact = unit_impact(0.3, 0.1, 1.0)
     wanted = r"^n_elements, time_step = \(100, 1e-06\): .*; take time_step in \[(.*), (.*)\] s$"
     with pytest.raises(ValueError, match=wanted) as refusal:
         solve_elements(impact, n_elements=100, time_step=1e-6)
-    # The bounds are printed to three digits.
+    # The message gives the bounds to three digits.
     least, most = (float(x) for x in re.search(wanted, str(refusal.value)).groups())
     assert solve_elements(impact, n_elements=100, time_step=1.01 * least).status is Status.SEPARATED
     assert solve_elements(impact, n_elements=100, time_step=0.99 * most).status is Status.SEPARATED
 
 
-def test_refusal_names_a_number_of_elements_that_would_do(monkeypatch):
+def test_refusal_names_a_number_of_elements_that_works(monkeypatch):
     monkeypatch.setattr(elements, "MAX_STEPS", 5000)
     impact = unit_impact(0.3, 0.1, 1.0)
     with pytest.raises(
@@ -332,7 +332,7 @@ def test_refusal_names_a_number_of_elements_that_would_do(monkeypatch):
 
 
 def test_long_time_step_is_refused():
-    # tau = 0.1 and the shorter limit of 16 elements' worth of accuracy
+    # tau = 0.1, but the accuracy with 16 elements demands an even shorter step.
     with pytest.raises(ValueError, match=r"^time_step = 0.5 s: must be <= \S+ s here, for explicit Euler$"):
         solve_elements(unit_impact(0.3, 0.1, 1.0), time_step=0.5)
 
@@ -355,7 +355,7 @@ def test_arrays_are_refused():
 
 
 def test_history_of_the_elements_obeys_the_equations_of_the_paper() -> None:
-    """Equations (7) and (8) of the paper, each by itself, from the recorded displacements and forces."""
+    """Equations (7) and (8) of the paper hold for the recorded displacements and forces."""
     ginf, g1, eta, nu = 1.0, 10.0, 1.0, 0.3
     k0 = 2.0 * ginf * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
     impact = Impact(standard_solid(ginf, g1, eta, poisson_ratio=nu), Parabola(1.0), mass=1.0, velocity=1.0)
@@ -371,14 +371,14 @@ def test_history_of_the_elements_obeys_the_equations_of_the_paper() -> None:
     # (8), third line, at each instant.
     balance = g1 * u3 + ginf * u2 + (ginf / 3.0 + k0) * (u2 - u) + g1 / 3.0 * (u2 - u1)
     assert np.abs(balance[inside]).max() < 1e-12
-    # (8), first and second line, whose rates are those of an explicit Euler step.
+    # (8), first and second line, with the rates of an explicit Euler step.
     step = found.attrs["time_step"]
     both = inside[1:] & inside[:-1]
     first = eta * (np.diff(u3, axis=0) - np.diff(u2, axis=0)) / step + g1 * u3[:-1]
     second = eta * (np.diff(u1, axis=0) - np.diff(u, axis=0)) / step + g1 * (u1 - u2)[:-1]
     assert np.abs(first[both]).max() < 1e-9
     assert np.abs(second[both]).max() < 1e-9
-    # (8), last line, and the sum of (9); each element stands for its mirror image as well.
+    # (8), last line, and the sum (9); each element also represents its mirror image.
     force = found.force.values
     expected = 4.0 * found.attrs["spacing"] * (ginf * u2 + g1 * u3)
     assert force[inside] == pytest.approx(expected[inside], abs=1e-12)

@@ -1,4 +1,4 @@
-"""Arrays through the exact method: broadcasting, workers, failures, interrupts."""
+"""Arrays of impacts by the exact method: broadcasting, workers, failures, interrupts."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
@@ -44,7 +44,7 @@ def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
     return Impact(material, Parabola(radius=0.01), **given)
 
 
-# One impact and one in an array take the same path through the kernel: the bits are equal.
+# A single impact and an impact of an array take the same path through the kernel: the results are identical.
 @pytest.mark.parametrize("material", [RUBBER, LAYERED])
 @pytest.mark.parametrize(
     ("profile", "field", "unit"),
@@ -54,7 +54,7 @@ def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
         (Cone, "half_angle", 1.2),
     ],
 )
-def test_an_array_is_its_impacts_one_by_one(material: Material, profile: Any, field: str, unit: float) -> None:
+def test_an_array_equals_single_impacts(material: Material, profile: Any, field: str, unit: float) -> None:
     sizes = unit * np.array([0.8, 1.1])
     masses, velocities, forces = np.array([0.02, 0.05, 0.1]), np.array([[0.1], [1.0]]), 0.02
     whole = solve(
@@ -74,7 +74,7 @@ def test_an_array_is_its_impacts_one_by_one(material: Material, profile: Any, fi
         assert whole.energy.dissipated[i, j, k] == one.energy.dissipated
 
 
-def test_shapes_that_do_not_fit_are_refused() -> None:
+def test_shapes_that_do_not_broadcast_are_refused() -> None:
     with pytest.raises(ValueError, match="do not broadcast against each other"):
         Impact(RUBBER, Parabola(radius=[0.01, 0.02]), mass=[1.0, 2.0, 3.0], velocity=1.0)
     with pytest.raises(ValueError, match="broadcast"):
@@ -92,7 +92,7 @@ def test_the_three_groups_broadcast() -> None:
 
 
 def test_a_point_does_not_depend_on_its_neighbours() -> None:
-    """The bits of e do not depend on the other points of an array or on their number."""
+    """The bits of e depend neither on the other points of an array nor on their number."""
     rng = np.random.default_rng()
     nu = rng.choice([0.5, -1.0, 0.3, -0.2, 0.499], 60)
     p2, p3 = 10.0 ** rng.uniform(-3, 1, 60), 10.0 ** rng.uniform(-2, 2, 60)
@@ -103,7 +103,7 @@ def test_a_point_does_not_depend_on_its_neighbours() -> None:
         assert [x.hex() for x in e] == [x.hex() for x in alone[places]]
 
 
-def test_nothing_in_nothing_out() -> None:
+def test_empty_arrays() -> None:
     assert solve(balls(3, velocity=np.empty(0))).restitution_coefficient.shape == (0,)
     assert standard_solid_restitution(np.empty((2, 0)), 1.0, 1.0).shape == (2, 0)
 
@@ -130,7 +130,7 @@ def test_progress_counts_up_to_all(workers: int, monkeypatch: pytest.MonkeyPatch
     assert seen[-1] == (100, 100)
 
 
-def test_the_machine_is_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
     pool = parallel.ThreadPoolExecutor
 
@@ -144,9 +144,9 @@ def test_the_machine_is_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None
     assert asked == [3]
 
 
-def test_a_row_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
+def test_a_failed_row_is_nan_and_counted_and_affects_no_other() -> None:
     velocities = np.array(balls(5).velocity)
-    # Its square is beyond what a number can hold.
+    # The square overflows.
     velocities[3] = 1e200
     with pytest.warns(RestitutionWarning, match=r"^1 of 5 impacts failed and are NaN: 1 [A-Z_]+$"):
         result = solve(balls(5, velocity=velocities))
@@ -163,7 +163,7 @@ def test_a_row_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
     assert caught.value.status.failed
 
 
-def test_a_body_that_leaves_the_described_profile_fails_alone() -> None:
+def test_an_indentation_beyond_the_table_fails_alone() -> None:
     radius = np.linspace(0.0, 0.002, 50)
     tip = Tabulated(radius, radius**2 / 0.02)
     velocities = [0.01, 5.0, 0.1]
@@ -178,14 +178,14 @@ def test_a_body_that_leaves_the_described_profile_fails_alone() -> None:
         solve(Impact(RUBBER, tip, 0.005, 5.0))
 
 
-def test_a_blow_far_too_hard_for_the_described_profile_fails_alone() -> None:
+def test_an_impact_far_beyond_the_table_fails_alone() -> None:
     tip = Tabulated(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 50e-6, 200e-6]))
     with pytest.warns(RestitutionWarning, match="1 TOO_DEEP"):
         result = solve(Impact(RUBBER, tip, 0.005, [0.01, 20.0]))
     assert np.array_equal(result.status, [Status.SEPARATED, Status.TOO_DEEP])
 
 
-def test_columns_are_the_impacts() -> None:
+def test_columns_of_materials_equal_the_impacts() -> None:
     impact = balls(6, LAYERED, external_force=0.1)
     series, one = impact.reduced_modulus, np.ones(6)
     batch = Batch(
@@ -205,7 +205,7 @@ def test_columns_are_the_impacts() -> None:
 def test_ctrl_c_ends_a_long_call_at_once(workers: int) -> None:
     script = (
         "import signal, sys, time\n"
-        # A shell that runs the tests in the background has the signal ignored.
+        # A shell that runs the tests in the background makes its children ignore the signal.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import numpy as np\n"
         "from restitution.impact.solve import standard_solid_restitution as e\n"

@@ -1,4 +1,4 @@
-"""Modes much faster than the contact, of any strength: the tolerance holds."""
+"""Modes of any strength that are much faster than the contact: the tolerance holds."""
 
 import math
 
@@ -12,7 +12,7 @@ from restitution.impact.solve import solve
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 
@@ -33,7 +33,7 @@ def impacts() -> list[Impact]:
 def test_tolerance_is_kept(impacts):
     loose, fine, finest = (solve(impacts, rtol=rtol).restitution_coefficient for rtol in (1e-9, 1e-11, 1e-12))
     scale = np.maximum(finest, 1e-3)
-    # Solved only once per Newton step, the memory of fast modes leaves errors of 4 and 8 tolerances.
+    # If Newton's method updated the fast modes only once per step, the errors would be 4 and 8 tolerances.
     assert np.max(np.abs(loose - finest) / scale) < 1e-9
     assert np.max(np.abs(fine - finest) / scale) < 2e-11
 

@@ -1,4 +1,4 @@
-"""Pressure and surface displacement, with its recovery, against closed forms and hereditary integrals."""
+"""Pressure and surface displacement, also after separation, against closed forms and hereditary integrals."""
 
 import functools
 import math
@@ -19,14 +19,14 @@ from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 ELASTIC = Material(1.3, 2.1)
 SOLID = Material(PronySeries(1.0, [4.0, 2.0, 1.0], [0.02, 0.3, 20.0]), 3.0)
 LIQUID = Material(PronySeries(0.0, [4.0, 1.0], [0.1, 2.0]), 5.0)
 VISCOUS = Material(PronySeries(1.0, [3.0], [0.5], parallel_viscosity=0.1), math.inf)
-# Before, at and after the turning point of all these impacts.
+# Instants before and after the turning point of all these impacts, over the contact time.
 SHARES = (0.02, 0.2, 0.4, 0.6, 0.8, 0.97)
 TABLE = np.linspace(0.0, 3.0, 61)
 PROFILES = [
@@ -55,7 +55,7 @@ def motion(result: ImpactResult, t) -> dict[str, np.ndarray]:
     return {key: found[key].values for key in found.data_vars}
 
 
-# Takes a while for hundreds of nodes.
+# Slow for hundreds of nodes.
 legendre = functools.lru_cache(np.polynomial.legendre.leggauss)
 
 
@@ -65,7 +65,7 @@ def gauss(low: float, high: float, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def contact_rule(result: ImpactResult, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss rule over the time from 0 to `end`, in the root of time at both ends, split at the turn."""
+    """Gauss rule over the time from 0 to `end`, in the root of time at both ends, split at the turning point."""
     turn = result._solution.turning_time
     y, w = gauss(0.0, math.sqrt(min(turn, end)), 400)
     times, weights = [y**2], [2.0 * y * w]
@@ -96,13 +96,13 @@ def test_hertz(share):
     outside = a**2 / (math.pi * 2.0) * ((2.0 - ratio**2) * np.arcsin(1.0 / ratio) + np.sqrt(ratio**2 - 1.0))
     assert result.surface_displacement(ratio * a, t) == pytest.approx(outside, rel=1e-8)
     assert np.all(result.pressure(ratio * a, t) == 0.0)
-    # Boussinesq's point force, from which Hertz's field differs by the order of (a/r)^2.
+    # Boussinesq's point force; Hertz's field differs by the order of (a/r)^2.
     far = 1e4 * a
     point = float(state["force"][0]) / (math.pi * modulus * far)
     assert result.surface_displacement(far, t) == pytest.approx(point, rel=1e-7)
 
 
-def test_nothing_is_left_of_an_elastic_impact():
+def test_no_imprint_after_an_elastic_impact():
     result = impact(ELASTIC)
     late = 1.1 * result.contact_time
     assert result.surface_displacement([0.0, 0.3], late) == pytest.approx(0.0, abs=1e-11)
@@ -147,7 +147,7 @@ def test_pressure_carries_the_force(share):
     t = share * result.contact_time
     state = motion(result, t)
     a = float(state["contact_radius"][0])
-    # p = sqrt(a^2 - r^2) times a function with kinks only: composite in the angle.
+    # p is sqrt(a^2 - r^2) times a function with kinks: a composite rule in the angle.
     rules = [gauss(low, high, 8) for low, high in pairwise(np.linspace(0.0, 0.5 * math.pi, 101))]
     angle, weight = (np.concatenate(columns) for columns in zip(*rules, strict=True))
     r = a * np.sin(angle)
@@ -167,7 +167,7 @@ def test_surface_follows_the_body_in_contact(profile):
             depth - profile.shape(r), rel=1e-8, abs=1e-9 * result.max_indentation_depth
         )
         assert np.all(result.pressure(r, t) > 0.0)
-        # Outside, the surface lies deeper than no contact at all, and below the body.
+        # Outside the contact the surface is displaced inwards and lies below the body.
         beyond = a * np.array([1.01, 1.3])
         displaced = result.surface_displacement(beyond, t)
         assert np.all(displaced > 0.0)
@@ -176,7 +176,7 @@ def test_surface_follows_the_body_in_contact(profile):
 
 @pytest.mark.parametrize("material", [SOLID, VISCOUS], ids=["solid", "dashpot"])
 def test_line_load_is_the_hereditary_integral(material):
-    """q = int E*(t - t') d' dt' from the first touch of the element, by quadrature of the sampled motion."""
+    """q = int E*(t - t') d' dt' from first touch at x, by quadrature of the sampled motion."""
     result = impact(material)
     series = result.impact.reduced_modulus
     turn = result._solution.turning_time
@@ -203,7 +203,7 @@ def test_line_load_is_the_hereditary_integral(material):
 @pytest.mark.parametrize("material", [SOLID, LIQUID, VISCOUS], ids=["solid", "liquid", "dashpot"])
 @pytest.mark.parametrize("share", [0.3, 0.8, 1.0, 1.3, 5.0])
 def test_far_surface_creeps_under_the_force_history(profile, material, share):
-    """w pi r -> int J*(t - t') dF(t') far away, in contact and after it: only the force matters there."""
+    """w pi r -> int J*(t - t') dF(t') far away, during and after contact: only the force matters there."""
     result = impact(material, profile)
     t = share * result.contact_time
     then, weight = contact_rule(result, min(t, result.contact_time))
@@ -222,7 +222,7 @@ def test_far_surface_creeps_under_the_force_history(profile, material, share):
     [FlatEndedParabola(0.02, 20.0), TruncatedCone(200.0, 0.1)],
     ids=name,
 )
-def test_face_of_which_the_flank_hardly_touches_is_a_flat_punch(profile):
+def test_flat_ended_bodies_with_a_steep_flank_are_flat_punches(profile):
     # a exceeds the radius of the face by less than 1e-9.
     result = impact(SOLID, profile)
     a = profile.contact_radius(0.0)
@@ -235,7 +235,7 @@ def test_face_of_which_the_flank_hardly_touches_is_a_flat_punch(profile):
         assert result.pressure(r, t) == pytest.approx(punch, rel=1e-7)
 
 
-def test_sphere_that_is_in_up_to_its_equator():
+def test_sphere_pressed_in_up_to_its_equator():
     result = solve(Impact(SOLID, Sphere(0.01), 1.0, 1.0))
     assert result.max_contact_radius == pytest.approx(0.01, rel=1e-12)
     t = np.array([0.3, 0.8]) * result.contact_time
@@ -247,14 +247,14 @@ def test_sphere_that_is_in_up_to_its_equator():
 # After separation
 
 
-def test_imprint_of_a_single_branch_fades_with_its_retardation_time():
+def test_imprint_of_a_single_branch_decays_with_its_retardation_time():
     # theta = tau (Einf + E1)/Einf = 0.2 * 5
     result = impact(Material(PronySeries(1.0, [4.0], [0.2]), math.inf))
     end = result.contact_time
     fade = np.exp(-np.array([0.0, 0.5, 3.0]) / 1.0)
     imprint = result.surface_displacement(0.0, end + np.array([0.0, 0.5, 3.0]))
     assert imprint == pytest.approx(result.residual_indentation_depth * fade, rel=1e-9)
-    # All elements fade alike once all have left.
+    # After separation the whole surface recovers in proportion.
     r = np.array([[0.1], [0.4], [1.0], [5.0]])
     assert result.surface_displacement(r, end + 3.0)[:, 0] == pytest.approx(
         result.surface_displacement(r, end)[:, 0] * fade[2], rel=1e-8
@@ -270,7 +270,7 @@ def test_imprint_of_a_flat_punch_keeps_its_shape():
     assert result.surface_displacement(0.8, t) == pytest.approx(depth / 3.0, rel=1e-9)
 
 
-def test_liquid_keeps_what_the_impulse_has_displaced():
+def test_the_imprint_in_a_liquid_follows_from_the_impulse():
     result = impact(LIQUID)
     flow = result.impact.reduced_modulus.flow_viscosity
     # int F dt = m v0 (1 + e)
@@ -289,7 +289,7 @@ def test_surface_is_continuous_at_separation():
 
 
 def test_two_bodies_share_the_displacement():
-    # Two equal bodies are together as soft as one of half the modulus.
+    # Two equal bodies are as compliant as one of half the modulus.
     half = Material(PronySeries(0.5, [2.0, 1.0, 0.5], [0.02, 0.3, 20.0]), 1.5)
     pair = solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), rtol=1e-12)
     alone = solve(Impact(half, Parabola(1.0), 1.0, 1.0), rtol=1e-12)
@@ -346,14 +346,14 @@ def test_radius_and_time_broadcast():
         (0.1, [1.0, math.inf], "t[1] = inf s: must be finite and >= 0"),
     ],
 )
-def test_bad_places_are_named(r, t, message):
+def test_bad_radii_and_times_are_refused(r, t, message):
     result = impact(SOLID)
     for field in (result.pressure, result.surface_displacement):
         with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             field(r, t)
 
 
-def test_fields_belong_to_one_exact_impact_that_ends():
+def test_fields_need_a_single_exact_impact_that_separates():
     several = solve(Impact(SOLID, Parabola(1.0), 1.0, [1.0, 2.0]))
     with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of an array of shape \(2,\)$"):
         several.pressure(0.0, 0.1)

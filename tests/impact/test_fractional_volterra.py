@@ -1,4 +1,4 @@
-"""Fractional materials against the hereditary contact equations by direct quadrature, without a Prony series."""
+"""Fractional materials against direct quadrature of the hereditary contact equations, without Prony series."""
 
 import importlib.util
 import math
@@ -35,8 +35,8 @@ volterra = _script()
 CONE = Cone(math.atan(0.5 * math.pi))
 
 
-def test_quadrature_returns_an_elastic_body():
-    """E* = 1: e = 1, with the contact time of Hertz."""
+def test_the_quadrature_with_an_elastic_body():
+    """E* = 1 gives e = 1 and the contact time of Hertz."""
     elastic = volterra.Kernel(lambda t: 1.0 + 0.0 * t, lambda t: 1.0 * t, 2.0)
     e, time = volterra.extrapolated(elastic, volterra.parabola, 0.005)
     assert e == pytest.approx(1.0, abs=2e-6)
@@ -60,16 +60,16 @@ def test_quadrature_returns_an_elastic_body():
     ],
     ids=["springpot", "Kelvin-Voigt", "Zener", "Maxwell on a cone"],
 )  # fmt: skip
-def test_prony_series_keep_what_they_state(model, kernel, profile, force_integral):
+def test_prony_series_of_fractional_models_have_the_stated_error(model, kernel, profile, force_integral):
     fractional, step = FractionalMaterial(model, math.inf), 2e-3
     e, time = volterra.extrapolated(kernel, force_integral, step)
     for rtol in (1e-2, 1e-4, 1e-6):
         material, error, _ = fractional.approximation((1e-4, 10.0), rtol)
         found = solve(Impact(material, profile, 1.0, 1.0))
         assert error <= rtol
-        # What 700 time steps leave, 1e-6, and for the singular kernel of exponent 0.7 twice that.
+        # The error of the quadrature with 700 time steps is 1e-6, and 2e-6 for the singular kernel of exponent 0.7.
         assert found.restitution_coefficient == pytest.approx(e, rel=error + 2e-6)
         assert found.contact_time == pytest.approx(time, rel=error + 2e-6)
-    # The window that the package chooses, at its relative error of 1e-6.
+    # Window and series as the package chooses them, for a relative error of 1e-6.
     chosen = for_contact(lambda window: Impact(fractional.within(window), profile, 1.0, 1.0))
     assert solve(chosen).restitution_coefficient == pytest.approx(e, rel=3e-6)

@@ -1,4 +1,4 @@
-"""The motion between the steps of the solver obeys the equations."""
+"""The motion obeys the equations between the steps of the solver."""
 
 import math
 
@@ -30,7 +30,7 @@ def test_motion_is_newtons_law(profile, force):
     result, output = dense(MIXED, profile, external_force=force)
     turn = output.turning_time
     nodes, weights = np.polynomial.legendre.leggauss(12)
-    # In the root of time from both ends, where the force is smooth.
+    # As a function of the root of time from both ends the force is smooth.
     for low, high, time in (
         (0.0, math.sqrt(turn), lambda y: y**2),
         (0.0, math.sqrt(result.contact_time - turn), lambda y: result.contact_time - y**2),
@@ -48,7 +48,7 @@ def test_motion_is_newtons_law(profile, force):
         assert np.diff(ends.indentation_depth) == pytest.approx(sunk, abs=2e-9)
 
 
-def test_ends_and_turning_point_are_those_of_the_result():
+def test_ends_and_turning_point_of_the_history():
     result, output = dense(rtol=1e-9)
     start, turn, end = (output.at([t]) for t in (0.0, output.turning_time, output.contact_time))
     assert start.indentation_depth[0] == start.force[0] == start.contact_radius[0] == 0.0
@@ -62,7 +62,7 @@ def test_ends_and_turning_point_are_those_of_the_result():
     assert end.contact_radius[0] == end.force[0] == 0.0
 
 
-def test_contact_radius_follows_the_depth_in_the_approach_only():
+def test_contact_radius_belongs_to_the_depth_in_the_approach_only():
     _, output = dense()
     coming = output.at(np.linspace(0.0, output.turning_time, 50))
     assert coming.contact_radius == pytest.approx(np.sqrt(coming.indentation_depth), abs=1e-9)
@@ -71,7 +71,7 @@ def test_contact_radius_follows_the_depth_in_the_approach_only():
     assert np.all(np.diff(going.contact_radius) < 0.0)
 
 
-def test_times_reach_from_touch_to_separation_and_see_a_thin_layer():
+def test_default_times_span_the_contact_and_resolve_a_thin_layer():
     # The layer at the turning point has the width of the short relaxation time, 1e-5 of the contact.
     result, output = dense(Material(PronySeries(1.0, [1e5], [1e-5]), math.inf))
     times = output.times(200)

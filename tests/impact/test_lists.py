@@ -14,17 +14,17 @@ from restitution.impact.status import SolverError, Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 SOLID = Material(PronySeries(1.0, [3.0], [0.5]), math.inf)
 LIQUID = Material(PronySeries(0.0, [1.0], [0.03]), math.inf)
 GOOD = Impact(SOLID, Parabola(1.0), 1.0, 1.0)
-# Its energy is beyond float64.
+# The energy overflows.
 TOO_FAST = Impact(SOLID, Parabola(1.0), 1.0, 1e200)
 
 
-def test_a_failure_among_impacts_of_one_block_is_its_own():
+def test_a_failure_affects_no_other_impact_of_its_block():
     for impacts, place in (([GOOD, TOO_FAST, GOOD], 1), ([GOOD, GOOD, TOO_FAST], 2), ([TOO_FAST, GOOD], 0)):
         with pytest.warns(RestitutionWarning, match=f"^1 of {len(impacts)} impacts failed and are NaN: 1 "):
             result = solve(impacts)
@@ -35,7 +35,7 @@ def test_a_failure_among_impacts_of_one_block_is_its_own():
             solve(impacts, errors="raise")
 
 
-def test_outcomes_of_several_blocks_come_back_in_order():
+def test_results_of_several_blocks_keep_their_order():
     impacts = [
         Impact(LIQUID, Parabola(1.0), 1.0, 1.0),
         GOOD,
@@ -52,7 +52,7 @@ def test_outcomes_of_several_blocks_come_back_in_order():
 
 
 def test_one_warning_counts_the_impacts_beyond_each_limit():
-    """Small strain is exceeded where max(a/R, d/a) > 0.2, by single results."""
+    """The count of exceeded limits of small strain equals that of single results."""
     velocities = np.geomspace(1e-5, 1e-2, 12)
     many = Impact(SOLID, Parabola(1.0), 1e4, velocities)
     singles = [Impact(SOLID, Parabola(1.0), 1e4, v) for v in velocities]

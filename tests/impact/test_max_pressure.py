@@ -11,14 +11,14 @@ import restitution as rs
 from restitution import quantities
 from restitution.kernel import pressure as kernel
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 ELASTIC = rs.Material(1.0, 1.0)
 
 
 def hertz(result):
-    """3 F/(2 pi a^2) of the largest force."""
+    """3 F/(2 pi a^2) for the largest force."""
     return 1.5 * result.max_force / (math.pi * result.max_contact_radius**2)
 
 
@@ -85,7 +85,7 @@ def test_relaxation_against_quadrature_and_a_search(p2, p3):
             / float(now.contact_radius[0])
         )
 
-    # The velocity starts at v0 and a at sqrt(R v0 t): a root at the start.
+    # a = sqrt(R v0 t) at the start, a root of time.
     ends = (0.0, math.sqrt(moment))
     on_axis = quad(lambda y: 2 * y * rate(y * y), *ends, epsrel=1e-7, limit=200)[0] / math.pi
     assert float(result.pressure(0.0, moment)) == pytest.approx(on_axis, rel=2e-6)
@@ -130,7 +130,7 @@ def test_a_sphere_as_a_table_of_points():
     assert table == pytest.approx(ball, rel=1e-6)
 
 
-def test_of_many_and_of_those_without_one():
+def test_arrays_and_impacts_without_a_largest_pressure():
     solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
     many = rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=[[0.1], [1.0]])
     alone = [rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=v) for v in (0.1, 1.0)]

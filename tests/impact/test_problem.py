@@ -1,4 +1,4 @@
-"""Input of an impact, and the messages of refusals."""
+"""Input of an impact and its error messages."""
 
 import math
 
@@ -31,7 +31,7 @@ BALL = Parabola(radius=0.01)
         ),
     ],
 )
-def test_numbers_out_of_range_are_named(given, message):
+def test_numbers_out_of_range_are_refused(given, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         Impact(RUBBER, BALL, **({"mass": 1.0, "velocity": 1.0} | given))
 
@@ -47,19 +47,19 @@ def test_numbers_out_of_range_are_named(given, message):
         ({"external_force": True}, r"^external_force = True: must be a real number"),
     ],
 )
-def test_wrong_types_are_named(given, message):
+def test_wrong_types_are_refused(given, message):
     with pytest.raises(TypeError, match=message):
         Impact(**({"material": RUBBER, "profile": BALL, "mass": 1.0, "velocity": 1.0} | given))
 
 
-def test_numbers_broadcast_those_of_the_profile_included():
+def test_all_numbers_broadcast_also_those_of_the_profile():
     several = Impact(RUBBER, Parabola(np.full((4, 1, 1), 0.01)), np.ones((3, 1)), [1.0, 2.0], external_force=0.1)
     assert several.shape == (4, 3, 2)
     assert Impact(RUBBER, PowerLaw(2.0, [1.0, 2.0]), 1.0, 1.0).shape == (2,)
     assert Impact(RUBBER, Sphere(0.01), 1, 1).shape == ()
 
 
-def test_what_is_given_later_does_not_change_an_impact():
+def test_an_impact_copies_its_arrays():
     velocity = np.array([1.0, 2.0])
     impact = Impact(RUBBER, BALL, 1.0, velocity)
     velocity[0] = 7.0

@@ -1,4 +1,4 @@
-"""Every profile by the element method, which converges to the exact solution at first order.
+"""The element method converges to the exact solution at first order for every profile.
 
 The elements use the transform g(x) of a profile only; the exact solution uses its inverse over the depth, in
 the closed form or as a table.
@@ -41,7 +41,7 @@ PROFILES: dict[str, Profile] = {
 
 
 def errors(impact: Impact, numbers: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Relative errors of the element method over the number of elements."""
+    """Relative errors of the element method for several numbers of elements."""
     exact = solve(impact)
     found = [solve_elements(impact, n_elements=n) for n in numbers]
     return {
@@ -50,7 +50,7 @@ def errors(impact: Impact, numbers: tuple[int, ...]) -> dict[str, np.ndarray]:
     }
 
 
-# The others are with test_elements.py, and all of them below.
+# The slow test below has all profiles; test_elements.py has the others.
 @pytest.mark.parametrize(
     "name",
     [
@@ -58,12 +58,12 @@ def errors(impact: Impact, numbers: tuple[int, ...]) -> dict[str, np.ndarray]:
         "tabulated flat face",
     ],
 )  # fmt: skip
-def test_elements_fall_to_the_exact_value(name):
+def test_elements_converge_to_the_exact_value(name):
     coarse, fine = errors(Impact(SOLID, PROFILES[name], 1.0, 1.0), (32, 64))["restitution_coefficient"]
-    # 0.2/n, up to the uneven way in which few elements meet the edge of a flat face.
+    # The error is about 0.2/n. With few elements it depends on their position at the edge of a flat face.
     assert 0.1 / 64 < fine < 0.3 / 64
     assert math.log2(coarse / fine) == pytest.approx(1.0, abs=0.12)
-    # Without the first order, a tenth of it is left at most.
+    # Extrapolation removes nine tenths of the error or more.
     assert abs(2.0 * fine - coarse) < 0.12 * fine
 
 
@@ -78,7 +78,7 @@ def test_first_order_throughout(name):
     assert abs(2.0 * restitution[-1] - restitution[-2]) < 4e-5
     for quantity in ("max_indentation_depth", "max_force"):
         assert np.abs(found[quantity] * numbers).max() < 1.0
-    # The last element leaves late by the depth of its width, (dx)^0.7 for the cusp.
+    # The last element separates late, at the depth of its width: (dx)^0.7 for the cusp.
     assert np.abs(found["contact_time"] * np.power(numbers, 0.7)).max() < 0.8
 
 
@@ -87,7 +87,7 @@ def test_elements_stay_within_a_table():
     r = np.linspace(0.0, 0.7, 15)
     short, whole = Impact(SOLID, Tabulated(r, r**2 / 2.0), 1.0, 1.0), Impact(SOLID, Parabola(1.0), 1.0, 1.0)
     found, wanted = (solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole))
-    # The two start from unlike estimates of the depth, and so with unlike time steps.
+    # The estimates of the largest depth differ, and so do the time steps.
     assert found == pytest.approx(wanted, rel=1e-6)
     deep = Impact(SOLID, Tabulated(r[:10], r[:10] ** 2 / 2.0), 1.0, 1.0)
     with pytest.raises(ValueError, match=r"must be <= 0\.2025 m, where the table ends$"):

@@ -26,7 +26,7 @@ ANGLE = st.floats(0.2, 1.5)
 SIZE = logarithmic(1e-2, 1e2)
 KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.5, 0.8, 1.0, 1.4, 1.7, 2.0])
 
-# Each makes a profile of the length unit that it is given.
+# Each builds a profile for a given unit of length.
 Build = Callable[[float], Profile]
 BUILDS: dict[str, st.SearchStrategy[Build]] = {
     "parabola": SIZE.map(lambda r: lambda unit: Parabola(r * unit)),
@@ -52,7 +52,7 @@ PROFILES = st.sampled_from(sorted(BUILDS)).flatmap(BUILDS.__getitem__)
 
 
 def solved(impact: Impact) -> ImpactResult | None:
-    """Return the result; None for a body that goes deeper than its table."""
+    """Return the result, or None if the indentation is deeper than the table."""
     try:
         return solve(impact, rtol=RTOL)
     except InputError as refusal:
@@ -62,7 +62,7 @@ def solved(impact: Impact) -> ImpactResult | None:
 
 
 def reordered(series: PronySeries, share: float, k: int, seed: int) -> PronySeries:
-    """Return the same function with branch k in two parts, a branch of zero modulus, and another order."""
+    """Return the same function with branch k split, a branch of zero modulus, and another order."""
     if series.n_branches == 0:
         return series
     moduli, times = series.branch_moduli, series.relaxation_times
@@ -97,7 +97,7 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
     assert -1e-8 * depth <= result.residual_indentation_depth <= depth < math.inf
     assert result.energy.dissipated >= 0.0
     assert result.energy.stored >= 0.0
-    # A sphere in far beyond its equator is a cylinder, whose rounded edge costs the tolerance of e itself.
+    # Far beyond its equator a sphere is a cylinder, and the energy there is less accurate than e.
     if not isinstance(impact.profile, Sphere) or depth < 100.0 * impact.profile.radius:
         assert abs(result.energy.residual) < 10.0 * RTOL
 
@@ -106,10 +106,10 @@ def check_same(impact: Impact, wanted: ImpactResult, units: tuple[float, float, 
     mass, length, time = units
     result = solve(impact, rtol=RTOL)
     assert result.status is wanted.status
-    # Each keeps its tolerance.
+    # Both results are within the tolerance.
     bound = 2.0 * RTOL * max(wanted.restitution_coefficient, 1e-3)
     assert abs(result.restitution_coefficient - wanted.restitution_coefficient) <= bound
-    # A body that leaves slower than the tolerance of e can tell stays for a time that no tolerance fixes.
+    # The contact time is undetermined if the rebound velocity is below the tolerance.
     if wanted.status is Status.SEPARATED and wanted.restitution_coefficient > 1e-3 * RTOL:
         assert result.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
         assert result.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)

@@ -1,4 +1,4 @@
-"""The SciPy solution against tabulated values of other programs, closed forms, and its own tolerance."""
+"""Reference solution by SciPy against tables of other programs and closed forms; its tolerance."""
 
 import csv
 import math
@@ -33,7 +33,7 @@ def scaled(
 
 
 def standard_solid(nu: float, p2: float, p3: float, **options) -> SimpleNamespace:
-    """The paper's material with m = R = v0 = Ginf = 1: theory of the two-term series in E*."""
+    """The paper's material with m = R = v0 = Ginf = 1, as a two-term series of E*."""
     g1, tau = 1.0 / p2, p2 * p3
     if nu == 0.5:
         return scaled(8.0, [8.0 * g1], [tau], **options)
@@ -53,7 +53,7 @@ def agrees(solution: ReferenceSolution, row: dict[str, float], tolerance: float)
     assert solution.restitution_coefficient == pytest.approx(row["restitution"], rel=tolerance)
     assert solution.contact_time == pytest.approx(row["contact_time"], rel=tolerance)
     assert solution.max_indentation_depth == pytest.approx(row["max_indentation"], rel=tolerance)
-    # It is from the memory of the branches: E_k tau_k/E_inf (100 at p3 = 100) times the error of v.
+    # The error is that of v times E_k tau_k/E_inf, which is 100 at p3 = 100.
     assert solution.residual_indentation_depth == pytest.approx(
         row["residual_indentation"], abs=1.5e-10 * row["max_indentation"]
     )
@@ -63,7 +63,7 @@ def agrees(solution: ReferenceSolution, row: dict[str, float], tolerance: float)
 
 @pytest.mark.parametrize("row", rows(DATA / "standard_solid.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_tabulated_values(row):
-    # The default tolerance leaves 1e-11; the table is rounded to 12 digits.
+    # The default tolerance gives 1e-11; the table is rounded to 12 digits.
     assert agrees(solve_reference(standard_solid(row["nu"], row["p2"], row["p3"])), row, 5e-11)
 
 
@@ -96,7 +96,7 @@ def test_history_is_the_motion():
     assert found.velocity[0] == 1.0
     assert found.velocity[-1] == -found.restitution_coefficient
     assert found.contact_radius[-1] == pytest.approx(0.0, abs=1e-9)
-    # m dv = -F dt and dd = v dt by the trapezoidal rule on the solver's own steps (some 500 of them).
+    # m dv = -F dt and dd = v dt by the trapezoidal rule on the steps of the solver (about 500).
     impulse = np.trapezoid(found.force, found.time)
     assert impulse == pytest.approx(1.0 + found.restitution_coefficient, rel=1e-4)
     assert np.trapezoid(found.velocity, found.time) == pytest.approx(found.indentation_depth[-1], abs=1e-4)
@@ -111,12 +111,12 @@ def test_splitting_a_branch_changes_nothing():
 def test_fast_branch_is_a_dashpot():
     dashpot = solve_reference(scaled(1.0, [2.0], [0.5], viscosity=0.3))
     branch = solve_reference(scaled(1.0, [2.0, 0.3e8], [0.5, 1e-8]))
-    # The branch differs from its limit by tau_k over the contact time.
+    # The deviation of the branch from its limit is tau_k over the contact time.
     assert branch.restitution_coefficient == pytest.approx(dashpot.restitution_coefficient, rel=1e-6)
     assert branch.residual_indentation_depth == pytest.approx(dashpot.residual_indentation_depth, rel=1e-6)
 
 
-def test_vanishing_dashpot_is_none():
+def test_a_vanishing_dashpot_changes_nothing():
     without = solve_reference(scaled(1.0, [2.0], [0.5]))
     tiny = solve_reference(scaled(1.0, [2.0], [0.5], viscosity=1e-13))
     assert tiny.restitution_coefficient == pytest.approx(without.restitution_coefficient, rel=1e-10)
@@ -133,8 +133,8 @@ def test_radius_from_exponent_table_and_function():
 
 
 @pytest.mark.parametrize("load", [0.05, 10.0])
-def test_weight_on_elastic_half_space_returns_all(load):
-    # First touch and separation are at the same depth, so the weight does no net work.
+def test_weight_on_an_elastic_half_space_leaves_e_at_one(load):
+    # Touch and separation have the same depth, so that the weight does no net work.
     found = solve_reference(scaled(1.5, external_force=load))
     assert found.restitution_coefficient == pytest.approx(1.0, rel=1e-9)
     # 1/2 + load d = (2/5) d^(5/2) at the turning point
@@ -142,7 +142,7 @@ def test_weight_on_elastic_half_space_returns_all(load):
     assert 0.4 * d**2.5 == pytest.approx(0.5 + load * d, rel=1e-9)
 
 
-def test_weight_captures():
+def test_a_heavy_body_is_captured():
     light, heavy = (solve_reference(scaled(1.5, [3.0], [0.5], external_force=load)) for load in (0.3, 0.5))
     assert light.status is Status.SEPARATED
     assert heavy.status is Status.CAPTURED
@@ -152,13 +152,13 @@ def test_weight_captures():
 
 
 def test_overdamped_solid_under_weight_is_captured_without_turning():
-    # k = load = 1, D = 25: the depth creeps towards load/k and never passes it.
+    # k = load = 1, D = 25: the depth creeps towards load/k and never exceeds it.
     found = solve_reference(scaled(1.0, viscosity=50.0, external_force=1.0, exponent=0.0))
     assert found.status is Status.CAPTURED
     assert found.max_indentation_depth == pytest.approx(1.0, rel=1e-9)
 
 
-def test_liquid_stops_where_its_viscosity_has_taken_the_momentum():
+def test_depth_at_rest_in_a_newtonian_liquid():
     # F = c a v, a = sqrt(d): m v0 = c (2/3) d^(3/2).
     found = solve_reference(scaled(viscosity=1.0))
     assert found.status is Status.SINKS_IN
@@ -169,7 +169,7 @@ def test_liquid_stops_where_its_viscosity_has_taken_the_momentum():
     ("ratio", "status"), [(0.9, Status.SEPARATED), (0.999, Status.SINKS_IN), (1.2, Status.SINKS_IN)]
 )
 def test_liquid_turns_only_if_underdamped(ratio, status):
-    # Flat punch, k = m = 1 and tau = 1/(2 D): an oscillator of damping ratio D; at 0.999 it turns with 5e-31.
+    # Flat punch, k = m = 1, tau = 1/(2 D): an oscillator of damping ratio D. For D = 0.999 it turns with v = 5e-31.
     assert solve_reference(scaled(0.0, [1.0], [0.5 / ratio], exponent=0.0)).status is status
 
 

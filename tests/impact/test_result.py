@@ -1,4 +1,4 @@
-"""Results: numbers by name, history with energies, energy budget, picture."""
+"""Results: quantities, history with energies, energy budget, picture."""
 
 import math
 
@@ -16,7 +16,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -24,7 +24,7 @@ BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
 MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], parallel_viscosity=30.0), 2e7)
 
 
-def test_numbers_belong_together():
+def test_quantities_are_consistent():
     result = solve(BALL)
     assert result.rebound_velocity == result.restitution_coefficient * 1.0
     assert result.velocity == 1.0
@@ -80,7 +80,7 @@ def test_history_has_units_and_the_ends():
     assert float(history.force.max()) == pytest.approx(result.max_force, rel=1e-4)
 
 
-def test_as_many_points_as_wanted_or_given_times():
+def test_number_of_points_or_given_times():
     result = solve(BALL)
     assert result.sample(n_points=7).sizes["time"] == 7
     times = result.contact_time * np.array([0.3, 0.1])
@@ -108,11 +108,11 @@ def test_energies_add_up_at_all_times(impact):
     result = solve(impact)
     history = result.sample(n_points=301)
     assert np.all(np.diff(history.dissipated_energy.values) >= 0.0)
-    # A liquid has next to nothing stored at the end.
+    # A liquid stores almost no energy at the end.
     assert np.all(history.stored_energy.values >= -1e-12 * result.energy.kinetic_in)
     total = history.kinetic_energy + history.stored_energy + history.dissipated_energy
     given = result.energy.kinetic_in + impact.external_force * history.indentation_depth
-    # Between its nodes the reported solution is some orders less accurate than in its result.
+    # The interpolated history is some orders of magnitude less accurate than the result.
     assert total.values == pytest.approx(given.values, abs=1e-7 * result.energy.kinetic_in)
     fine = solve(impact, rtol=1e-12)
     total, energy = fine.sample([0.0, fine.contact_time]), fine.energy
@@ -123,13 +123,13 @@ def test_energies_add_up_at_all_times(impact):
 
 
 def test_energies_of_a_damped_oscillator():
-    """Flat punch on a spring and a dashpot, F = k d + c v: stores k d^2/2, dissipates the rest."""
+    """A flat punch on a spring and a dashpot, F = k d + c v, stores k d^2/2 and dissipates the rest."""
     result = solve(
         Impact(Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0),
         rtol=1e-12,
     )
     history = result.sample(n_points=401)
-    # k = 8, c = 0.8; at the end the elements leave with what they store.
+    # k = 8, c = 0.8; at the end the energy stored at separation is counted separately.
     assert history.stored_energy.values[:-1] == pytest.approx(
         4.0 * history.indentation_depth.values[:-1] ** 2, abs=1e-9 * 0.5
     )
@@ -171,7 +171,7 @@ def test_picture():
     assert len(figure.axes) == 6
 
 
-def test_statuses_have_words_and_failures_carry_them():
+def test_messages_of_statuses_and_failures():
     assert [status.failed for status in Status][:4] == [False, False, False, True]
     assert all(status.message for status in Status)
     error = SolverError(Status.NOT_FINITE, "impact 3 of 7")

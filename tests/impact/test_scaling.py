@@ -1,4 +1,4 @@
-"""SI to dimensionless numbers: the groups of the paper, the force law in scaled units, blocks."""
+"""Scaling of SI input: the groups of the paper, the force law in scaled units, blocks."""
 
 import math
 
@@ -92,7 +92,7 @@ def test_zero_branches_and_merged_times_are_still_a_standard_solid():
     [Parabola(0.02), Cone(1.3), FlatPunch(0.01), PowerLaw(4.0, 1e4), Sphere(0.02)],
     ids=lambda p: type(p).__name__,
 )
-def test_scaled_numbers_are_the_force_law(profile):
+def test_force_law_in_scaled_units(profile):
     """F = 2 (E Pi + eta a v + ...) in SI against the scaled law at the same state."""
     impact = Impact(PRONY, profile, mass=0.3, velocity=0.7, external_force=2.9)
     row = scale(impact).row(0)
@@ -123,7 +123,7 @@ def test_scaled_numbers_are_the_force_law(profile):
     modulus=logarithmic(1e2, 1e12),
 )
 def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
-    """At equal p1, p2, p3 the kernel gets the same numbers, to rounding."""
+    """At equal p1, p2, p3 the scaled input of the kernel is the same up to rounding."""
     time = (mass**2 / (radius * velocity * modulus**2)) ** 0.2
     material = standard_solid(modulus, 7.0 * modulus, 0.4 * modulus * time, poisson_ratio=0.3)
     impact = Impact(material, Parabola(radius), mass, velocity)
@@ -135,7 +135,7 @@ def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
     assert found.times == pytest.approx(wanted.times, rel=1e-12)
 
 
-def test_rows_parts_and_lists_are_the_single_impacts():
+def test_rows_parts_and_lists_equal_single_impacts():
     several = scale(Impact(PRONY, Parabola([0.01, 0.02, 0.03]), 0.1, 2.0, external_force=1.0))
     impacts = [Impact(PRONY, Parabola(radius), 0.1, 2.0, external_force=1.0) for radius in (0.01, 0.02, 0.03)]
     assert several.size == 3
@@ -153,7 +153,7 @@ def test_several_exponents_in_one_impact_are_refused():
         scale(Impact(PRONY, PowerLaw([2.0, 3.0], 1.0), 1.0, 1.0))
 
 
-def test_impacts_of_about_the_same_depth_share_the_table_of_a_profile():
+def test_impacts_of_similar_depth_share_the_table_of_a_profile():
     masses = (4.1e-3, 4.2e-3, 3e2)
     tables = [scale(Impact(SOLID, Sphere(0.5), mass=mass, velocity=1.0)).table for mass in masses]
     assert tables[0] is not None
@@ -162,7 +162,7 @@ def test_impacts_of_about_the_same_depth_share_the_table_of_a_profile():
     assert scale(Impact(SOLID, Sphere(0.6), mass=masses[0], velocity=1.0)).table is not tables[0]
 
 
-def test_a_table_is_of_one_profile():
+def test_a_table_needs_a_single_profile():
     impact = Impact(SOLID, Sphere(np.array([0.5, 0.6])), mass=0.004, velocity=1.0)
     with pytest.raises(ValueError, match="single numbers; solve a list of impacts"):
         scale(impact)
@@ -178,8 +178,8 @@ def test_a_table_is_of_one_profile():
     st.floats(-150.0, 150.0),
 )
 @example(lambda _: Cone(1.2), -24.0, 104.0, 0.0)  # the volume overflows, the energy and the length do not
-def test_a_change_of_units_changes_no_number_or_the_impact_fails(profile, modulus, length, time):
-    """Units far apart make m v^2 and other products subnormal or infinite, where digits are lost."""
+def test_units_do_not_change_the_result_unless_the_impact_fails(profile, modulus, length, time):
+    """In extreme units m v^2 and other products overflow or lose digits as subnormal numbers."""
 
     def impact(modulus, length, time):
         mass, velocity = modulus * length * time * time, 0.8 * (length / time)
@@ -200,7 +200,7 @@ def test_a_change_of_units_changes_no_number_or_the_impact_fails(profile, modulu
     if isinstance(found, SolverError):
         assert found.status is Status.NOT_FINITE
         energy = mass * velocity * velocity
-        # Its units are these to some orders of magnitude.
+        # The scales of the impact are these within some orders of magnitude.
         assert not all(1e-290 < x < 1e290 for x in (*units, energy, energy / units[1], units[2] / mass))
         return
     assert found.restitution_coefficient == pytest.approx(wanted.restitution_coefficient, rel=2e-9)

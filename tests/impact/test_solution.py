@@ -10,7 +10,7 @@ import restitution as rs
 from restitution.errors import InputTypeError
 from restitution.kernel import impact as kernel
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -98,13 +98,13 @@ class _Case:
         ([BALL, 3], "must be an Impact"),
     ],
 )
-def test_what_is_no_impact_is_refused_with_advice(given: object, advice: str) -> None:
+def test_other_objects_are_refused_with_advice(given: object, advice: str) -> None:
     with pytest.raises(InputTypeError, match=advice) as caught:
         rs.solve(given)  # type: ignore[arg-type]
     assert caught.value.field == "impact"
 
 
-def test_energy_that_a_coarse_method_makes_is_noted() -> None:
+def test_a_gain_of_energy_by_a_coarse_method_is_noted() -> None:
     elastic = rs.Impact(rs.Material(1e6, 1e9), rs.Parabola(0.01), mass=0.005, velocity=1.0)
     coarse = rs.solve(elastic, "elements", n_elements=20)
     assert coarse.restitution_coefficient > 1.0

@@ -1,4 +1,4 @@
-"""The exact solver against tables of other programs and closed forms, and its invariance."""
+"""The exact solver against tables of other programs and closed forms; its invariances."""
 
 import csv
 import math
@@ -24,7 +24,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from strategies import logarithmic, materials, prony_series
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 DATA = Path(__file__).resolve().parents[1] / "data"
@@ -47,7 +47,7 @@ def standard(nu: float, p2: float, p3: float, **options) -> Impact:
 
 
 def same_to(found, wanted, rtol=RTOL) -> bool:
-    """Whether two values of e agree within the tolerance of both."""
+    """Whether two values of e agree within the sum of their tolerances."""
     return abs(found - wanted) <= 2.0 * rtol * max(wanted, 1e-3)
 
 
@@ -62,7 +62,7 @@ def test_tabulated_values(row):
     assert same_to(found.restitution_coefficient, row["restitution"])
     assert found.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
     assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
-    # Sampled in the table.
+    # The force of the table is a maximum over samples.
     assert found.max_force == pytest.approx(row["max_force"], rel=1e-6)
     assert found.residual_indentation_depth == pytest.approx(
         row["residual_indentation"], abs=1e-8 * row["max_indentation"]
@@ -98,7 +98,7 @@ def test_kelvin_voigt(p3, wanted):
 @pytest.mark.plain
 @pytest.mark.parametrize(("ratio", "wanted"), cf.MAXWELL_RESTITUTION.items())
 def test_maxwell(ratio, wanted):
-    # E* = 4 G: the Hertz time at that modulus over tau is the ratio.
+    # The ratio is the Hertz time for E* = 4 G over tau.
     time = cf.elastic_contact_time(cf.elastic_max_indentation_depth(4.0, 1.0, 1.0, 1.0), 1.0)
     found = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
     assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-9)
@@ -152,7 +152,7 @@ def test_flat_punch_maxwell(damping):
 @pytest.mark.parametrize("nu", [-1.0, -0.3, 0.0, 0.3, 0.45, 0.5])
 @pytest.mark.parametrize("p2", [1e-3, 1.0])
 def test_slopes_at_both_ends(nu, p2):
-    """1 - e = s p3 for fast and s/p3 for slow relaxation; the next order is the square of the loss."""
+    """1 - e = s p3 for fast and s/p3 for slow relaxation, up to the square of the loss."""
     p3 = 1e-5
     loss = cf.standard_solid_small_p3_slope(nu) * p3
     assert 1.0 - standard_solid_restitution(nu, p2, p3, rtol=1e-12) == pytest.approx(loss, rel=3.0 * loss)
@@ -183,7 +183,7 @@ def test_no_bulk_stiffness_is_a_quarter_of_the_incompressible_modulus(p2, p3):
 
 
 def test_exact_sphere_is_a_parabola_where_contact_is_small():
-    # At a/R = 0.01 the force at equal depth differs by 1e-5, and e by a small part of the loss times that.
+    # At a/R = 0.01 the forces differ by 1e-5 at equal depth, and e by less.
     parabola, sphere = (solve(Impact(RUBBER, profile(radius=0.01), 1e-6, 0.01)) for profile in (Parabola, Sphere))
     ratio = parabola.max_contact_radius / 0.01
     assert ratio < 0.02
@@ -193,7 +193,7 @@ def test_exact_sphere_is_a_parabola_where_contact_is_small():
 
 
 @pytest.mark.plain
-def test_a_parabola_given_as_a_table_is_the_parabola():
+def test_a_tabulated_parabola():
     r = np.linspace(0.0, 2e-3, 41)
     parabola, table = (
         solve(Impact(RUBBER, profile, 1e-4, 0.3)) for profile in (Parabola(0.01), Tabulated(r, r**2 / 0.02))
@@ -202,7 +202,7 @@ def test_a_parabola_given_as_a_table_is_the_parabola():
     assert table.max_force == pytest.approx(parabola.max_force, rel=1e-8)
 
 
-# What must hold over the whole domain
+# Properties over the whole domain
 
 NU = st.one_of(st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1e-12, 1e-1).map(lambda gap: 0.5 - gap))
 
@@ -213,7 +213,7 @@ NU = st.one_of(st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1
 @example(-1.0, 1e3, 1e5)
 @example(0.49, 1e-3, 10.0)
 def test_restitution_is_between_zero_and_one(nu, p2, p3):
-    # What is lost may be less than the tolerance.
+    # The loss may be smaller than the tolerance.
     assert 0.0 < standard_solid_restitution(nu, p2, p3) <= 1.0 + RTOL
 
 
@@ -222,7 +222,7 @@ def test_restitution_is_between_zero_and_one(nu, p2, p3):
 @example(-0.22526294986531514, 7.202585894344116e-05, 1.3069662818136623)
 @example(-0.33996806579083305, 0.0006767245444354463, 0.2640353726034497)
 @example(0.40734827196837410, 0.000429524809645296, 0.28311881522494364)
-def test_energy_is_found_again(nu, p2, p3):
+def test_energy_is_conserved(nu, p2, p3):
     result = solve(standard(nu, p2, p3))
     assert abs(result.energy.residual) < 10.0 * RTOL
     assert result.energy.dissipated > 0.0
@@ -267,7 +267,7 @@ PROFILES = st.one_of(
 @settings(max_examples=150, deadline=None)
 @given(material=materials(), profile=PROFILES, mass=logarithmic(1e-3, 1e3), velocity=logarithmic(1e-3, 1e3))
 def test_any_solid_and_profile(material, profile, mass, velocity):
-    """1 to 25 branches over twelve decades, in shear and bulk: e in (0, 1], and the energy balance closes."""
+    """1 to 25 branches over twelve decades in shear and bulk: e lies in (0, 1] and energy is conserved."""
     result = solve(Impact(material, profile, mass, velocity))
     assert result.status is Status.SEPARATED
     assert 0.0 < result.restitution_coefficient <= 1.0 + RTOL
@@ -277,7 +277,7 @@ def test_any_solid_and_profile(material, profile, mass, velocity):
 @pytest.mark.parametrize("viscosity", [0.0, 0.1])
 @pytest.mark.parametrize("exponent", [1.3, 2.5, 4.0, 10.0])
 def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
-    # a = s^(2/n): its infinite slope at both ends of the contact of a blunt tip is where a plain quadrature fails.
+    # a = s^(2/n) has an infinite slope at both ends of the contact of a blunt tip, where a plain quadrature fails.
     solid = PronySeries(1.0, [2.0], [0.1], parallel_viscosity=viscosity)
     result = solve(Impact(Material(solid, math.inf), PowerLaw(exponent, 1.0), 1.0, 1.0))
     assert abs(result.energy.residual) < 10.0 * RTOL
@@ -293,8 +293,8 @@ def test_energy_under_blunt_and_sharp_tips(exponent, viscosity):
     ids=["fast branch", "dashpot", "liquid"],
 )
 @pytest.mark.parametrize("rtol", [1e-8, 1e-11])
-def test_body_that_hardly_comes_back(series, profile, rtol):
-    """After a contact of a thousand stopping times, the time has fewer digits than its steps."""
+def test_tiny_restitution_after_a_very_long_contact(series, profile, rtol):
+    """After a contact of a thousand stopping times, the time has fewer digits than its increments."""
     impact = Impact(Material(series, math.inf), profile, 1.0, 1.0)
     result = solve(impact, rtol=rtol)
     assert 0.0 < result.restitution_coefficient < 1e-5
@@ -326,7 +326,7 @@ def test_options_out_of_range(options, error, message):
             call()
 
 
-def test_numbers_beyond_all_scales_fail_by_themselves():
+def test_overflowing_impacts_fail_alone():
     solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
     with pytest.raises(SolverError, match="NOT_FINITE"):
         solve(Impact(solid, Parabola(0.01), 0.005, 1e300))
@@ -350,7 +350,7 @@ def test_numbers_beyond_all_scales_fail_by_themselves():
     ],
     ids=lambda profile: type(profile).__name__,
 )
-def test_nearly_newtonian_liquids_hold_the_body(profile, rtol):
+def test_bodies_sink_into_nearly_newtonian_liquids(profile, rtol):
     """One relaxation time of 1e-9 and less: m dv/dt = -2 eta* a v has no turning point."""
     for tau in (1e-9, 1e-12):
         liquid = Material(PronySeries(0.0, [1.0 / tau], [tau]), math.inf)
@@ -362,7 +362,7 @@ def test_nearly_newtonian_liquids_hold_the_body(profile, rtol):
     "profile", [FlatPunch(0.6), TruncatedCone(0.3, 1.0), Parabola(1.0), FlatEndedParabola(1.0, 0.3)]
 )
 def test_dashpot_beside_weak_fast_branches(profile, rtol):
-    """The dashpot acts on a moving face at once, and the response of the branches decays with them."""
+    """The dashpot acts at once on a moving face, and the response of the branches decays with their own times."""
     shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
     impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
     fine = solve(impact, rtol=1e-12).restitution_coefficient
@@ -390,8 +390,8 @@ def test_sphere_pressed_beyond_its_equator(radius):
         [0.0, 0.0747, 0.1971, 0.3332, 0.5257, 0.8955, 1.2493, 1.5525, 1.8146, 2.5426, 3.1069],
     ],
 )
-def test_tip_with_sharp_joints(heights, rtol):
-    """Inside an element that spans a joint the polynomials converge slowly, and so does the error at its end."""
+def test_tip_with_kinks(heights, rtol):
+    """Kinks of the tip do not spoil the order of the elements."""
     tip = Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
     wanted = solve(impact, rtol=1e-11).restitution_coefficient
@@ -399,7 +399,7 @@ def test_tip_with_sharp_joints(heights, rtol):
 
 
 def test_shallow_impacts_beside_deep_ones():
-    """All impacts share a table of the tip, with the error of the deepest one."""
+    """All impacts share one table of the tip, whose error belongs to the deepest one."""
     tip = Tabulated(np.linspace(0.0, 3.0, 8), [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804])
     material = Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf)
     velocity = np.logspace(-5.0, 0.0, 6)
@@ -409,7 +409,7 @@ def test_shallow_impacts_beside_deep_ones():
 
 
 @pytest.mark.plain
-def test_joints_that_a_table_does_not_resolve(monkeypatch):
+def test_kinks_that_a_table_does_not_resolve(monkeypatch):
     monkeypatch.setattr(restitution.contact.path, "_MOST_HALVINGS", 0)
     tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25, 1.1, 1.9, 3.2])
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
@@ -422,20 +422,20 @@ def test_joints_that_a_table_does_not_resolve(monkeypatch):
     ("moduli", "times"),
     [([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])],
 )
-def test_flat_face_meets_fast_branches_at_once(moduli, times):
+def test_flat_face_on_fast_branches(moduli, times):
     impact = Impact(Material(PronySeries(1.0, moduli, times), math.inf), FlatPunch(1.0), 1.0, 1.0)
     wanted = solve(impact, rtol=1e-11).restitution_coefficient
     assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
-def test_flat_face_meets_a_dashpot_at_once(profile):
-    # F = 2 eta* a v with eta* = 4 eta of an incompressible half-space.
+def test_flat_face_on_a_dashpot(profile):
+    # F = 2 eta* a v, with eta* = 4 eta for an incompressible half-space.
     viscous = Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf)
     result = solve(Impact(viscous, profile, 1.0, 1.0))
     assert result.sample(0.0).force.item() == pytest.approx(2.0 * 0.4 * 0.3, rel=1e-12)
     early = result.sample(np.linspace(0.0, 0.02, 7) * result.contact_time)
-    # Momentum: what the force has taken so far, by Simpson's rule on an even grid.
+    # The loss of momentum is the impulse, by Simpson's rule.
     weights = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0]) * float(early.time[1]) / 3.0
     assert 1.0 - float(early.indentation_velocity[-1]) == pytest.approx(float(weights @ early.force.values), rel=1e-6)
 
@@ -446,7 +446,7 @@ def test_flat_face_meets_a_dashpot_at_once(profile):
     share=st.floats(0.05, 0.95),
     data=st.data(),
 )
-def test_splitting_a_branch_and_zero_branches_change_nothing(series, share, data):
+def test_split_branches_and_zero_branches_change_nothing(series, share, data):
     k = data.draw(st.integers(0, series.n_branches - 1))
     moduli, times = series.branch_moduli, series.relaxation_times
     pieces = np.append(moduli, [share * moduli[k], 0.0])
@@ -460,7 +460,7 @@ def test_splitting_a_branch_and_zero_branches_change_nothing(series, share, data
 def test_infinitely_fast_and_slow_branches_are_a_dashpot_and_a_spring():
     limit = solve(unit_impact(PronySeries(1.5, [2.0], [0.5], parallel_viscosity=0.3)))
     branches = solve(unit_impact(PronySeries(1.0, [2.0, 0.3e9, 0.5], [0.5, 1e-9, 1e9])))
-    # Of the order of the time ratios.
+    # The deviation is of the order of the ratios of times.
     assert branches.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-7)
 
 
@@ -520,7 +520,7 @@ def test_viscous_half_space_stops_the_body():
 @pytest.mark.plain
 @pytest.mark.parametrize("profile", [Parabola(1.0), Sphere(1.0)])
 def test_body_that_creeps_to_rest_under_its_weight(profile):
-    # It rests where F = 2 E* Pi(d) carries the weight; E* = 4 G.
+    # At rest F = 2 E* Pi(d) carries the weight; E* = 4 G.
     viscous = Material(PronySeries(1.0, parallel_viscosity=8.0), math.inf)
     result = solve(Impact(viscous, profile, 1.0, 1.0, external_force=0.3))
     assert result.status is Status.CAPTURED
@@ -530,7 +530,7 @@ def test_body_that_creeps_to_rest_under_its_weight(profile):
     assert result.max_force > 0.3
 
 
-def test_weight_on_a_liquid_sinks_for_ever():
+def test_a_weight_sinks_into_a_liquid_for_ever():
     result = solve(
         Impact(Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, external_force=10.0)
     )
@@ -540,7 +540,7 @@ def test_weight_on_a_liquid_sinks_for_ever():
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
 @pytest.mark.parametrize(("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)])
 def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
-    """Work of the weight as large as the kinetic energy, or much larger."""
+    """The work of the weight is as large as the kinetic energy, or much larger."""
     impact = Impact(Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, external_force=force)
     fine = solve(impact, rtol=1e-11).restitution_coefficient
     result = solve(impact, rtol=rtol)
@@ -549,7 +549,7 @@ def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
-def test_elastic_body_under_a_weight_comes_back_as_fast(rtol):
+def test_weight_does_not_change_e_of_an_elastic_body(rtol):
     impact = Impact(Material(6.0, math.inf), Parabola(0.7), 1.0, 1.0, external_force=9.0)
     assert 1.0 - rtol < solve(impact, rtol=rtol).restitution_coefficient <= 1.0 + 1e-15
 
@@ -563,8 +563,8 @@ def test_weight_slows_the_rebound():
 
 
 @pytest.mark.parametrize("force", [2.0, 3.0, 30.0])
-def test_weight_captures_where_it_outweighs_the_rebound(force):
-    """The contact grows again before separation, by the SciPy solution too."""
+def test_a_large_weight_captures_the_body(force):
+    """The contact grows again before separation, as in the SciPy solution."""
     result = solve(unit_impact(PronySeries(1.0, [3.0], [0.5]), external_force=force))
     assert result.status is Status.CAPTURED
     assert result.restitution_coefficient == 0.0
@@ -581,7 +581,7 @@ def test_overdamped_solid_under_weight_is_captured_without_turning():
 
 
 @pytest.mark.parametrize("force", [0.05, 10.0])
-def test_weight_on_an_elastic_half_space_returns_all(force):
+def test_weight_on_an_elastic_half_space(force):
     result = solve(unit_impact(1.0, external_force=force))
     assert result.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
     # m v0^2/2 + w d = (8/15) E* d^(5/2), E* = 4
@@ -596,7 +596,7 @@ def test_arrays_lists_and_threads_give_identical_bits():
     rng = np.random.default_rng(7)
     velocity = 10 ** rng.uniform(-2, 2, 1300)
     impact = Impact(RUBBER, Parabola(0.01), 0.005, velocity)
-    # More than two blocks of 512, so that threads have something to share.
+    # More than two blocks of 512 impacts, so that several threads have work.
     one, several = solve(impact, workers=1), solve(impact, workers=4)
     listed = solve([Impact(RUBBER, Parabola(0.01), 0.005, v) for v in velocity[:30]], workers=3)
     for name in (
@@ -716,7 +716,7 @@ def test_standard_solid_restitution_by_other_methods():
 
 
 def unsolvable(velocity) -> Impact:
-    """A body whose units overflow: the depth scale is beyond float64."""
+    """An impact whose scale of depth overflows."""
     return Impact(Material(1e-99, math.inf), Parabola(1e-300), 1e300, velocity)
 
 
@@ -731,7 +731,7 @@ def test_failure_of_a_single_impact_raises():
     assert result.status.failed
 
 
-def test_failures_among_several_are_counted_and_left_out():
+def test_failures_among_several_impacts_are_counted():
     good = standard(0.3, 0.1, 1.0)
     with pytest.warns(RestitutionWarning, match="^1 of 2 impacts failed and are NaN: 1 "):
         result = solve([good, unsolvable(1e10)])
@@ -742,7 +742,7 @@ def test_failures_among_several_are_counted_and_left_out():
         solve([good, unsolvable(1e10)], errors="raise")
 
 
-def test_body_deeper_than_its_profile_is_described():
+def test_indentation_deeper_than_the_table():
     r = np.linspace(0.0, 1e-4, 11)
     short = Impact(RUBBER, Tabulated(r, r**2 / 0.02), 0.005, 1.0)
     with pytest.raises((SolverError, ValueError), match="describe"):

@@ -1,4 +1,4 @@
-"""Tabulated profiles against closed forms, also where the first table is too short."""
+"""Tabulated profiles against closed forms, even if the first table is too short."""
 
 import math
 
@@ -14,14 +14,14 @@ from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RADII = np.linspace(0.0, 50.0, 101)
 TABLE = Tabulated(RADII, RADII**2 / 2.0)
 
 
-# Creep under the weight takes these far beyond the depth that the impact alone would reach.
+# Under their weight these bodies creep to far greater depths than the impact alone would reach.
 @pytest.mark.parametrize(
     ("series", "force", "status"),
     [
@@ -31,7 +31,7 @@ TABLE = Tabulated(RADII, RADII**2 / 2.0)
         (PronySeries(1.0, [3.0], [0.5]), 0.3, Status.SEPARATED),
     ],
 )
-def test_same_ending_under_a_weight(series, force, status):
+def test_tables_and_closed_forms_agree_under_a_weight(series, force, status):
     table, parabola = (
         solve(Impact(Material(series, math.inf), profile, 1.0, 1.0, external_force=force))
         for profile in (TABLE, Parabola(1.0))
@@ -41,7 +41,7 @@ def test_same_ending_under_a_weight(series, force, status):
 
 
 def rough_tip(seed: int) -> Tabulated:
-    """Few points whose steepness changes from one to the next."""
+    """Few points with a random slope between neighbours."""
     random = np.random.default_rng([seed, 7])
     r = np.linspace(0.0, 12.0, random.integers(6, 30))
     f = np.maximum.accumulate(0.5 * r**2 * np.exp(np.cumsum(random.normal(0.0, 0.05, r.size)))) + 1e-6 * r
@@ -49,19 +49,19 @@ def rough_tip(seed: int) -> Tabulated:
 
 
 def noisy_tip(seed: int) -> Tabulated:
-    """Many points of a paraboloid, with noise."""
+    """Many points of a paraboloid with noise."""
     random = np.random.default_rng([seed, 7])
     r = np.linspace(0.0, 12.0, random.integers(30, 200))
     return Tabulated(r, 0.5 * r**2 * (1.0 + 10.0 ** random.uniform(-8.0, -3.0) * random.normal(size=r.size)))
 
 
 def stepped_tip(points: int, step: float) -> Tabulated:
-    """Paraboloid with heights rounded to the resolution of an instrument: the contact jumps outwards near the tip."""
+    """Paraboloid with heights rounded to the resolution of an instrument; its contact radius jumps near the tip."""
     r = np.linspace(0.0, 12.0, points)
     return Tabulated(r, step * np.round(0.5 * r**2 / step))
 
 
-# Of 600 tips those with the largest errors.
+# The tips with the largest errors among 600.
 @pytest.mark.parametrize(
     "profile",
     [

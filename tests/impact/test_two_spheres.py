@@ -1,4 +1,4 @@
-"""Two equal spheres and one sphere on a rigid wall have the same motion, for any material."""
+"""Two equal spheres of any material move as one sphere on a rigid wall."""
 
 import math
 
@@ -32,8 +32,8 @@ def test_mirror_images(name):
     assert 0.05 < wall.restitution_coefficient < 0.95
     assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
     assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-9)
-    # The same force on both, and the foundation of a pair is pressed in by both.
-    # Up to just before the end, where a radius falls like a root of the time.
+    # The force is the same, and the depth of the pair is twice as large. Times end just before separation, where the
+    # radius falls as a root of time.
     times = np.linspace(0.0, 1.0 - 1e-6, 41) * min(pair.contact_time, wall.contact_time)
     two, one = pair.sample(times), wall.sample(times)
     for quantity, factor in (
@@ -41,7 +41,7 @@ def test_mirror_images(name):
         ("kinetic_energy", 2.0), ("stored_energy", 2.0), ("dissipated_energy", 2.0),
     ):  # fmt: skip
         if quantity == "contact_radius":
-            # At the end a^2 falls to zero linearly: a itself feels the root of an error of the time.
+            # a^2 falls linearly to zero at the end, so that the error of a is the root of that of the time.
             two[quantity], one[quantity] = two[quantity] ** 2, one[quantity] ** 2
         largest = float(np.abs(two[quantity]).max())
         np.testing.assert_allclose(
@@ -57,8 +57,8 @@ def test_mirror_images(name):
     )
 
 
-def test_a_pair_is_as_soft_as_both():
-    """A half-space against one of n times its modulus: compliances 1 and 1/n, one body of modulus n/(n + 1)."""
+def test_compliances_of_a_pair_add():
+    """Half-spaces with compliances 1 and 1/n have the modulus n/(n + 1) together."""
     soft, factor = MATERIALS["shear and bulk relax"], 3.0
 
     def scaled(share):

@@ -1,4 +1,4 @@
-"""Windows of fractional materials: around the contact, wide enough, and against a closed form."""
+"""Windows of fractional materials: around the contact, wide enough, and a closed form."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from restitution.impact.problem import Body, Impact, drop, for_contact, window_a
 from restitution.impact.solve import solve
 from restitution.material.fractional import FractionalMaterial, fractional_zener, springpot
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 GEL = FractionalMaterial(springpot(1e4, 0.3), bulk=math.inf, density=1000.0, name="gel")
@@ -51,7 +51,7 @@ def test_flat_punch_on_a_springpot(exponent):
 def test_window_is_that_of_the_contact():
     impact = for_contact(ball)
     duration = solve(impact).contact_time
-    # The first solution, which the window comes from, is good to a per cent.
+    # The window comes from a first solution, which is accurate to a per cent.
     assert impact.material.window == pytest.approx((1e-6 * duration, 2.0 * duration), rel=0.01)
     assert re.fullmatch(
         r"\d+ Prony terms stand for the fractional model, relative error \d\.\de-08",
@@ -86,7 +86,7 @@ def test_two_fractional_bodies_and_their_bounces():
     assert found.contact_time[np.isfinite(found.contact_time)].max() < 0.5
 
 
-def test_a_body_that_stays_has_a_wide_window():
+def test_a_captured_body_has_a_wide_window():
     held = for_contact(lambda window: ball(window, external_force=5e3))
     assert solve(held).restitution_coefficient == 0.0
     assert held.material.window == (1e-12, 1e7)
@@ -100,7 +100,7 @@ def test_windows_of_contact_times():
     assert window_around(1e-3, longest=0.5) == (1e-9, 0.5, 0.0)
 
 
-def test_what_is_refused():
+def test_invalid_input_is_refused():
     with pytest.raises(
         TypeError,
         match=r"^material: .* holds within a window of time: material\.within\(window\), or for_contact",

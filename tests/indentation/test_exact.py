@@ -24,7 +24,7 @@ _EDGES = np.concatenate([_HALF, 1.0 - _HALF[-2::-1]])
 
 
 def integral(function, *ends):
-    """Gauss quadrature on panels that shrink towards both ends of each interval, where roots of time may be."""
+    """Gauss quadrature on panels that shrink towards both ends of each interval, in case the integrand has a root."""
     total = 0.0
     for low, high in pairwise(ends):
         if high > low:
@@ -43,7 +43,7 @@ class Quadrature:
         self.depth, self.rate, self.knots, self.turning = depth, rate, np.asarray(knots), turning
 
     def modulus(self, t):
-        """E(t) without the dashpot; rounding may make the time negative."""
+        """E(t) without the dashpot; times below zero, from rounding, count as zero."""
         series = self.series
         decay = np.exp(-np.maximum(t, 0.0)[..., None] / series.relaxation_times)
         return series.equilibrium_modulus + decay @ series.branch_moduli
@@ -65,7 +65,7 @@ class Quadrature:
         return 2.0 * total
 
     def load(self, t1, t):
-        """What must vanish at t if t1 is the instant of equal contact."""
+        """Residual of Ting's condition, zero at t if t1 is the instant of equal contact."""
         memory = integral(lambda x: self.modulus(t - x) * self.rate(x), *self.ends(t1, t))
         return memory + self.eta * np.ravel(self.rate(t))[0]
 
@@ -127,7 +127,7 @@ def test_force_under_a_depth(series, profile, history, rtol):
         forces.append(known.force(t, t1))
         radii.append(float(profile.contact_radius(depth(t1))))
     found = result.sample(np.concatenate([growing, shrinking]))
-    # Over the largest value; what quadrature and rounding leave is below 1e-12.
+    # Relative to the largest value. Errors of the quadrature and rounding are below 1e-12.
     assert np.abs(found.force - forces).max() <= max(rtol, 1e-12) * max(forces)
     assert np.abs(found.contact_radius - radii).max() <= max(rtol, 1e-12) * max(radii)
 
@@ -143,7 +143,7 @@ def test_force_under_a_depth(series, profile, history, rtol):
     ids=["parabola", "cone", "damped", "sphere"],
 )
 def test_depth_under_a_force(series, profile, history):
-    """Depth and radius that come out obey Lee and Radok, and Ting, with the force that went in."""
+    """The computed depth and radius give the prescribed force by Lee and Radok, and Ting."""
     knots, values = map(np.array, history)
     result = indent(half_space(series), profile, force=values, time=knots, rtol=1e-10)
     assert result.contact_end_time == pytest.approx(knots[-1], rel=1e-14)
@@ -188,7 +188,7 @@ SERIES = prony_series(max_branches=12, times=(1e-4, 1e4), moduli=(1e-2, 1e2), ne
 
 @given(SERIES, logarithmic(1e-6, 1e6), logarithmic(1e-6, 1e6))
 @settings(max_examples=15)
-def test_units_do_not_matter(series, stiffer, slower):
+def test_results_do_not_depend_on_the_units(series, stiffer, slower):
     one = triangle_of(series, Parabola(1.0))
     other = triangle_of(
         PronySeries(
@@ -209,8 +209,8 @@ def test_units_do_not_matter(series, stiffer, slower):
 
 @given(SERIES, st.sampled_from([0.0, 1.0, 2.0]), logarithmic(1e-8, 1.0))
 @settings(max_examples=15)
-def test_the_depth_scales_out_of_power_laws(series, p, depth):
-    """The force is as the depth to the power 1 + p/2 (a = c d^(p/2)), and the end of contact knows no depth."""
+def test_scaling_with_the_depth_for_power_laws(series, p, depth):
+    """For a = c d^(p/2), the force is proportional to d^(1 + p/2); the end of contact does not depend on the depth."""
     profile = {0.0: PowerLaw(8.0, 1.0), 1.0: Parabola(1.0), 2.0: Cone(1.0)}[p]
     power = 1.0 + 0.5 * float(profile.path_exponent)
     one, other = triangle_of(series, profile, depth=1.0), triangle_of(series, profile, depth=depth)
@@ -221,7 +221,7 @@ def test_the_depth_scales_out_of_power_laws(series, p, depth):
 
 @given(SERIES, st.floats(0.05, 0.95))
 @settings(max_examples=15)
-def test_a_branch_may_be_two(series, share):
+def test_splitting_a_branch_changes_nothing(series, share):
     halves = PronySeries(
         series.equilibrium_modulus,
         np.concatenate([series.branch_moduli * share, series.branch_moduli * (1.0 - share)]),
@@ -248,8 +248,10 @@ def test_loops_lose_energy_and_contacts_end_early(series, unloading):
 
 @pytest.mark.parametrize("tau", 10.0 ** -np.arange(2.0, 9.0))
 def test_equal_contact_of_a_fast_fluid(tau):
-    """Ting's condition of a Maxwell fluid under a triangle: exp(-x) - exp(-x - y) = 1 - exp(-x), where x and y are the
-    times from the turning to t and from t1 to the turning, over tau."""
+    """Ting's condition for a Maxwell fluid under a triangle: exp(-x) - exp(-x - y) = 1 - exp(-x).
+
+    x and y are the times from the turning point to t and from t1 to the turning point, over tau.
+    """
     fluid = Material(PronySeries(0.0, [1.0], [tau]), math.inf)
     result = indent(fluid, Cone(1.0), depth=[0.0, 1.0, 0.0], time=[0.0, 1.0, 2.0], rtol=1e-11)
     t = 1.0 + tau * np.array([1e-3, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6])
@@ -260,11 +262,11 @@ def test_equal_contact_of_a_fast_fluid(tau):
 
 @pytest.mark.parametrize("tau", [1e-6, 1e-8, 1e-10])
 def test_velocity_of_a_fast_solid_is_that_of_an_elastic_one(tau):
-    """Hertz: F = 4/3 E* sqrt(R) d^(3/2) with the equilibrium modulus, less what lags by about tau."""
+    """Hertz: F = 4/3 E* sqrt(R) d^(3/2) with the equilibrium modulus, up to a lag of about tau."""
     solid = Material(PronySeries(0.25, [5.0], [tau]), math.inf)
     result = indent(solid, Parabola(1.0), force=[0.0, 1.0, 0.0], time=[0.0, 1.0, 2.0], rtol=1e-10)
     t = np.linspace(1.1, 1.9, 50)
-    # E = 3 G and E* = E/(1 - 1/4) of an incompressible body.
+    # An incompressible body: E = 3 G and E* = E/(1 - 1/4).
     stiffness = 4.0 / 3.0 * (4.0 * 0.25)
     velocity = -2.0 / 3.0 * (2.0 - t) ** (-1.0 / 3.0) * stiffness ** (-2.0 / 3.0)
     lag = 100.0 * 21.0 * tau

@@ -48,11 +48,11 @@ def test_functions_are_followed_to_rounding(function, time):
     t = np.random.default_rng(1).uniform(0.0, 3.0, 1000)
     known = np.array([function(x) for x in t])
     assert history(t) == pytest.approx(known, abs=2e-12 * np.abs(known).max())
-    # Few pieces, however many times are wanted.
+    # The number of pieces does not depend on the number of output times.
     assert history.knots.size < 100
 
 
-def test_constructors_are_what_they_say():
+def test_constructors_of_histories():
     t = np.linspace(0.0, 2.0, 9)
     assert ramp(4.0, 2.0)(t) == pytest.approx(2.0 * t)
     assert hold(4.0, 2.0)(t) == pytest.approx(4.0)
@@ -64,7 +64,7 @@ def test_constructors_are_what_they_say():
     assert sine_arch(4.0, 2.0)(t) == pytest.approx(4.0 * np.sin(0.5 * math.pi * t), abs=1e-11)
 
 
-def test_knots_are_put_where_the_history_changes_sign_and_turns():
+def test_knots_at_changes_of_sign_and_at_turning_points():
     cut = History.from_function(lambda t: np.sin(t) - 0.5, [0.0, 3.0]).cut()
     for place in (math.pi / 6, math.pi / 2, 5 * math.pi / 6):
         assert np.abs(cut.knots - place).min() < 1e-9
@@ -90,7 +90,7 @@ def test_knots_are_put_where_the_history_changes_sign_and_turns():
         (lambda: ramp(1.0, 1.0)(2.0), "time", 2.0),
     ],
 )  # fmt: skip
-def test_what_is_refused(make, field, value):
+def test_invalid_histories_are_refused(make, field, value):
     with pytest.raises(InputError) as caught:
         make()
     assert caught.value.field == field

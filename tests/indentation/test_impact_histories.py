@@ -1,4 +1,4 @@
-"""The motion of an impact prescribed as an indentation: two kernels give the same force and depth."""
+"""The motion of an impact, prescribed as an indentation: both kernels give the same force and depth."""
 
 import math
 
@@ -40,8 +40,8 @@ def test_force_of_the_motion_and_depth_of_the_force(material, profile):
 
     pressed = indent(material, profile, depth=column("indentation_depth"), time=times, rtol=1e-9)
     np.testing.assert_allclose(pressed.force, motion.force, rtol=0.0, atol=1e-8 * impact.max_force)
-    # A flat face leaves at once. Rounding decides which of the two ends of contact is the first, and so whether the face
-    # is in contact at the last instant. All others end at a point.
+    # A flat face separates all at once. Rounding decides whether it is still in contact at the last instant. All other
+    # contacts shrink to a point.
     face = float(profile.contact_radius(0.0))
     radius = np.array(pressed.contact_radius)
     assert radius[-1] == pytest.approx(0.0, abs=2e-6) or radius[-1] == pytest.approx(face, abs=2e-6)

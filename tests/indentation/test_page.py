@@ -14,7 +14,7 @@ def blocks(language):
     return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def test_code_prints_what_the_page_says(capsys):
+def test_code_prints_the_output_of_the_page(capsys):
     code, texts = blocks("python"), blocks("text")
     assert len(code) == len(texts) == 3
     names = {}

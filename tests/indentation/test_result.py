@@ -20,7 +20,7 @@ from restitution.material.viscoelastic import Material
 
 GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
 TIP = Parabola(2.5e-6)
-# Reduced modulus of the gel at once and in the end.
+# Instantaneous and equilibrium reduced modulus of the gel.
 GLASS, RUBBER = 4.0 / 3.0 * 1000.0, 4.0 / 3.0 * 200.0
 
 
@@ -38,7 +38,7 @@ def test_history_is_a_dataset_with_units():
     assert history.attrs["prescribed"] == "depth"
     assert history.sizes["time"] == result.time.size > 400
     assert history.force.values is result.force or np.array_equal(history.force, result.force)
-    # What is special is among the times.
+    # The times include touch, turning point, end of contact and end of the history.
     for moment in (0.0, 1.0, result.contact_end_time, 2.0):
         assert moment in history.time
 
@@ -85,14 +85,14 @@ def test_velocity_is_the_rate_of_the_depth():
 def test_before_and_behind_a_step():
     result = indent(GEL, TIP, force=[0.0, 1e-9, 1e-9, 0.0, 0.0], time=[0.0, 0.0, 1.0, 1.0, 3.0])
     assert result.force == pytest.approx([0.0, 1e-9, 1e-9, 0.0, 0.0])
-    # The force is off: the depth springs back, and creeps on to nothing.
+    # Without force the surface springs back at once and then creeps to zero.
     glass = (0.75 * 2.5e-6 * 1e-9 / GLASS) ** (1 / 3)
     assert result.contact_radius == pytest.approx([0.0, glass, result.max_contact_radius, 0.0, 0.0], rel=1e-12)
     before, behind = (result.sample([1.0], before=x).indentation_depth.item() for x in (True, False))
     assert result.indentation_depth[2:4] == pytest.approx([before, behind], rel=1e-14)
     assert before == pytest.approx(result.max_indentation_depth, rel=1e-13)
     assert result.residual_indentation_depth == pytest.approx(behind, rel=1e-14)
-    # Free of load, the surface of the gel rises with the retardation time tau E0/Einf.
+    # Without load, the surface of the gel recovers with the retardation time tau E0/Einf.
     assert result.indentation_depth[4] == pytest.approx(behind * math.exp(-2.0 / 1.5), rel=1e-9)
 
 
@@ -103,7 +103,7 @@ def test_work_is_the_area_of_the_loop(history, rtol):
     end = min(result.contact_end_time, 2.0)
     nodes, weights = np.polynomial.legendre.leggauss(30)
     total = 0.0
-    # Graded towards touch, turning and end, where roots of time are.
+    # Panels shrink towards touch, turning point and end, where the integrand has roots.
     half = 0.5 * 2.0 ** -np.arange(40.0)[::-1]
     edges = np.concatenate([[0.0], half, 1.0 - half[-2::-1], [1.0]])
     for low, high in ((0.0, 1.0), (1.0, result.turning_time), (max(1.0, result.turning_time), end)):
@@ -120,11 +120,11 @@ def test_work_is_the_area_of_the_loop(history, rtol):
 
 
 def test_work_of_steps():
-    """Through a step the gel is as stiff as glass; a held depth does no work."""
+    """In a step the gel has its instantaneous modulus; a held depth does no work."""
     result = indent(GEL, TIP, depth=hold(1e-6, 3.0))
     glass = 2.0 * GLASS * (4.0 / 15.0) * math.sqrt(2.5e-6) * (1e-6) ** 2.5
     assert result.work == pytest.approx(glass, rel=1e-9)
-    # Half a second in, the depth is taken away at once: nothing is gained but what is still elastic.
+    # After half a second the depth jumps back to zero: only the elastic part of the work is recovered.
     punch = indent(GEL, FlatPunch(1e-6), depth=[0, 1e-6, 1e-6, 0.0, 0.0], time=[0, 0, 0.5, 0.5, 1.0])
     stiffness = 2.0 * 1e-6
     force = stiffness * (RUBBER + (GLASS - RUBBER) * math.exp(-0.5 / 0.3)) * 1e-6
@@ -134,14 +134,14 @@ def test_work_of_steps():
     assert punch.work == pytest.approx(inward - outward, rel=1e-9)
 
 
-def test_largest_values_need_no_point():
+def test_largest_values_do_not_depend_on_the_output_times():
     result = indent(GEL, TIP, depth=sine_arch(1e-6, 2.0), time=[0.0, 0.1, 2.0])
     dense = result.sample(np.linspace(0.0, 2.0, 200001))
     assert result.max_force == pytest.approx(float(dense.force.max()), rel=1e-9)
     assert result.max_force >= float(dense.force.max()) * (1.0 - 1e-14)
     assert result.max_indentation_depth == pytest.approx(1e-6, rel=1e-11)
     assert result.max_contact_radius == pytest.approx(math.sqrt(2.5e-12), rel=1e-11)
-    # A creeping gel is deepest after the force is largest.
+    # A creeping gel reaches its largest depth after the largest force.
     creeping = indent(GEL, TIP, force=triangle(1e-9, 1.0))
     dense = creeping.sample(np.linspace(0.0, 2.0, 200001))
     assert 1.0 < creeping.turning_time < 2.0
@@ -149,7 +149,7 @@ def test_largest_values_need_no_point():
     assert creeping.max_contact_radius == pytest.approx(float(dense.contact_radius.max()), rel=1e-9)
 
 
-def test_plain_numbers():
+def test_dictionary_and_status():
     result = pressed()
     numbers = result.to_dict()
     assert numbers["max_force"] == result.max_force
@@ -159,8 +159,8 @@ def test_plain_numbers():
     assert IndentationStatus.IN_CONTACT.message.startswith("the bodies were still in contact")
 
 
-def test_assumptions_stand_beside_their_limits():
-    """a^2 = R d, c^2 = G/rho; the limits are those of the page on limits."""
+def test_assumptions_and_their_limits():
+    """a^2 = R d, c^2 = G/rho; limits as on the page about limits."""
     deep = pressed()
     assert deep.validity["small_strain"].exceeded
     assert deep.validity["small_strain"].value == pytest.approx(math.sqrt(1.0 / 2.5), rel=1e-9)
@@ -168,7 +168,7 @@ def test_assumptions_stand_beside_their_limits():
     shallow = indent(GEL, TIP, depth=triangle(1e-8, 1.0))
     assert shallow.warnings == []
     dense = Material(GEL.shear, math.inf, density=1000.0)
-    # Of the modulus between 200/3 and 1000/3 Pa.
+    # The modulus lies between 200/3 and 1000/3 Pa.
     fast = indent(dense, TIP, depth=triangle(1e-8, 1e-6)).validity["waves"]
     assert fast.exceeded
     assert 0.01 / math.sqrt(1.0 / 3.0) <= fast.value <= 0.01 / math.sqrt(0.2 / 3.0)
@@ -176,7 +176,7 @@ def test_assumptions_stand_beside_their_limits():
 
 
 def test_a_history_outside_the_window_of_the_material_is_doubtful():
-    """A springpot as a series for times up to a millisecond, under a triangle of two seconds."""
+    """A springpot, approximated for times up to a millisecond, under a triangle of two seconds."""
     springpot = rs.FractionalMaterial(rs.springpot(100.0, 0.3), math.inf)
     short, long = (springpot.within(window) for window in ((1e-6, 1e-3), (1e-3, 10.0)))
     depth = triangle(1e-8, 1.0)
@@ -202,15 +202,15 @@ def test_pictures_show_the_whole_loop():
             "normal force",
         ]
         (line,) = (line for line in figure.axes[1].get_lines() if len(line.get_xdata()) > 2)
-        # The step and the peak are on the line, whatever times were asked for.
+        # The line contains the step and the peak, whatever the output times.
         assert max(line.get_ydata()) == pytest.approx(result.max_force * 1e9, rel=1e-6)
         filled = bool(figure.axes[3].patches)
         assert filled == (result.prescribed == "depth")
         assert f"prescribed {result.prescribed}" in figure.get_suptitle()
 
 
-def test_times_whose_units_round_are_within_the_history():
-    """Begin plus duration may round beyond the end; all results are within, and do not depend on when it begins."""
+def test_rounding_of_the_last_time_is_harmless():
+    """Start plus duration may round to a time beyond the end; results do not depend on the start."""
     rng = np.random.default_rng(4)
     found = 0
     while found < 10:
@@ -225,7 +225,7 @@ def test_times_whose_units_round_are_within_the_history():
 
 
 def test_work_where_the_rate_is_infinite_at_touch():
-    """A dashpot in parallel: a^3 = (3 R/4) int J dF with J = (1 - exp(-E t/eta))/E, so d grows as t^(4/3) at touch."""
+    """Dashpot in parallel: a^3 = (3 R/4) int J dF with J = (1 - exp(-E t/eta))/E; d grows as t^(4/3) at touch."""
     body = Material(PronySeries(0.5, parallel_viscosity=0.75), math.inf)
     for start in (0.0, 0.3, 7.0):
         result = indent(

@@ -44,7 +44,7 @@ def names(profile):
 
 @pytest.mark.plain
 def test_the_gel_under_an_afm_tip():
-    """Two forces by quadrature of another program, to nine digits; the end of contact by its equation."""
+    """Two forces to nine digits by quadrature in another program; the end of contact from its equation."""
     result = indent(GEL, TIP, depth=triangle(1e-6, 1.0), time=[1.0, 1.25])
     assert result.max_force == pytest.approx(1.38541713e-9, rel=3.6e-9)
     assert result.force == pytest.approx([1.38541713e-9, 2.32146714e-10], rel=2e-9)
@@ -57,7 +57,7 @@ def test_the_gel_under_an_afm_tip():
     assert end == pytest.approx(1.41, abs=0.005)
     assert result.contact_end_time == pytest.approx(end, rel=1e-13)
     assert result.status == IndentationStatus.SEPARATED
-    # The same as points, as a function and as a thousand samples.
+    # The same history as points, as a function and as a thousand samples.
     t = np.linspace(0.0, 2.0, 1001)
     for depth, time in (
         ([0.0, 1e-6, 0.0], [0.0, 1.0, 2.0]),
@@ -72,13 +72,13 @@ def test_the_gel_under_an_afm_tip():
 
 @pytest.mark.parametrize("profile", PROFILES, ids=names)
 @pytest.mark.parametrize("history", [triangle(0.5, 1.0, hold_time=0.5), sine_arch(0.5, 2.0)])
-def test_elastic_bodies_remember_nothing(profile, history):
+def test_elastic_bodies_follow_hertz_both_ways(profile, history):
     result = indent(ELASTIC, profile, depth=history)
     force = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(np.maximum(result.indentation_depth, 0.0))
     assert result.force == pytest.approx(force, abs=1e-13 * force.max())
     assert result.contact_end_time == pytest.approx(history.stop, rel=1e-12)
     assert abs(result.dissipated_work) <= 1e-8 * force.max() * 0.5
-    # And back: the depth that belongs to such a force.
+    # The inverse: the depth under this force.
     peak = float(force.max())
     known = indent(ELASTIC, profile, force=triangle(peak, 1.0), time=[0.25, 1.0, 1.6])
     forces = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(known.indentation_depth)
@@ -174,7 +174,7 @@ def test_a_parabola_on_kelvin_voigt():
 
 
 @pytest.mark.plain
-def test_a_newtonian_liquid_lets_go_at_once():
+def test_a_newtonian_liquid_separates_at_the_turning_point():
     result = indent(half_space(PronySeries(0.0, parallel_viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
     t = np.array([0.1, 0.5, 0.999])
     assert result.sample(t).force.values == pytest.approx(2.0 * 2.0 * np.sqrt(0.4 * t) * 0.2, rel=1e-12)
@@ -182,7 +182,7 @@ def test_a_newtonian_liquid_lets_go_at_once():
 
 
 @pytest.mark.plain
-def test_a_punch_holds_until_its_load_is_gone():
+def test_a_punch_separates_where_its_force_vanishes():
     """F = 2 a int E* dd, with one constant contact radius."""
     series, tau = PronySeries(1.0, [4.0], [0.5]), 0.5
     result = indent(half_space(series), FlatPunch(0.4), depth=triangle(0.1, 1.0))
@@ -214,12 +214,12 @@ def test_both_bodies_may_deform():
     )
 
 
-def test_a_measured_tip_is_as_good_as_its_points():
+def test_a_tabulated_parabola():
     r = np.linspace(0.0, 2e-6, 401)
     result = indent(GEL, Tabulated(r, r**2 / 5e-6), depth=triangle(5e-7, 1.0))
     exact = indent(GEL, TIP, depth=triangle(5e-7, 1.0))
     assert result.error >= result.rtol
-    # Between its points the table is not quite the parabola.
+    # Between its points the table deviates slightly from the parabola.
     assert result.max_force == pytest.approx(exact.max_force, rel=1e-5)
     assert result.contact_end_time == pytest.approx(exact.contact_end_time, rel=1e-12)
 
@@ -237,7 +237,7 @@ def test_tolerances_are_kept(rtol, name):
         assert np.abs(getattr(loose, column) - known).max() <= rtol * known.max()
 
 
-def test_before_touch_there_is_nothing():
+def test_no_force_before_touch():
     result = indent(GEL, TIP, depth=[-1e-6, 1e-6, -1e-6], time=[-1.0, 1.0, 3.0])
     same = indent(GEL, TIP, depth=triangle(1e-6, 1.0))
     assert result.contact_end_time == pytest.approx(same.contact_end_time, rel=1e-12)
@@ -250,9 +250,9 @@ def test_before_touch_there_is_nothing():
 
 
 @pytest.mark.plain
-def test_the_surface_that_comes_back_is_met():
-    """After the contact the surface of the gel rises as exp(-t/tau'), tau' = 1.5 s; a slow tip is met by it."""
-    # Pulled back fast to a thousandth of the depth, and held there.
+def test_contact_with_the_recovering_surface_is_refused():
+    """After the contact the gel recovers as exp(-t/tau'), tau' = 1.5 s, and its surface touches a slow tip again."""
+    # The tip moves back fast to a hundredth of the depth and stays there.
     fast = 0.02
     with pytest.raises(InputError, match="recovering surface") as caught:
         indent(GEL, TIP, depth=[0.0, 1e-6, 1e-8, 1e-8], time=[0.0, 1.0, 1.0 + fast, 30.0])
@@ -272,22 +272,22 @@ def test_the_surface_that_comes_back_is_met():
 
 
 @pytest.mark.plain
-def test_the_surface_that_comes_back_after_a_step_is_met():
-    """Let go at once under the load L, the surface springs back by L/E0 and then rises."""
+def test_contact_with_the_recovering_surface_after_a_step_is_refused():
+    """After a step out of contact from the load L, the surface springs back by L/E0 and then recovers slowly."""
     with pytest.raises(InputError, match="recovering surface") as caught:
         indent(GEL, TIP, depth=[0.0, 1e-6, 9e-7, 1e-7, 1e-7], time=[0.0, 1.0, 1.2, 1.2, 9.0])
     lag = 1e-6 * 0.3 * (1.0 - math.exp(-1.0 / 0.3)) * math.exp(-0.2 / 0.3) - 5e-7 * 0.3 * (1.0 - math.exp(-0.2 / 0.3))
     left = 9e-7 - (200.0 * 9e-7 + 800.0 * lag) / 1000.0
     met = 1.2 + 1.5 * math.log(left / 1e-7)
     assert caught.value.value == pytest.approx(met, rel=1e-3)
-    # Taken out of reach there is no second contact.
+    # A tip beyond the undeformed surface does not touch again.
     assert indent(GEL, TIP, depth=[0, 1e-6, 9e-7, 0, 0], time=[0, 1, 1.2, 1.2, 9]).contact_end_time == pytest.approx(
         1.2
     )
 
 
 @pytest.mark.plain
-def test_one_who_loads_again_is_told_when():
+def test_a_second_loading_is_refused_with_its_time():
     cases = {
         1.2: {"depth": [0.0, 1e-6, 8e-7, 1e-6], "time": [0.0, 1.0, 1.2, 2.0]},
         2.0: {"force": [0.0, 1e-9, 5e-10, 5e-10], "time": [0.0, 1.0, 2.0, 3.0]},
@@ -303,7 +303,7 @@ def test_one_who_loads_again_is_told_when():
 
 @pytest.mark.plain
 def test_a_punch_may_be_loaded_again():
-    """Its contact does not change, so that nothing has to be looked up in the past."""
+    """The contact radius is constant, so that superposition holds for any history."""
     series = PronySeries(1.0, [4.0], [0.5])
     time, depth = np.array([0.0, 1.0, 1.5, 2.0]), np.array([0.0, 0.1, 0.08, 0.12])
     result = indent(half_space(series), FlatPunch(0.4), depth=depth, time=time)
@@ -341,7 +341,7 @@ def test_a_punch_may_be_loaded_again():
         ({"force": 1e200, "time": [0.0, 1.0]}, "force", 1e200),
     ],
 )  # fmt: skip
-def test_bad_input_names_its_field_in_one_line(arguments, field, value):
+def test_bad_input_is_refused_in_one_line(arguments, field, value):
     with pytest.raises(InputError) as caught:
         indent(GEL, TIP, **arguments)
     assert caught.value.field == field
@@ -350,7 +350,7 @@ def test_bad_input_names_its_field_in_one_line(arguments, field, value):
 
 
 @pytest.mark.plain
-def test_an_offset_of_the_depth_asks_for_the_contact_point():
+def test_a_depth_that_starts_below_the_surface_is_refused():
     with pytest.raises(InputError, match="contact point"):
         indent(GEL, TIP, depth=[5e-9, 1e-6, 0.0], time=[0.0, 1.0, 2.0])
     rng = np.random.default_rng(1)
@@ -360,13 +360,13 @@ def test_an_offset_of_the_depth_asks_for_the_contact_point():
         indent(GEL, TIP, depth=noisy - noisy[0], time=t)
 
 
-def test_functions_that_give_no_numbers():
+def test_functions_that_return_no_numbers():
     with pytest.raises(TypeError, match=r"depth = .*must be a real number"):
         indent(GEL, TIP, depth=lambda t: "a", time=[0.0, 1.0])
 
 
 @pytest.mark.plain
-def test_profiles_and_materials_that_cannot_be():
+def test_wrong_profiles_and_materials():
     loading = {"depth": ramp(1e-6, 1.0)}
     r = np.linspace(0.0, 1e-6, 101)
     short = Tabulated(r, r**2 / 5e-6)
@@ -392,7 +392,7 @@ def test_profiles_and_materials_that_cannot_be():
         assert caught.value.field == field
 
 
-def test_the_public_names_are_these():
+def test_public_names():
     assert rs.indent is indent
     assert rs.triangle is triangle
     result = rs.indent(GEL, TIP, depth=rs.triangle(1e-6, 1.0))
@@ -401,8 +401,8 @@ def test_the_public_names_are_these():
 
 
 @pytest.mark.plain
-def test_fast_modes_that_answer_to_a_kink_are_not_missed():
-    """Depth and radius just after the rise of the force, with modes ten thousand times faster than the contact."""
+def test_fast_modes_after_a_kink_of_the_force():
+    """Depth and radius just after the force stops rising, with modes ten thousand times faster than the contact."""
     series = PronySeries(0.25, [0.5, 17.0, 2.0], [2e-5, 0.3, 7.0])
     history = triangle(1.0, 1.0, unloading_time=0.8, hold_time=1.0)
     t = np.concatenate([1.0 + np.geomspace(1e-6, 1.0, 30), np.linspace(2.0, 2.8, 40)])
@@ -440,7 +440,7 @@ def test_a_step_is_the_limit_of_a_ramp(name, time, values):
     step = indent(material, tip, time=time, **{name: values})
     ramped = indent(material, tip, time=late, **{name: values})
     for quantity in ("work", "max_force", "max_indentation_depth", "contact_end_time", "max_contact_radius"):
-        # The difference is as the width, times rates of order one.
+        # The difference is of the order of the width of the ramp.
         assert getattr(step, quantity) == pytest.approx(getattr(ramped, quantity), rel=2e-5, abs=2e-6), quantity
     t = np.linspace(0.05, 1.35, 14)
     steps = np.array(time)[1:][np.diff(time) == 0.0]

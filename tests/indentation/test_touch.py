@@ -1,4 +1,4 @@
-"""Histories that begin before first touch, compared with those that begin at touch, at random contact points."""
+"""Histories that begin before touch, against the same histories from touch on, at random contact points."""
 
 import math
 
@@ -16,15 +16,15 @@ MATERIALS = {
     "elastic": Material(PronySeries(1.0), math.inf),
     "standard solid": Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf),
 }
-# Contact points that a straight approach of 1.4 um missed while a cut left a value beside zero.
+# Contact points of a straight approach of 1.4 um at which rounding of the cut once gave wrong forces.
 MISSED = [4.74815072755433e-07, 4.7384074107310223e-07]
 
 
 def assert_same(material, whole, touch, from_touch, *, atol=1e-9):
-    """Forces of a history given from before touch on, and of the same history given from touch on."""
+    """Compare the forces of a history that begins before touch with those of the same history from touch on."""
     name, values, time = whole
     _, values_touch, time_touch = from_touch
-    # Both begin and end in time with their own rounding.
+    # The first and last times of the two differ by rounding.
     inside = np.linspace(1e-9, 1.0 - 1e-9, 30) * (time_touch[-1] - time_touch[0]) + time_touch[0]
     make = History.from_function if callable(values) else lambda values, time: History.from_points(time, values)
     known = indent(material, TIP, **{name: make(values_touch, time_touch)}, time=inside)
@@ -32,7 +32,7 @@ def assert_same(material, whole, touch, from_touch, *, atol=1e-9):
     for quantity in ("force", "contact_radius"):
         size = getattr(known, "max_" + quantity)
         there, here = getattr(known, quantity), getattr(found, quantity)
-        # A root of the depth turns the rounding of a time into more of the radius.
+        # The radius is a root of the depth, which amplifies the rounding of the times.
         allowed = atol if quantity == "force" else math.sqrt(1e-14) + atol
         assert np.abs(here - there).max() <= allowed * size
     assert found.contact_end_time == pytest.approx(touch + known.contact_end_time, rel=1e-11)
@@ -53,8 +53,8 @@ def test_a_straight_approach(material):
 
 
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
-def test_an_approach_of_several_lines(material):
-    """Pieces of random slopes and lengths over ten decades of the length before touch, also with a step."""
+def test_an_approach_in_several_pieces(material):
+    """Pieces of random slope and length; the height before touch spans ten decades."""
     rng = np.random.default_rng(12)
     for _ in range(250):
         n = rng.integers(1, 5)
@@ -72,7 +72,7 @@ def test_an_approach_of_several_lines(material):
             ("depth", values, time),
             touch,
             ("depth", [0.0, *values[place:]], np.array([0.0, *(time[place:] - touch)])),
-            # The slope at touch is a difference of heights.
+            # The slope at touch suffers from cancellation where the approach is high.
             atol=1e-9 + 1e-14 * height / values.max(),
         )
 
@@ -109,7 +109,7 @@ def test_a_wait_without_force(material):
         )
 
 
-def test_a_cut_is_zero_where_the_history_is():
+def test_a_cut_history_is_exactly_zero_at_the_crossings():
     rng = np.random.default_rng(15)
     for _ in range(1000):
         low, high = rng.uniform(0.1, 1.0, 2) * 10.0 ** rng.uniform(-9.0, 0.0, 2)

@@ -1,4 +1,4 @@
-"""The machine code is kept, made anew after any edit, and done without where it cannot be kept."""
+"""Cache of machine code: renewed after any edit, private to the user, and optional."""
 
 import os
 import shutil
@@ -33,7 +33,7 @@ def _copy(root: Path) -> Path:
     return root
 
 
-def test_stamp_changes_with_every_kernel_source(tmp_path):
+def test_source_hash_depends_on_every_kernel_source(tmp_path):
     from restitution.kernel.compile import source_hash
 
     folder = _copy(tmp_path) / "restitution" / "kernel"
@@ -55,7 +55,7 @@ def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path):
     code = SOLVE + "; from restitution.kernel.impact import solve_block as s; print(sum(s.stats.cache_hits.values()))"
     assert _run(code, root).split() == [first.strip(), "1"]
     path = root / "restitution" / "kernel" / "path.py"
-    # Pi of the parabola, for one number and for eight.
+    # Pi of a power law, in the scalar and in the vector form.
     changed = path.read_text().replace("(2.0 / 3.0)", "1.0").replace("2.0 / (p + 2.0)", "3.0 / (p + 2.0)")
     assert changed != path.read_text()
     path.write_text(changed)
@@ -63,11 +63,11 @@ def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path):
 
 
 @pytest.mark.slow
-def test_nowhere_to_keep_the_code(tmp_path):
+def test_the_kernel_runs_without_a_cache_folder(tmp_path):
     root = _copy(tmp_path)
     blocked = tmp_path / "file"
     blocked.write_text("")
-    # A path below a plain file can be written by nobody, root included.
+    # Nobody, not even root, can create a folder below a plain file.
     answer = _run(SOLVE, root, NUMBA_CACHE_DIR=str(blocked / "cache"))
     assert float(answer) == pytest.approx(0.434356162547, rel=1e-9)
 
@@ -77,7 +77,7 @@ import sys
 from numba.core import event
 from restitution.kernel.compile import compiled, entry_point
 
-# Words of the frames that the compiler has above it, the largest of them.
+# Prints the size, in words, of the largest frame on the stack where the compiler starts.
 class Listener(event.Listener):
     def on_start(self, _):
         frame, largest = sys._getframe(), 0
@@ -101,8 +101,8 @@ with event.install_listener("numba:compile", Listener()):
 """
 
 
-def test_the_compiler_has_room_for_its_frames(tmp_path):
-    # The piece of memory for a frame of so many words is twice as large; CPython's usual pieces have 2048 words.
+def test_the_compiler_runs_above_a_frame_of_32768_words(tmp_path):
+    # CPython allocates a piece of stack of twice the size of such a frame; its usual pieces have 2048 words.
     assert _run(ROOM, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)).split() == ["32768", "32768"]
 
 
@@ -143,7 +143,7 @@ def test_a_relative_cache_home_is_ignored(tmp_path: Path, monkeypatch: pytest.Mo
     assert module._user_cache() == tmp_path / "absolute" / "restitution"
 
 
-def test_without_a_home_nothing_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_cache_folder_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.kernel import compile as module
 
     def no_home() -> Path:
@@ -157,7 +157,7 @@ def test_without_a_home_nothing_is_raised(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-def test_two_processes_that_compile_at_once(tmp_path: Path) -> None:
+def test_two_processes_compile_at_the_same_time(tmp_path: Path) -> None:
     variables = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     processes = [
         subprocess.Popen(

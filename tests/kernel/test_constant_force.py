@@ -60,7 +60,7 @@ def test_fast_branch_under_a_flat_face(seed):
 
 
 def test_fast_branch_after_the_second_solve():
-    # The worst of 12 000 random punches under a constant force, once 2.2 times the tolerance.
+    # The worst of 12 000 random punches under a constant force: an earlier kernel had 2.2 times the tolerance here.
     numbers = (
         0.001556852752311833, 0.8212005023270991, 0.019697193551225286, 0.5412430576613148, 14.199474074749526,
         21.178982741276485, 1.571980663793192,
@@ -72,8 +72,8 @@ def test_fast_branch_after_the_second_solve():
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-9, 1e-11])
-def test_an_edge_that_turns_outwards_again_is_capture(rtol):
-    # Newton's method used to fail in front of the place where dt/dlambda diverges.
+def test_a_contact_that_grows_again_is_captured(rtol):
+    # dt/dlambda diverges at the instant when the contact grows again. Newton's method must not fail before it.
     numbers = (
         0.013078634178708498, 242.91915135390502, 1.0259556653932853e-05, 46.53409623260881, 0.5369286060106576,
         68.12244438327023, 54.712738655064896,
@@ -86,9 +86,9 @@ def test_an_edge_that_turns_outwards_again_is_capture(rtol):
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-9, 1e-11])
-def test_a_body_that_creeps_on_is_captured(rtol):
-    # A Maxwell body beside a spring that is a millionth as stiff: the motion is creep after a few relaxation times, and rounding
-    # of the force would stop the elements long before the body is at rest. The depth is the static one, w/k.
+def test_a_body_that_creeps_to_rest_is_captured(rtol):
+    # A Maxwell element in parallel with a spring of a millionth of its stiffness. The body creeps after a few relaxation
+    # times, and rounding of the force would stop the elements long before it rests at the static depth w/k.
     result = rs.solve(_impact(1e-6, 1.0, 0.05, 1.0, 1.0, 1.0, 1.0), rtol=rtol)
     assert result.status is Status.CAPTURED
     assert result.max_indentation_depth == pytest.approx(1.0 / 8e-6, rel=1e-9)

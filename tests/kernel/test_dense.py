@@ -12,7 +12,7 @@ from restitution.kernel.workspace import aligned
 
 
 def _plain(function):
-    """The Python function of a compiled piece, which has no wrapper of its own."""
+    """Python function behind a compiled one."""
     return getattr(function, "py_func", function)
 
 
@@ -87,7 +87,7 @@ def test_functions_of_lanes():
     y = np.array([1e-300, 2e-9, 0.5, 0.7071, 1.0, 1.4143, 3.0, 1e200])
     results, numbers = np.zeros((8, 8)), np.zeros(4)
     _functions(x, y, results, numbers)
-    # NumPy's own functions are exact to an ulp or two.
+    # NumPy's functions are accurate to one or two ulp.
     assert results[0] == pytest.approx(np.exp(x), rel=4e-16)
     assert results[1] == pytest.approx(np.log(y), rel=4e-16, abs=1e-16)
     assert np.array_equal(results[2], np.abs(x))
@@ -102,7 +102,7 @@ def test_functions_of_lanes():
 @pytest.mark.plain
 @pytest.mark.parametrize("lane", range(8))
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_no_lane_that_is_not_finite_is_lost(lane, bad):
+def test_reductions_are_nan_if_one_lane_is_not_finite(lane, bad):
     x = np.linspace(1.0, 2.0, 8)
     x[lane] = bad
     numbers = np.zeros(4)
@@ -124,7 +124,7 @@ def test_lagrange_basis_reproduces_polynomials_and_its_nodes():
 
 @pytest.mark.plain
 @pytest.mark.parametrize("points", [8, 9])
-def test_interpolation_at_eight_places(points):
+def test_interpolation_at_eight_points(points):
     scheme, x, result = radau(8), np.linspace(-0.2, 1.6, 8), np.zeros(8)
     nodes = scheme.c[9 - points :]
     weights = scheme.weights if points == 9 else scheme.extrapolation
@@ -149,6 +149,6 @@ def test_power_path(exponent):
 
 
 def test_rows_with_gaps_are_refused():
-    # Rows are addressed by their distance from the start of the array.
+    # The kernel addresses a row by its offset from the start of a contiguous array.
     with pytest.raises(numba.TypingError):
         _product(np.zeros((8, 8)), np.zeros(16)[::2], np.zeros(8))

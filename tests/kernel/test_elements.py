@@ -1,7 +1,7 @@
-"""Orders of the elements that the kernel ships, with S = 8, against Hairer & Wanner, Solving ODEs II, 2nd ed., IV.5.
+"""Orders of the kernel's elements (S = 8) against Hairer & Wanner, Solving ODEs II, 2nd ed., IV.5.
 
-The elements are marched with a constant length and compared with a march in much shorter ones. Newton's method starts from
-that fine solution, because the long elements of these tests are beyond the reach of the kernel's own predictions.
+Elements of constant length are compared with much shorter ones. Newton's method starts from the fine solution, because
+the kernel's own predictions are too poor for the long elements of these tests.
 """
 
 import numpy as np
@@ -67,7 +67,7 @@ def _changed() -> Scheme:
 
 
 def _swinging(end, count, prediction=None, scheme=SCHEME):
-    """A body that swings under a constant force, from s = 1 on: nodes, stored elements, and its state at `end`."""
+    """Nodes, stored elements and state at `end` of a body that swings under a constant force from s = 1 on."""
     problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, power_path(1.0))
     work, h = allocate(1, count + 1), end / count
     state = work.approach[0, :, 0]
@@ -92,7 +92,7 @@ def _inside(tables, end, sigma):
 
 
 class _Rebound:
-    """Rebound under a constant force: the approach is stored much more finely, and so is a march of 196 short elements."""
+    """Rebound under a constant force; the reference has a fine approach and 196 short elements in the rebound."""
 
     def __init__(self):
         self.problem = Problem(1.0, np.array([1.0]), np.array([2.0]), 0.0, 0.4, power_path(1.0))
@@ -107,7 +107,7 @@ class _Rebound:
         self.prediction = CubicSpline(nodes.ravel(), paces.ravel())
 
     def march(self, first, last, count, state, delay, scheme=SCHEME):
-        """States, delays, nodes and paces of `count` equal elements from the place of one short element to another."""
+        """States, delays, nodes and paces of `count` equal elements between the starts of two short elements."""
         work, low, h = self.work, first * self.length, (last - first) * self.length / count
         work.rebound[0, :, 0] = state
         delays, paces = [delay], []
@@ -123,14 +123,14 @@ class _Rebound:
         return work.rebound[: count + 1, :, 0].copy(), delays, nodes, np.array(paces)
 
     def error(self, count, scheme=SCHEME):
-        """Error of velocity and time after `count` long elements, which begin behind the layer at the turning point."""
+        """Error of velocity and time after `count` long elements that begin behind the layer at the turning point."""
         first, last = 24, 196
         state = self.march(first, last, count, self.states[first], self.delays[first], scheme)[0][-1]
         return np.linalg.norm((state - self.states[last])[[V_, T_]])
 
 
 def _slope(counts, errors):
-    """Order by least squares."""
+    """Order of convergence by least squares."""
     return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
 
 
@@ -147,8 +147,8 @@ def rebounding():
 
 
 def test_orders_of_the_approach(swing):
-    # Slopes between neighbours scatter by several units, for the leading error oscillates along the swing; the fit over seven
-    # lengths is good to about 1. The errors, 1e-5 to 1e-12, stand clear of rounding and of Newton's tolerance.
+    # The leading error oscillates along the swing: slopes between neighbours scatter by several units, and a fit over
+    # seven lengths by about 1. The errors, 1e-5 to 1e-12, lie well above rounding and Newton's tolerance.
     prediction, fine, state = swing
     counts = [14, 16, 20, 24, 28, 32, 40]
     ends, insides = [], []
@@ -164,16 +164,16 @@ def test_orders_of_the_approach(swing):
 
 
 def test_order_of_the_rebound(rebounding):
-    # Of two to four elements over nine tenths of the rebound, with errors from 5e-10 to 2e-14; shorter ones are lost in rounding,
-    # and one alone is too long for the leading term.
+    # Two to four elements cover nine tenths of the rebound, with errors from 5e-10 to 2e-14. The errors of shorter
+    # elements are lost in rounding. A single element is too long for the leading term to dominate.
     counts = [2, 3, 4]
     errors = [rebounding.error(n) for n in counts]
     assert min(errors) > 5e-15
     assert _slope(counts, errors) == pytest.approx(SCHEME.order, abs=1.0)
 
 
-def test_orders_are_those_of_the_coefficients(swing, rebounding):
-    # One of 64 coefficients wrong in the sixth digit: the errors hardly fall.
+def test_a_wrong_coefficient_lowers_the_orders(swing, rebounding):
+    # With one of the 64 coefficients wrong in the sixth digit, the errors hardly fall.
     prediction, _, state = swing
     counts = [14, 20, 40]
     ends = [_swinging(20.0, n, prediction, _changed())[2] for n in counts]
@@ -197,13 +197,13 @@ def test_turning_point_of_an_elastic_body():
     [
         (1e-16, np.inf, 0.0, True, False, CONVERGED),
         (1e-3, np.inf, 0.0, True, False, CHORD),
-        # Contraction 1e-3: what remains is 1e-3 of the step.
+        # Contraction 1e-3: the remaining error is 1e-3 of the step.
         (1e-11, 1e-8, 0.0, False, False, CONVERGED),
-        # The same steps after a drift of 0.1 since the inverses were made: what remains is 1e-12.
+        # The same steps after a drift of 0.1 since the inverses were computed: the remaining error is 1e-12.
         (1e-11, 1e-8, 0.1, False, False, CHORD),
         (4e-4, 1e-3, 1e-3, False, False, FACTOR),
         (3e-3, 1e-3, 1e-3, False, False, DIVERGED),
-        # Steps of the size of rounding that do not shrink: first new inverses, then the end.
+        # Steps as small as rounding that do not shrink: first new inverses, then convergence.
         (5e-10, 5e-10, 1e-9, False, False, FACTOR),
         (5e-10, 5e-10, 1e-9, False, True, CONVERGED),
     ],

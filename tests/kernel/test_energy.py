@@ -53,8 +53,8 @@ def test_kelvin_voigt_punch(damping):
 
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_all_terms_sum_to_the_energy_before(exponent, seed):
-    # 1/2 = e^2/2 + dissipated + stored: the three come from the velocity, from the modes and from the elements that leave.
+def test_energies_sum_to_the_initial_kinetic_energy(exponent, seed):
+    # 1/2 = e^2/2 + dissipated + stored, computed from the velocity, the modes, and the elements at separation.
     random = np.random.default_rng(seed)
     moduli, times = 10.0 ** random.uniform(-1.0, 0.5, 3), 10.0 ** random.uniform(-2.0, 1.0, 3)
     viscosity = 0.0 if seed == 0 else 10.0 ** random.uniform(-2.0, 0.0)

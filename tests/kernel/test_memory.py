@@ -1,4 +1,4 @@
-"""Fading memory of polynomials against closed forms, from rates that hardly fade to those that forget at once."""
+"""Fading memory of polynomials against closed forms, from very slow to very fast rates."""
 
 import math
 
@@ -49,11 +49,11 @@ def slope(memory, edges, e, k, t):
 
 
 def memory_of_power(power, rate, t):
-    """int_0^t exp(-r (t - u)) u^n du, by its series for small r t and by repeated integration by parts else."""
+    """int_0^t exp(-r (t - u)) u^n du: a series for small r t, otherwise repeated integration by parts."""
     if rate * t >= 40.0:
         return sum((-1.0) ** j * math.perm(power, j) * t ** (power - j) / rate ** (j + 1) for j in range(power + 1))
     terms = np.arange(400)
-    # sum_j (-r)^j t^(n + j + 1) n!/(n + j + 1)! is Kummer's function, whose transform has no cancellation.
+    # sum_j (-r)^j t^(n + j + 1) n!/(n + j + 1)! is Kummer's function; Kummer's transformation avoids cancellation.
     logs = np.cumsum(np.log(np.maximum(rate * t, 1e-300) / np.maximum(terms, 1)) * (terms > 0))
     return t ** (power + 1) * math.exp(-rate * t) * np.sum(np.exp(logs) / (power + 1 + terms))
 
@@ -72,7 +72,7 @@ def test_memory_of_a_power(power, rate):
         assert slope(memory, edges, e, 0, t) == pytest.approx(known, rel=1e-9, abs=1e-13)
 
 
-def test_what_was_remembered_fades():
+def test_initial_memory_decays_exponentially():
     edges, rates = np.array([0.0, 0.25, 1.0]), [0.2, 5.0, 300.0]
     memory = memory_of(np.zeros_like, edges, rates, begin=[2.0, 3.0, 4.0])
     for k, (rate, begin) in enumerate(zip(rates, (2.0, 3.0, 4.0), strict=True)):
@@ -81,7 +81,7 @@ def test_what_was_remembered_fades():
         assert memory.begin[2, k] == pytest.approx(begin * math.exp(-rate), rel=1e-12, abs=1e-15)
 
 
-def test_jumps_are_remembered_whole():
+def test_a_jump_enters_the_memory_in_full():
     memory = allocate(np.array([1.0, 1e6]), 2)
     _plain(remember)(
         np.array([0.0, 1.0]), np.zeros((2, TERMS)), np.array([0.5, 0.0]), memory, np.empty((2, TERMS + 1))
@@ -90,7 +90,7 @@ def test_jumps_are_remembered_whole():
     assert memory.begin[2] == pytest.approx([0.5 * math.exp(-1.0), 0.0], rel=1e-12, abs=1e-15)
 
 
-def test_coefficients_are_those_of_legendre():
+def test_coefficients_against_numpys_legendre_series():
     rule = quadrature()
     values = np.polynomial.legendre.legval(rule.nodes, [0.3, 0.0, -1.0, 0.2])
     found = rule.coefficients @ values

@@ -1,4 +1,4 @@
-"""Numbers and orders of the collocation, against Hairer & Wanner, Solving ODEs II, 2nd ed., IV.5 and tables 5.5, 5.6."""
+"""Coefficients and orders of the collocation: Hairer & Wanner, Solving ODEs II, 2nd ed., IV.5, tables 5.5 and 5.6."""
 
 import math
 
@@ -74,7 +74,7 @@ def _errors(stages: int, steps: int) -> tuple[float, float]:
 
 @pytest.mark.parametrize("stages", [2, 3, 4])
 def test_declared_orders(stages):
-    # The largest errors must stand clear of rounding, the steps be small enough for the leading term.
+    # The steps must be short enough for the leading term and long enough for errors above rounding.
     steps = {2: 8, 3: 8, 4: 16}[stages]
     coarse, fine = _errors(stages, steps), _errors(stages, 2 * steps)
     end, inside = (math.log2(a / b) for a, b in zip(coarse, fine, strict=True))

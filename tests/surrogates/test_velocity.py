@@ -25,7 +25,7 @@ from restitution.impact.closed_forms import (
 from restitution.surrogates.velocity import content_hash
 from strategies import logarithmic, materials
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")

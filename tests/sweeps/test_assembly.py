@@ -11,7 +11,7 @@ from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 from restitution.sweeps.run import sweep
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)

@@ -16,7 +16,7 @@ from restitution.errors import InputError, RestitutionWarning
 from restitution.sweeps import plan as plans
 from restitution.sweeps.store import _is_intact
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)

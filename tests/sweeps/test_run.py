@@ -29,7 +29,7 @@ from restitution.sweeps import plan as plans
 from restitution.sweeps.plan import describe
 from restitution.sweeps.plan import hash_of as hash_of_plan
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, name="rubber")

@@ -20,7 +20,7 @@ from restitution.errors import RestitutionWarning
 from restitution.sweeps import plan as plans
 from restitution.sweeps.store import Store, sole_writer
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)

@@ -11,7 +11,7 @@ import restitution as rs
 from restitution.quantities import VALIDITY
 from restitution.validity import RADIATION_LIMIT
 
-# Many bodies are no real ones.
+# Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1100.0)
