@@ -21,7 +21,7 @@ from timing import best, clock, one_by_one
 
 import restitution as rs
 from restitution.impact.batch import Batch
-from restitution.material.viscoelastic import reduced_standard_solid
+from restitution.material.columns import reduced_standard_solid
 
 SEED = 11
 EXACT = 1e-12
@@ -57,7 +57,7 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     points, exact = sample(count)
     one = np.ones(count)
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
-    batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
     block = batch.scaled()
     found: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:

@@ -21,7 +21,7 @@ from restitution.contact.profile import Profile
 from restitution.impact.batch import Batch
 from restitution.impact.exact import solve_scaled
 from restitution.impact.status import SolverError, Status
-from restitution.material.viscoelastic import reduced_standard_solid
+from restitution.material.columns import reduced_standard_solid
 
 RTOL = 1e-9
 BATCH = 10_000
@@ -41,7 +41,7 @@ def paper_batch(seed: int) -> dict[str, np.ndarray]:
     nu, p2, p3 = draw_inputs(seed, BATCH)
     one = np.ones(BATCH)
     reduced = reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3)
-    batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(RTOL, workers=1, energy=True)
     work = solve_scaled(batch.scaled(), RTOL, workers=1)[:, 8]
     names = ("status", "restitution_coefficient", "energy_residual")

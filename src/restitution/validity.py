@@ -198,23 +198,18 @@ def numbers(
             _tip_radius(contact) if isinstance(contact, Contact) else [float(_tip_radius(one)) for one in contact],
         )
     )  # fmt: skip
-    wave_speed, wave_energy, low, high, instantaneous, static, factor, missing = np.full((8, time.size), math.nan)
-    rows: dict[tuple[int, ...], list[int]] = {}
-    for n, one in enumerate(contacts):
-        rows.setdefault(tuple(map(id, one.materials)), []).append(n)
+    # Impacts of the same materials share one row of numbers.
+    pairs = [(id(one.material), id(one.counter_material)) for one in contacts]
+    kinds = dict(zip(pairs, contacts, strict=True))
+    order = {pair: n for n, pair in enumerate(kinds)}
+    kind = np.array([order[pair] for pair in pairs])
+    own = np.array([_of_materials(one) for one in kinds.values()])
+    low, high, instantaneous, static, factor, missing = own[np.broadcast_to(kind, time.shape)].T
     with np.errstate(all="ignore"):
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
         shortest = np.fmin(_RISE_SHARE * rise, time)
-        for own in rows.values():
-            here = slice(None) if len(rows) == 1 else own
-            one = contacts[own[0]]
-            wave_speed[here], wave_energy[here] = radiated(one.materials, time[here], force[here])
-            low[here], high[here] = one.window or (math.nan, math.nan)
-            least = min(one.materials, key=lambda material: material.instantaneous_poisson_ratio)
-            instantaneous[here], static[here] = least.instantaneous_poisson_ratio, least.poisson_ratio
-            factor[here] = _PAIR if len(one.materials) > 1 else 1.0
-            missing[here] = any(material.density is None for material in one.materials)
+        wave_speed, wave_energy = radiated([one.materials for one in kinds.values()], kind, time, force)
         return Numbers(
             strain_number=np.fmax(radius / tip, depth / radius),
             contact_size_ratio=radius / size,
@@ -234,6 +229,14 @@ def numbers(
             poisson_ratio=static,
             density_missing=missing,
         )
+
+
+def _of_materials(contact: Contact) -> tuple[float, ...]:
+    """Window, Poisson ratios, factor of the largest density, and whether a density is missing."""
+    low, high = contact.window or (math.nan, math.nan)
+    instantaneous, static = min((one.instantaneous_poisson_ratio, one.poisson_ratio) for one in contact.materials)
+    missing = any(material.density is None for material in contact.materials)
+    return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
 
 
 def _tip_radius(contact: Contact) -> Numeric:

@@ -66,3 +66,41 @@ def test_one_warning_counts_the_impacts_beyond_each_limit():
         assert f"; exceeded in {count} of {size} impacts. " in str(caught[0].message)
         assert result.warnings == [str(caught[0].message)]
         assert caught[0].filename == __file__
+
+
+def test_doubtful_materials_among_500_different_ones_are_counted():
+    """Three assumptions on the material, each exceeded by a few impacts of 500; the same numbers as one at a time."""
+    rng = np.random.default_rng(3)
+    sound = {"density": 1000.0, "window": (1e-9, 1e9)}
+
+    def material(**given):
+        return Material(PronySeries(rng.uniform(5e6, 6e6), [rng.uniform(4e6, 5e6)], [1e-3]), **(sound | given))
+
+    def impact(material, counter_material=None):
+        return Impact(material, Parabola(0.01), 0.005, 1e-3, counter_material=counter_material)
+
+    impacts = [impact(material(bulk=rng.choice([2e9, math.inf]))) for _ in range(500)]
+    doubtful = {
+        "waves": [impact(material(bulk=2e9, density=1e9))],
+        "window": [impact(material(bulk=2e9), material(bulk=2e9, window=(1e-9, 1e-6))) for _ in range(2)],
+        "poisson_ratio": [impact(material(bulk=5e6), material(bulk=2e9)) for _ in range(3)],
+    }
+    places = rng.permutation(500)
+    for one in (one for some in doubtful.values() for one in some):
+        impacts[places[0]], places = one, places[1:]
+    with pytest.warns(RestitutionWarning) as caught:
+        result = solve(impacts)
+    assert {one.message.kind for one in caught} == doubtful.keys()
+    for one in caught:
+        kind = one.message.kind
+        assert f"; exceeded in {len(doubtful[kind])} of 500 impacts" in str(one.message)
+        worst = max(abs(solve(impact).validity[kind].value) for impact in doubtful[kind])
+        assert abs(result.validity[kind].value) == pytest.approx(worst, rel=1e-12)
+
+
+def test_a_body_and_a_ball_of_one_material_are_not_a_body_alone():
+    """Two equal balls have four times their density by reduced mass and radius: their limit is four times higher."""
+    mass = 5e4 * 4.0 / 3.0 * math.pi
+    impacts = [Impact(SOLID, Parabola(1.0), mass, 1e-3, counter_material=counter) for counter in (SOLID, None)]
+    assert [solve(one).validity["density"].exceeded for one in impacts] == [False, True]
+    assert "; exceeded in 1 of 2 impacts" in solve(impacts).validity["density"].message

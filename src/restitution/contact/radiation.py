@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.material.prony import PronySeries
+from restitution.material.columns import PronyColumns, bulk_columns
 from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -33,14 +34,19 @@ class Waves(NamedTuple):
     energy: Array
 
 
-def radiated(materials: tuple[Material, ...], contact_time: Array, max_force: Array) -> Waves:
-    """Waves of a contact that lasts T and reaches the force F_max, with the history of a Hertz impact.
+def radiated(
+    pairs: Sequence[tuple[Material, ...]], kind: NDArray[np.intp], contact_time: Array, max_force: Array
+) -> Waves:
+    """Waves of contacts that last T and reach the force F_max, with the history of a Hertz impact.
 
     Parameters
     ----------
-    materials : tuple of Material
-        The bodies in contact. Only the one that would radiate more counts: the other is a ball, which keeps its waves.
-    contact_time, max_force : array
+    pairs : sequence of tuple of Material
+        The one or two bodies of each kind of contact. Only the body that would radiate more counts: the other is a
+        ball, which keeps its waves.
+    kind : array of int, shape (n,) or (1,)
+        Place of each contact's bodies in `pairs`, or that of all.
+    contact_time, max_force : array, shape (n,)
         T [s] and F_max [N].
 
     Notes
@@ -51,18 +57,19 @@ def radiated(materials: tuple[Material, ...], contact_time: Array, max_force: Ar
     speed, energy = np.full(contact_time.shape, np.nan), np.full(contact_time.shape, np.nan)
     with np.errstate(all="ignore"):
         rate = np.where(contact_time > 0.0, 1.0 / contact_time, 0.0)
-        for material in materials:
-            if material.density is None:
+        # A body without a counter-body counts twice, which changes no extreme.
+        for place in (0, -1)[: max(map(len, pairs))]:
+            bodies = [pair[place] for pair in pairs]
+            density = np.array([body.density for body in bodies], dtype=np.float64)[kind]
+            if np.isnan(density).all():
                 continue
-            shear = material.shear.storage_modulus(rate)
+            shear = PronyColumns.stacked([body.shear for body in bodies]).take(kind).storage_modulus(rate)
+            bulk = bulk_columns(bodies).take(kind).storage_modulus(rate)
             # No wave runs in a body that only flows.
-            own = np.where(shear > 0.0, np.sqrt(shear / material.density), np.nan)
-            nu = np.full(rate.shape, 0.5)
-            if isinstance(material.bulk, PronySeries):
-                bulk = material.bulk.storage_modulus(rate)
-                nu = (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
+            own = np.where(shear > 0.0, np.sqrt(shear / density), np.nan)
+            nu = np.where(np.isinf(bulk), 0.5, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
             speed = np.fmin(speed, own)
-            power = radiation(nu) / (material.density * own**3)
+            power = radiation(nu) / (density * own**3)
             energy = np.fmax(energy, power * _PULSE * max_force**2 / contact_time)
     return Waves(speed, energy)
 

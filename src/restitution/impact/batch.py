@@ -18,6 +18,7 @@ from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
+from restitution.material.columns import PronyColumns
 from restitution.quantities import BODY, OUTPUTS, derived
 
 Array = NDArray[np.float64]
@@ -72,10 +73,7 @@ class Batch:
             raise InputError("profile", wanted=wanted)
         power = exponent is not None
         return cls(
-            np.full(size, series.equilibrium_modulus),
-            np.full(size, series.parallel_viscosity),
-            np.broadcast_to(series.branch_moduli, (size, series.n_branches)),
-            np.broadcast_to(series.relaxation_times, (size, series.n_branches)),
+            *PronyColumns.stacked([series]).repeated(size),
             *(flat(getattr(impact, name), impact.shape) for name in BODY),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
@@ -264,7 +262,8 @@ def shaped(values: Any, shape: tuple[int, ...]) -> Any:
 
 def flat(value: Any, shape: tuple[int, ...]) -> Array:
     """Return numbers, broadcast to a shape and raveled."""
-    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape).reshape(-1)
+    column = np.asarray(value, dtype=np.float64)
+    return (column if column.shape == shape else np.broadcast_to(column, shape)).reshape(-1)
 
 
 def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:

@@ -19,7 +19,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status
-from restitution.material.viscoelastic import reduced_standard_solid
+from restitution.material.columns import reduced_standard_solid
 from restitution.quantities import OUTPUTS, STATUS
 
 Array = NDArray[np.float64]
@@ -174,7 +174,7 @@ def standard_solid_restitution(
     one = np.ones(p1.size)
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(p1, one, 1.0 / p2, p2 * p3)
-    batch = Batch(reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(rtol, workers=workers, progress=progress)
     _judge(found["status"], errors or ("warn" if shape else "raise"))
     return shaped(found["restitution_coefficient"], shape)

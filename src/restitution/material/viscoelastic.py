@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,6 @@ from restitution.checks import nonnegative, single_positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import (
     NOTHING,
-    bulk_factor,
     connect,
     on_common_times,
     poisson_ratio,
@@ -262,41 +261,3 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
     second = NOTHING.plus(g, 4.0 / 3.0).plus(k, 4.0)
     # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
     return connect(times, first, second, NOTHING.plus(k, 3.0))
-
-
-class ReducedStandardSolid(NamedTuple):
-    """Reduced moduli E*(t) of n standard solids: a Prony series of two terms each."""
-
-    equilibrium: Array  # E*inf [Pa], shape (n,)
-    moduli: Array  # branch moduli [Pa], shape (n, 2); the second is 0 where there is one branch
-    times: Array  # relaxation times [s], shape (n, 2)
-
-
-def reduced_standard_solid(
-    poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
-) -> ReducedStandardSolid:
-    """Reduced moduli of standard solids in shear with a constant bulk modulus; arrays of shape (n,).
-
-    From `E* = 4 G (3K + G)/(3K + 4G) = G + 9K/4 - (27 K^2/4)/(3K + 4G)` in Carson transforms. With K the bulk modulus
-    of the static Poisson ratio nu in [-1, 0.5], G0 = Ginf + G1 [Pa] and tau = eta/G1 [s]::
-
-        E*inf = 2 Ginf/(1 - nu)
-        E1 = G1,                                                tau1 = tau
-        E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
-
-    For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes.
-    """
-    # In units of Ginf: Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where it is the small one.
-    soft, K = poisson_ratio < 0.2, bulk_factor(poisson_ratio)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = branch_modulus / equilibrium_modulus
-        equilibrated = np.where(soft, 3.0 * K + 4.0, 3.0 + 4.0 / K)
-        glassy = np.where(soft, 3.0 * K + 4.0 * (1.0 + ratio), 3.0 + 4.0 * (1.0 + ratio) / K)
-        second = np.where(soft, 27.0 * K**2, 27.0) * branch_modulus / (equilibrated * glassy)
-        second_time = relaxation_time * glassy / equilibrated
-    equilibrium = 2.0 * equilibrium_modulus / (1.0 - poisson_ratio)
-    incompressible = poisson_ratio == 0.5
-    first = np.where(incompressible, 4.0, 1.0) * branch_modulus
-    moduli = np.column_stack([first, np.where(incompressible, 0.0, second)])
-    times = np.column_stack([relaxation_time, second_time])
-    return ReducedStandardSolid(equilibrium, moduli, times)

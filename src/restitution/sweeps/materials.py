@@ -13,16 +13,14 @@ from numpy.typing import NDArray
 
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
+from restitution.material.columns import PronyColumns, reduced_standard_solid
 from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_standard_solid
+from restitution.material.viscoelastic import Material
 
-Array = NDArray[Any]
 HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
 Columns = dict[str, NDArray[Any]]
 Places = NDArray[np.intp]
-Series = tuple[Array, Array, Array, Array]
-"""Reduced moduli of n impacts: the first four columns of `Batch`."""
 
 _OBJECTS = ("material", "counter_material")
 _SOLID = (
@@ -33,8 +31,6 @@ MATERIAL_NAMES = (*_OBJECTS, *_SOLID, "temperature", "branch_moduli", "relaxatio
 """Quantities of materials that axes set; the last two have the number of the branch, as in `relaxation_times[0]`."""
 
 _RIVALS = (("branch_modulus", "p2"), ("viscosity", "relaxation_time", "p3"), ("poisson_ratio", "bulk_modulus"))
-# Attributes of a Prony series, in the order of `Series`.
-_SERIES = ("equilibrium_modulus", "parallel_viscosity", "branch_moduli", "relaxation_times")
 _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(\d+)\]")
 
 
@@ -57,7 +53,7 @@ def _relaxes(bulk: PronySeries | float) -> TypeGuard[PronySeries]:
 
 def material_rows(
     impact: Impact, columns: Columns, n: int, held: HeldElastic, tick: Callable[[int], None], *, strict: bool
-) -> Iterator[tuple[Places, Series]]:
+) -> Iterator[tuple[Places, PronyColumns]]:
     """Yield the reduced moduli of n impacts whose materials differ from those of one by columns, with their places.
 
     `held` stays constant while the equilibrium shear modulus changes. `tick` is called now and then with 0, and ends
@@ -86,11 +82,9 @@ def material_rows(
             continue
         found.setdefault(series.n_branches, []).append((places, series))
     for members in found.values():
-        counts = [places.size for places, _ in members]
-        equilibria, viscosities, moduli, times = (
-            np.repeat(np.array([getattr(series, name) for _, series in members]), counts, axis=0) for name in _SERIES
-        )
-        yield np.concatenate([places for places, _ in members]), (equilibria, viscosities, moduli, times)
+        distinct = PronyColumns.stacked([series for _, series in members])
+        rows = np.repeat(np.arange(len(members)), [places.size for places, _ in members])
+        yield np.concatenate([places for places, _ in members]), distinct.take(rows)
 
 
 def changed_impact(impact: Impact, values: dict[str, Any], held: HeldElastic) -> Impact:
@@ -178,7 +172,7 @@ def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | flo
     return bulk.scaled(modulus / bulk.equilibrium_modulus)
 
 
-def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> Series | None:
+def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> PronyColumns | None:
     """Reduced moduli of standard solids in closed form; None where it does not apply."""
     material, shear, bulk = impact.material, impact.material.shear, impact.material.bulk
     if impact.counter_material is not None or not is_standard_solid(material):
@@ -203,8 +197,7 @@ def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> 
         ratio = np.vectorize(poisson_ratio)(equilibrium, columns.get("bulk_modulus", constant * one))
     else:
         ratio = material.poisson_ratio * one
-    reduced = reduced_standard_solid(ratio, equilibrium, branch, time)
-    return reduced.equilibrium, 0.0 * one, reduced.moduli, reduced.times
+    return reduced_standard_solid(ratio, equilibrium, branch, time)
 
 
 def combinations(columns: Columns, n: int) -> Iterator[tuple[NDArray[np.intp], dict[str, Any]]]:
