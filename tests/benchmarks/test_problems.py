@@ -1,4 +1,4 @@
-"""What is measured and how; how long it takes is asserted nowhere."""
+"""Problems and methods of the benchmarks; no test asserts a time."""
 
 from itertools import pairwise
 
@@ -35,13 +35,13 @@ def test_points_fill_their_domain(points, p2, p3):
         assert high - 0.01 * (high - low) < values.max() <= high
 
 
-def test_the_first_points_do_not_depend_on_how_many():
+def test_the_first_points_do_not_depend_on_their_number():
     few = plane(9).first(3)
     assert few.size == 3
     assert np.array_equal(few.nu, plane(9).nu[:3])
 
 
-def test_copies_are_of_the_impact_that_is_asked_for():
+def test_copies_repeat_the_given_impact():
     points = plane(5)
     assert points.copies(3, 4).solve(1e-8) == pytest.approx(points.solve(1e-8)[3], rel=1e-12)
     impacts = random_prony(3, 4)
@@ -62,7 +62,7 @@ def test_materials_of_random_terms():
 
 
 @pytest.mark.parametrize("terms", [1, 7])
-def test_even_terms_share_one_glass_modulus(terms):
+def test_evenly_spaced_terms_have_one_instantaneous_modulus(terms):
     (impact,) = even_prony(terms, 3).arrays
     shear = impact.material.shear
     assert shear.n_branches == terms
@@ -73,7 +73,7 @@ def test_even_terms_share_one_glass_modulus(terms):
 def test_parabolas_on_materials_of_the_plane_have_their_p3():
     for impact in of_profile(Parabola(2.0), 20, 3).arrays:
         groups = dimensionless_groups(impact)
-        # The depth is 0.3 to 3, so p3 = eta/L may leave the plane by half a decade.
+        # The depth L is 0.3 to 3, so that p3 = eta/L may exceed the plane by half a decade.
         assert 1e-3 < groups.p2 < 10.0
         assert np.all((groups.p3 > 10**-2.5) & (groups.p3 < 10**2.5))
 
@@ -127,11 +127,11 @@ def test_errors_are_measured_against_a_finer_solve():
 
     _, error, share = timing.in_array_calls(Wrong(), 1e-8, 1)
     assert error == pytest.approx(2e-9)
-    # Relative to e = 0.5; that of the small e is relative to 1e-3: 3e-12/1e-11.
+    # The larger share is that of the small e, relative to 1e-3: 3e-12/1e-11.
     assert share == pytest.approx(0.4)
 
 
-def test_evenly_spread_numbers():
+def test_evenly_spaced_numbers():
     points = plane(11)
     assert timing.evenly(points, 3) == [0, 5, 10]
 
@@ -147,7 +147,7 @@ def test_name_of_the_processor():
     assert machine.Machine("x", 1, "y", {"a": "1", "b": "2"}).lines() == ("x, 1 core, y", "a 1, b 2")
 
 
-def test_a_summary_counts_its_steps_to_the_end():
+def test_progress_and_table_of_a_summary():
     steps = []
     found = summary.measure(summary.Size(60, 4, 1, 1), lambda done, total: steps.append((done, total)))
     done, totals = zip(*steps, strict=True)
@@ -171,7 +171,7 @@ def test_a_summary_counts_its_steps_to_the_end():
 
 def test_standard_solids_go_through_the_public_call():
     points = StandardSolids(np.array([0.49]), np.array([1e-3]), np.array([10.0]))
-    # The number at which the paper points.
+    # The example of the paper.
     assert points.solve(1e-9)[0] == pytest.approx(0.219706, abs=5e-7)
     assert points.solve(1e-9)[0] == standard_solid_restitution(0.49, 1e-3, 10.0)
 

@@ -14,7 +14,7 @@ from restitution.impact import closed_forms as cf
 from restitution.impact.bounces import bounces
 
 DAMPING = 0.1
-# Half a punch of stiffness 2 E* a = 8e12 N/m: contact and imprint are as nothing beside the flights.
+# The stiffness of the punch is 2 E* a = 8e12 N/m: contact time and imprint are negligible.
 PUNCH = f"""
 [body]
 mass = 1.0
@@ -62,13 +62,13 @@ def test_a_punch_has_one_restitution() -> None:
     found = read(PUNCH).bounces()
     e = cf.flat_punch_kelvin_voigt_restitution(DAMPING)
     assert found.restitution_coefficient == pytest.approx(e, rel=1e-8)
-    # What the imprint takes is g d/v^2, at most 1e-6 here.
+    # The effect of the imprint is g d/v^2, at most 1e-6 here.
     assert found.height == pytest.approx(2.0 * e ** (2 * np.arange(1, 6)), rel=1e-5)
     assert found.touch_time[0] == pytest.approx(math.sqrt(0.4), rel=1e-15)
     assert (found.drop_height, found.gravity, found.ended) == (2.0, 10.0, "max bounces")
 
 
-def test_the_file_says_what_python_does() -> None:
+def test_a_file_equals_the_same_call_in_python() -> None:
     case = read(SOFT + "[bounces]\nmin_height = '1 mm'\n[solver]\nrtol = 1e-7\n")
     found = case.bounces()
     known = bounces(case.impact, gravity=9.80665, min_height=1e-3, rtol=1e-7)
@@ -79,7 +79,7 @@ def test_the_file_says_what_python_does() -> None:
     assert read(SOFT + "weight = false\n").bounces().impact.external_force == 0.0
 
 
-def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
+def test_a_fractional_ball_is_accurate_for_its_longest_contact() -> None:
     material = 'model = "fractional_zener"\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\n'
     material += 'relaxation_time = "1 ms"\nexponent = 0.5\nbulk_modulus = "1 GPa"\napproximation_rtol = 1e-3\n'
     text = re.sub(r"\[material\](.|\n)*\[impact\]", f"[material]\n{material}[impact]", SOFT)
@@ -118,7 +118,7 @@ def test_a_fractional_ball_is_good_for_its_longest_touch() -> None:
         ),
     ],
 )
-def test_what_is_refused(text: str, message: str) -> None:
+def test_invalid_files_are_refused(text: str, message: str) -> None:
     with pytest.raises(CaseError) as caught:
         read(text).bounces()
     assert agrees(caught.value, message), str(caught.value)

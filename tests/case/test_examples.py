@@ -1,4 +1,4 @@
-"""The example cases against their sources, and the page of all keys against the sections."""
+"""Example cases against their sources; the page of keys against the sections."""
 
 import csv
 import importlib.util
@@ -18,9 +18,9 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 DOCS = EXAMPLES.parent / "docs"
 
 
-def test_the_epoxy_is_the_measured_one() -> None:
+def test_moduli_and_times_of_the_epoxy() -> None:
     epoxy = read_case(EXAMPLES / "epoxy.toml").impact.material
-    # Simon, McKenna, Sindt 2000: glassy 891 MPa, rubbery 4.9 MPa, 24 terms, whose shares add up to 1.
+    # Simon, McKenna, Sindt 2000: glassy 891 MPa, rubbery 4.9 MPa, 24 terms with relative moduli of sum 1.
     assert epoxy.shear.n_branches == 24
     assert epoxy.shear.equilibrium_modulus == 4.9e6
     assert epoxy.shear.instantaneous_modulus == pytest.approx(891e6, rel=1e-14)
@@ -38,21 +38,21 @@ def test_the_epoxy_carries_the_coefficients_of_its_source(shared_reference: Path
     np.testing.assert_allclose(shear.branch_moduli, rows[:, 1] * (891e6 - 4.9e6), rtol=1e-13)
 
 
-def test_the_page_of_keys_is_that_of_the_sections() -> None:
+def test_the_page_of_keys_is_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("case_reference", DOCS / "case_reference.py")
     assert spec is not None
     assert spec.loader is not None
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
-    # Made by `python docs/case_reference.py`, and by every build of the pages.
+    # `python docs/case_reference.py` and every build of the pages write it.
     text = (DOCS / "case_files.md").read_text(encoding="utf-8")
     assert made.page() == text
     assert not re.findall(r"^\|.*\|\s*\|$", text, flags=re.MULTILINE), "a key without an explanation"
 
 
-def test_two_beads_are_the_collision() -> None:
+def test_two_beads_equal_the_collision_in_python() -> None:
     found = read_case(EXAMPLES / "two_beads.toml").solve()
-    # Of the same bead on a half-space it is 0.6458.
+    # On a half-space e of the same bead is 0.6458.
     rubber = rs.standard_solid(1e6, 5e6, 500.0, poisson_ratio=0.49, density=1100.0)
     bead = rs.Body(rubber, 1e-3)
     known = rs.solve(rs.collision(bead, bead, 0.5)).restitution_coefficient
@@ -69,10 +69,10 @@ def test_the_sweep_is_computed() -> None:
 def test_cases_agree_with_the_reference_method(name: str) -> None:
     case = read_case(EXAMPLES / f"{name}.toml")
     result = case.solve()
-    # SciPy's Radau on the same equations shares no code with the kernel; both keep to rtol 1e-9.
+    # SciPy's Radau for the same equations shares no code with the kernel; both have rtol 1e-9.
     known = solve(case.impact, "reference", rtol=1e-9).restitution_coefficient
     assert result.restitution_coefficient == pytest.approx(known, rel=2e-9)
-    # The balance is a quadrature of its own; the bound is that of the whole package.
+    # The energies come from a separate quadrature, with the bound of the whole package.
     assert abs(result.energy.residual) < 10 * result.rtol
 
 

@@ -1,4 +1,4 @@
-"""Case files of impacts: what they mean in SI, and all mistakes of a file at once."""
+"""Case files of impacts: their meaning in SI, and all mistakes of a file at once."""
 
 import math
 import pickle
@@ -68,7 +68,7 @@ def test_the_smallest_case(folder: Path) -> None:
     assert case.title is None
 
 
-def test_units_and_plain_numbers_say_the_same(folder: Path) -> None:
+def test_units_and_plain_numbers_are_equivalent(folder: Path) -> None:
     plain = """
         body = {mass = 0.005, radius = 0.01}
         impact = {velocity = 1}
@@ -83,7 +83,7 @@ def test_units_and_plain_numbers_say_the_same(folder: Path) -> None:
         assert getattr(first, name) == getattr(second, name)
 
 
-def test_everything_a_case_may_say(folder: Path) -> None:
+def test_a_case_with_every_kind_of_key(folder: Path) -> None:
     case = read(
         """
         title = "All of it"
@@ -153,7 +153,7 @@ def test_moduli_as_numbers(folder: Path) -> None:
         ("instantaneous_modulus = 10e6", "branch_moduli = [2e6, 3e6]", 5e6, [2e6, 3e6]),
         ("instantaneous_modulus = 10e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
         ("equilibrium_modulus = 5e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
-        # Both ends: shares of the instantaneous modulus, or of the difference of the two.
+        # With both end moduli given, the shares refer to the instantaneous modulus or to the difference.
         (
             "instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6",
             "relative_moduli = [0.2, 0.3]",
@@ -285,7 +285,7 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, message: str) -> None:
+def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str, message: str) -> None:
     text = BODY + SOLID + IMPACT
     assert old in text
     refuses(text.replace(old, new, 1), f"ball.toml: {message}")
@@ -386,13 +386,13 @@ def test_what_is_wrong_is_said_in_one_line(folder: Path, old: str, new: str, mes
         ),
     ],
 )
-def test_what_is_wrong_in_a_prony_series(folder: Path, old: str, new: str, message: str) -> None:
+def test_invalid_prony_series_are_refused(folder: Path, old: str, new: str, message: str) -> None:
     assert old in PRONY
     refuses(BODY + IMPACT + PRONY.replace(old, new, 1), f"ball.toml: {message}")
 
 
-def test_what_only_the_material_itself_can_tell(folder: Path) -> None:
-    # K = 2 Ginf (1 + nu)/(3 (1 - 2 nu)) says nothing of a liquid.
+def test_a_poisson_ratio_is_refused_for_a_liquid(folder: Path) -> None:
+    # K = 2 Ginf (1 + nu)/(3 (1 - 2 nu)) gives no bulk modulus if Ginf is zero.
     text = BODY + IMPACT + SOLID.replace('equilibrium_modulus = "1 MPa"', "equilibrium_modulus = 0")
     with pytest.raises(CaseError, match="liquid") as caught:
         read(text)
@@ -427,11 +427,11 @@ def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
         ("", "body: is missing\nball.toml: material: is missing\nball.toml: impact: is missing"),
     ],
 )
-def test_what_is_no_toml(folder: Path, text: str, message: str) -> None:
+def test_malformed_toml_is_refused(folder: Path, text: str, message: str) -> None:
     refuses(text, f"ball.toml: {message}")
 
 
-def test_what_cannot_be_read(folder: Path) -> None:
+def test_unreadable_files_are_refused(folder: Path) -> None:
     for name, message in (("none.toml", "no such file"), (".", "is a folder, not a case file")):
         with pytest.raises(CaseError, match=rf"^{re.escape(name)}: {message}\Z"):
             read_case(name)
@@ -468,7 +468,7 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
         ),
     ],
 )
-def test_two_bodies_are_those_of_a_collision(folder: Path, text: str, second: rs.Body) -> None:
+def test_two_bodies_equal_a_collision_in_python(folder: Path, text: str, second: rs.Body) -> None:
     found = read(BEAD + SOLID + f"[counter_body]\n{text}")
     wanted = rs.collision(rs.Body(RUBBER, 5e-4), second, 0.5)
     assert found.impact.mass == pytest.approx(wanted.mass, rel=1e-14)
@@ -489,7 +489,7 @@ def test_two_bodies_are_those_of_a_collision(folder: Path, text: str, second: rs
         ),
     ],
 )
-def test_what_two_bodies_cannot_have(folder: Path, text: str, field: str) -> None:
+def test_invalid_keys_of_two_bodies_are_refused(folder: Path, text: str, field: str) -> None:
     with pytest.raises(CaseError) as caught:
         read(BEAD + SOLID + "[counter_body]\nmass = 1\nradius = 1\n" + text)
     assert caught.value.field == field
@@ -523,6 +523,6 @@ def test_all_mistakes_of_a_file_are_listed_up_to_ten(folder: Path) -> None:
         'body = {radius = "1' + " " * 90_000 + "x y" + '"}',
     ],
 )  # fmt: skip
-def test_what_is_long_or_deep_is_refused(folder: Path, text: str) -> None:
+def test_long_or_deeply_nested_files_are_refused(folder: Path, text: str) -> None:
     with pytest.raises(CaseError):
         read(text)

@@ -1,4 +1,4 @@
-"""Case files of prescribed indentations: every form against the same in Python, and refused files."""
+"""Case files of prescribed indentations: every form against the same call in Python, and refused files."""
 
 import math
 from pathlib import Path
@@ -61,7 +61,7 @@ def read(section, *, head=HEAD, tail=""):
         ('depth = [0, 1e-6, "0 nm"]\ntime = [0, 1, "2000 ms"]', "depth", triangle(1e-6, 1.0)),
     ],
 )
-def test_forms_are_those_of_python(section, name, history):
+def test_all_forms_equal_the_same_calls_in_python(section, name, history):
     case = read(section)
     assert (case.title, case.prescribed) == ("A gel", name)
     np.testing.assert_allclose(case.history.knots, history.knots, rtol=1e-15)
@@ -125,7 +125,7 @@ def test_fractional_materials_hold_for_the_history():
     assert found**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
 
 
-def test_what_is_assumed_is_noted():
+def test_assumptions_are_noted():
     head = HEAD.split("[material]")[0] + '[material]\nlibrary = "polyisobutylene"\n'
     assert read(TRIANGLE, head=head).notes()[0].startswith("polyisobutylene: ")
     assert read(TRIANGLE).notes() == []
@@ -159,7 +159,7 @@ def test_what_is_assumed_is_noted():
         ("depth = [0, 1e-6, 8e-7, 1e-6]\ntime = [0, 1, 1.2, 2]", "indentation.time = 1.2 s: the contact grows again before it has ended"),
     ],
 )  # fmt: skip
-def test_what_is_refused(section, message):
+def test_invalid_files_are_refused(section, message):
     with pytest.raises(CaseError) as caught:
         read(section).solve()
     assert agrees(caught.value, f"gel.toml: {message}"), str(caught.value)

@@ -122,7 +122,7 @@ def test_terms_in_tension_become_shear() -> None:
     assert found.shear == shear_from_tension(tension, bulk_modulus=1e7)
     assert found.bulk == PronySeries(1e7)
     found = material('file = "terms.csv"\npoisson_ratio = 0.25')
-    # G = E/(2 (1 + nu)), K = E/(3 (1 - 2 nu)), at all times.
+    # At all times G = E/(2 (1 + nu)) and K = E/(3 (1 - 2 nu)).
     np.testing.assert_allclose(found.shear.branch_moduli, np.array([4e6, 2e6]) / 2.5, rtol=1e-14)
     assert isinstance(found.bulk, PronySeries)
     np.testing.assert_allclose(found.bulk.branch_moduli, np.array([4e6, 2e6]) / 1.5, rtol=1e-14)
@@ -160,12 +160,12 @@ FRACTIONAL = 'model = "fractional_kelvin_voigt"\nequilibrium_modulus = "1 MPa"\n
 FRACTIONAL += "exponent = 0.4\nbulk_modulus = inf\n"
 
 
-def test_a_fractional_model_is_good_in_the_window_of_its_contact() -> None:
+def test_a_fractional_model_is_accurate_in_the_window_of_its_contact() -> None:
     found = case(FRACTIONAL + "approximation_rtol = 1e-8")
     result = found.solve()
     window = result.impact.material.window
     duration = result.contact_time
-    # The first solution, which the window comes from, is good to a per cent.
+    # The window comes from a first solution, which is accurate to a per cent.
     assert window == pytest.approx((1e-6 * duration, 2 * duration), rel=0.01)
     series = result.impact.material.shear
     t = np.geomspace(*window, 30)
@@ -174,7 +174,7 @@ def test_a_fractional_model_is_good_in_the_window_of_its_contact() -> None:
     np.testing.assert_allclose(series.relaxation_modulus(t), exact, rtol=1e-8)
     (note,) = found.notes(result)
     assert re.fullmatch(r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note)
-    # A window much wider at both ends changes nothing.
+    # A much wider window changes nothing.
     model = springpot(1e4, 0.4)
     wide, *_ = FractionalMaterial(type(model)(1e6, 1e4, 0.4), math.inf).approximation(
         (1e-9 * duration, 1e3 * duration), 1e-8
@@ -184,7 +184,7 @@ def test_a_fractional_model_is_good_in_the_window_of_its_contact() -> None:
     assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-7)
 
 
-def test_a_warm_fractional_model_is_good_in_the_window_of_its_own_contact() -> None:
+def test_a_fractional_model_at_a_temperature() -> None:
     law = 'shift = {reference_temperature = 300, c1 = 8, c2 = "100 K"}\ntemperature = 320'
     found = case(FRACTIONAL + law)
     factor = 10 ** (-8 * 20 / 120)
@@ -193,7 +193,7 @@ def test_a_warm_fractional_model_is_good_in_the_window_of_its_own_contact() -> N
     np.testing.assert_allclose(found.impact.material.shear.relaxation_modulus(t), exact, rtol=1e-6)
 
 
-def test_data_that_do_not_cover_the_contact_are_told() -> None:
+def test_data_that_do_not_cover_the_contact_exceed_the_limit() -> None:
     Path("terms.csv").write_text(TERMS)
     found = case('file = "terms.csv"\nbulk_modulus = inf\nname = "gel"')
     result = found.solve()
@@ -216,7 +216,7 @@ TWO = """*MATERIAL, NAME=A
 
 def test_one_of_the_materials_of_a_deck() -> None:
     Path("two.inp").write_text(TWO)
-    # G = E/(2 (1 + nu)); of A the half relaxes.
+    # G = E/(2 (1 + nu)); half of A relaxes.
     assert material('file = "two.inp"\nmaterial_name = "A"').shear == PronySeries(1.5, [1.5], [2.0])
     assert material('file = "two.inp"\nmaterial_name = "b"').shear == PronySeries(8.4)
 
@@ -379,7 +379,7 @@ FILES = {
         ),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
+def test_invalid_sections_are_refused_in_one_line(text: str, message: str) -> None:
     for name, content in FILES.items():
         Path(name).write_text(content)
     with pytest.raises(CaseError) as caught:

@@ -74,7 +74,7 @@ def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
         "# r_um f_nm\n0 0\n1 10\n2 40\n3 90\n",
     ],
 )
-def test_units_of_a_table_stand_where_tables_of_materials_have_them(text: str) -> None:
+def test_units_of_tables_as_in_tables_of_materials(text: str) -> None:
     Path("tip.csv").write_text(text, encoding="utf-8")
     found = profile('file = "tip.csv"')
     assert isinstance(found, Tabulated)
@@ -156,7 +156,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(text: str, message: str) -> None:
+def test_invalid_sections_are_refused_in_one_line(text: str, message: str) -> None:
     with pytest.raises(CaseError) as caught:
         profile(text)
     assert agrees(caught.value, f"a.toml: profile{message}"), str(caught.value)

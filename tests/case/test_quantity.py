@@ -1,4 +1,4 @@
-"""Texts with units against the definitions of the units."""
+"""Conversion of texts with units, against the definitions of the units."""
 
 import math
 import re
@@ -57,11 +57,11 @@ from restitution.quantities import (
     ],
 )
 def test_a_text_becomes_a_number_in_si(text: str, kind: Dimension, number: float) -> None:
-    # One rounding in the unit's factor and one in the product.
+    # The factor of the unit and the product are rounded once each.
     assert to_si(text, kind) == pytest.approx(number, rel=4e-16, abs=0.0)
 
 
-def test_the_units_known_without_pint_are_those_of_pint() -> None:
+def test_the_table_of_common_units_agrees_with_pint() -> None:
     known = [(kind, name) for kind, names in quantity._PLAIN.items() for name in names]
     assert len(known) > 40
     for kind, name in known:
@@ -116,12 +116,12 @@ def test_the_units_known_without_pint_are_those_of_pint() -> None:
         ("0.45 m", NUMBER, "is a length, not a dimensionless number; write a plain number"),
     ],
 )
-def test_a_text_that_is_no_such_quantity_is_refused_in_one_line(text: str, kind: Dimension, message: str) -> None:
+def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, message: str) -> None:
     with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
         to_si(text, kind)
 
 
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
-def test_towers_of_powers_are_refused_at_once(text: str) -> None:
+def test_nested_powers_are_refused_at_once(text: str) -> None:
     with pytest.raises(ValueError, match="unknown unit"):
         to_si(text, LENGTH)

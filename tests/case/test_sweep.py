@@ -1,4 +1,4 @@
-"""Sweep files: any key of a case may vary, and each result is that of the case with this value."""
+"""Sweep files: any key of a case may vary, and each point equals the case with its values."""
 
 import copy
 import pickle
@@ -41,7 +41,7 @@ equilibrium_modulus = "1 MPa"
 branch_moduli = "[2, 3, 4] MPa"
 relaxation_times = [1e-3, "10 ms", 0.1]
 """
-# Rounding alone: closed forms, columns and cases add up the same numbers in different ways.
+# Closed forms, columns and cases add the same numbers in different orders and differ by rounding.
 ROUNDING = 1e-9
 
 
@@ -79,7 +79,7 @@ def toml(value: Any) -> str:
 
 
 def check(result: Any, case: str, places: dict[str, str]) -> None:
-    """Compare every point with the case in which the values are written at their places."""
+    """Compare every point with the case that contains its values."""
     dims = result.restitution_coefficient.dims
     for index in np.ndindex(*result.restitution_coefficient.shape):
         point = result.isel(dict(zip(dims, index, strict=True)))
@@ -109,7 +109,7 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
             'impact.velocity = { logarithmic = ["1 cm/s", 1], n = 3 }\nradius = ["5 mm", 0.02]\nmass = ["2 g"]',
             {"velocity": "impact.velocity", "radius": "body.radius", "mass": "body.mass"},
         ),
-        # A mass from the density goes with the radius, and so does the weight.
+        # A mass from the density depends on the radius, and so does the weight.
         (
             DENSE + SOLID + '[impact]\nvelocity = "1 m/s"\nweight = true\n',
             'radius = ["5 mm", "20 mm"]\ndensity = { linear = [1000, 2000], n = 2 }\ngravity = [9.8, 1.6]',
@@ -120,7 +120,7 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
             'drop_height = ["1 cm", "10 cm"]\ngravity = [9.8, 1.6]',
             {"drop_height": "impact.drop_height", "gravity": "impact.gravity"},
         ),
-        # The density makes the mass of the body; the radius of its profile is another one.
+        # The mass follows from density and radius of the body; the profile has another radius.
         (
             DENSE + SOLID + IMPACT + '[profile]\nradius = "30 mm"\n',
             'body.radius = ["5 mm", "20 mm"]\nprofile.radius = ["1 cm", "4 cm"]',
@@ -131,7 +131,7 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
             'branch_modulus = ["1 MPa", "20 MPa"]\nmaterial.viscosity = ["100 Pa s", "1 kPa s"]\nnu = [0.1, 0.5]',
             {"branch_modulus": "material.branch_modulus", "viscosity": "material.viscosity", "poisson_ratio": "material.poisson_ratio"},
         ),
-        # The Poisson ratio of the file is held, not the bulk modulus.
+        # The Poisson ratio of the file is kept constant, not the bulk modulus.
         (
             BODY + SOLID + IMPACT,
             'equilibrium_modulus = ["0.1 MPa", "4 MPa"]',
@@ -177,7 +177,7 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
                 "counter_body.density": "counter_body.density",
             },
         ),
-        # A fractional material is replaced by a series that holds for one contact time.
+        # A fractional material is approximated by a series for one contact time.
         (
             BODY + IMPACT + '[material]\nmodel = "springpot"\ncoefficient = 1e6\nexponent = 0.3\nbulk_modulus = "1 GPa"\n',
             "velocity = [0.01, 1]",
@@ -185,13 +185,13 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
         ),
     ],
 )  # fmt: skip
-def test_every_point_is_the_case_with_its_values(case: str, axes: str, places: dict[str, str]) -> None:
+def test_every_point_equals_the_case_with_its_values(case: str, axes: str, places: dict[str, str]) -> None:
     check(sweep(f"{case}\n[axes]\n{axes}\n"), case, places)
 
 
 @pytest.mark.parametrize("model", ["", 'model = "standard_solid"\n'])
 def test_relaxation_time_of_a_standard_solid(model: str) -> None:
-    # It keeps the branch modulus, so that the viscosity goes with it and need not be given.
+    # The branch modulus is kept, so that the relaxation time determines the viscosity, which may be left out.
     text = BODY + IMPACT + SOLID.replace('viscosity = "1 kPa s"\n', model)
     result = sweep(text + '[axes]\nrelaxation_time = ["0.1 ms", 1e-3]\nvelocity = [0.1, 1]\n')
     assert result.relaxation_time.attrs["units"] == "s"
@@ -205,7 +205,7 @@ def test_incompressible_is_a_bulk_modulus() -> None:
     result = sweep(text + '[axes]\nbulk_modulus = ["5 MPa", "incompressible"]\nvelocity = [1]\n')
     case = BODY + IMPACT + SOLID.replace("0.45", "0.5")
     check(result.sel(bulk_modulus=np.inf), case, {"velocity": "impact.velocity"})
-    # One of the other body is a key of the case.
+    # The bulk modulus of the other body is a key of the case.
     counter = '[counter_material]\nshear = "10 MPa"\n'
     axes = '[axes]\ncounter_material.bulk_modulus = ["1 GPa", "incompressible"]\nvelocity = [1]\n'
     result = sweep(BODY + IMPACT + SOLID + counter + axes)
@@ -217,7 +217,7 @@ def test_groups_of_the_paper() -> None:
     alone = sweep("[axes]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = { logarithmic = [0.1, 10], n = 3 }\n")
     wanted = rs.standard_solid_restitution(np.array([[0.3], [0.5]]), 0.1, [0.1, 1.0, 10.0])
     np.testing.assert_allclose(alone.restitution_coefficient, wanted, rtol=1e-12)
-    # Of a case they set the branch modulus and the viscosity, which the file then does not have.
+    # In a case file the groups set branch modulus and viscosity, which the file then leaves out.
     solid = '[material]\nequilibrium_modulus = "3 MPa"\npoisson_ratio = 0.3\n'
     within = sweep(BODY + solid + "[axes]\nvelocity = [0.2, 3]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = [0.1, 1, 10]\n")
     for n in range(2):
@@ -268,7 +268,7 @@ def test_draws() -> None:
     check(result, BODY + SOLID + IMPACT, places)
 
 
-def test_options_and_the_record(tmp_path: Path) -> None:
+def test_options_and_attributes(tmp_path: Path) -> None:
     text = (
         'title = "Rubber"\n'
         + BODY
@@ -280,13 +280,13 @@ def test_options_and_the_record(tmp_path: Path) -> None:
     assert list(result.data_vars) == ["contact_time", "max_force", "status"]
     assert (result.attrs["title"], result.attrs["rtol"], result.attrs["case"]) == ("Rubber", 1e-7, text)
     assert '"chunk":[2]' in result.attrs["sweep"]
-    # Words, order and units are not what tells two sweeps apart.
+    # The hash does not depend on wording, order and units.
     same = sweep(text.replace('"5 g"', "0.005  # as weighed").replace("Rubber", "The same"))
     assert same.attrs["hash"] == result.attrs["hash"]
     assert sweep(text.replace('"5 g"', '"5.1 g"')).attrs["hash"] != result.attrs["hash"]
 
 
-def test_a_plan_reaches_workers_that_run_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_plan_works_in_another_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     Path("terms.csv").write_text("relaxation_time_s,branch_modulus_MPa\n1e-3,2\n1e-2,3\n")
     material = '[material]\nbulk = "3 GPa"\n[material.shear]\nequilibrium_modulus = "1 MPa"\nterms = "terms.csv"\n'
     Path("sweep.toml").write_text(
@@ -350,7 +350,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + IMPACT + "[material]\nlibrary = 'epoxy'\n[axes]\np2 = [1]\n", "axes.p2: belongs to a standard solid, which"),
     ],
 )  # fmt: skip
-def test_what_is_refused(text: str, message: str) -> None:
+def test_invalid_files_are_refused(text: str, message: str) -> None:
     refuses(text, message)
 
 

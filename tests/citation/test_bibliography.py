@@ -16,13 +16,13 @@ REQUIRED = {
     "software": {"author", "title"},
     "unpublished": {"author", "title", "note"},
 }
-# Standards, handbooks and programs are named where their numbers are used.
+# Standards, handbooks and programs are cited beside their numbers.
 NOT_LISTED = {"crc", "en1993", "en1999", "en572", "pyvisco", "restitution"}
 ACCENTS = {"`": "\u0300", "'": "\u0301", '"': "\u0308"}
 
 
 def parse(text: str) -> tuple[str, str, dict[str, str]]:
-    """One BibTeX entry: its kind, its key, its fields. Braces have to match."""
+    """Kind, key and fields of a BibTeX entry with balanced braces."""
     head = re.match(r"@(\w+)\{(\w+),\s*", text)
     assert head is not None, text
     place, fields = head.end(), {}
@@ -44,7 +44,7 @@ def parse(text: str) -> tuple[str, str, dict[str, str]]:
 
 
 def plain(text: str) -> str:
-    """Text as a reader sees it, without accents, case and marks."""
+    """Text without accents, case and punctuation."""
     text = text.replace(r"{\ss}", "ß")
     text = re.sub(r"\{\\(.)(\w)\}", lambda m: m[2] + ACCENTS[m[1]], text)
     text = unicodedata.normalize("NFKD", text).casefold()
@@ -64,7 +64,7 @@ def test_entries_are_bibtex(key: str) -> None:
         assert key.startswith(plain(first).replace("muller", "mueller"))
 
 
-def test_no_entry_is_lost_and_their_order_is_that_of_the_keys() -> None:
+def test_all_entries_are_read_and_sorted_by_key() -> None:
     import restitution.citation
 
     text = Path(restitution.citation.__file__).with_name("references.bib").read_text(encoding="utf-8")
@@ -85,7 +85,7 @@ def test_every_entry_is_among_the_references_of_the_documents() -> None:
             and plain(fields["title"]) in plain(bullet)
             and fields.get("year", "") in bullet
         ]
-        # The documents name works that no problem uses, and that have no entry.
+        # The page also cites works without an entry, which no problem uses.
         if not keys:
             continue
         assert len(keys) == 1, bullet

@@ -25,7 +25,7 @@ def impact(material: rs.Material, profile: object, **extra: object) -> rs.Impact
     return rs.Impact(material, profile, mass=1.0, velocity=1.0, **extra)
 
 
-def test_the_paper_s_sphere() -> None:
+def test_the_sphere_of_the_paper() -> None:
     found = citations(impact(SOLID, rs.Parabola(1.0)))
     assert set(found) == THEORY | {"restitution", "hertz1882", "willert"}
     assert found["willert"] == ["impact on the compressible standard solid"]
@@ -59,7 +59,7 @@ def test_every_material_of_the_library_has_its_sources(name: str) -> None:
     for key in found:
         author = entries()[key]
         assert key in entries()
-        # Authors, or the number of a standard, stand in the text that the library gives.
+        # The source of the material contains the authors or the number of the standard.
         words = {
             "crc": "CRC Handbook",
             "en1993": "EN 1993-1",
@@ -98,7 +98,7 @@ def test_results_name_their_method(method: str, expected: set[str]) -> None:
     assert keys(fall) == keys(one) | {"hairer1996"}
 
 
-def test_each_source_once_with_what_it_is_for() -> None:
+def test_each_source_appears_once_with_its_use() -> None:
     text = cite(SOLID, impact(SOLID, rs.Cone(1.0)), rs.Cone(1.0))
     assert text.count("@article{love1939,") == 1
     assert "% contact of viscoelastic bodies while it grows\n@article{lee1960," in text
@@ -126,7 +126,7 @@ velocity = "1 m/s"
 """
 
 
-def test_cases_name_fits_and_fractional_models(tmp_path: Path) -> None:
+def test_cases_cite_fits_and_methods(tmp_path: Path) -> None:
     t = np.geomspace(1e-3, 1e3, 31)
     rows = "\n".join(f"{a:.9g},{3 + 4 * math.exp(-a):.9g}" for a in t)
     (tmp_path / "data.csv").write_text(f"t,G\ns,MPa\n{rows}\n")
@@ -144,6 +144,6 @@ def test_cases_name_fits_and_fractional_models(tmp_path: Path) -> None:
     }
 
 
-def test_a_fractional_model_names_its_source() -> None:
+def test_a_fractional_model_cites_its_source() -> None:
     gel = rs.FractionalMaterial(rs.springpot(1e4, 0.3), bulk=1e9, rtol=1e-2)
     assert keys(gel.within((1e-3, 1.0))) == {"mainardi2010"}

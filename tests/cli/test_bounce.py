@@ -1,4 +1,4 @@
-"""The command bounce: its tables, files and refusals, for bounces whose numbers are easy to recognise."""
+"""The command bounce: tables, files and refusals, with made-up numbers that are easy to recognise."""
 
 import csv
 import json
@@ -42,7 +42,7 @@ def run(*arguments: str) -> Result:
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
-    """Bounces that lose half of their height each, and a last one from which nothing comes back."""
+    """Replace the computation by bounces that halve the height; the body stays after the last one."""
     number = np.arange(1.0, count + 1)
     height = 0.05 * 0.5**number
     stays = number == count
@@ -83,7 +83,7 @@ def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     assert answer.stderr == "warning: recovery: some\n"
 
 
-def test_of_many_bounces_the_first_and_the_last_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_table_shows_the_first_and_the_last_bounces(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch, 100)
     shown = [line[0] for line in rows(run("ball.toml")) if line and re.fullmatch(r"\d+|…", line[0])]
     assert shown[:-1] == [*map(str, range(1, 21)), "…", "97", "98", "99", "100"]
@@ -101,7 +101,7 @@ def test_json(monkeypatch: pytest.MonkeyPatch) -> None:
     assert content["warnings"] == ["recovery: some"]
 
 
-def test_tables_hold_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_have_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch, 100)
     assert run("ball.toml", "--out", "b.csv").exit_code == 0
     with Path("b.csv").open() as file:
@@ -116,7 +116,7 @@ def test_tables_hold_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) ->
         assert table.attrs["ended"] == "captured"
 
 
-def test_files_that_cannot_be_are_refused_first() -> None:
+def test_impossible_files_are_refused_before_the_computation() -> None:
     for option, name, endings in (
         ("--out", "b.txt", ".csv or .nc"),
         ("--plot", "b.txt", ".png, .pdf or .svg"),
@@ -131,7 +131,7 @@ def test_a_real_ball(tmp_path: Path) -> None:
     answer = run("ball.toml", "--json", "--plot", "b.png")
     content = json.loads(answer.stdout)
     height, e, v = (np.array(content[key]) for key in ("height", "restitution_coefficient", "velocity"))
-    # Energy of the flight: v^2 = 2 g h, and what the rebound has left rises from the imprint.
+    # v^2 = 2 g h in flight; the rebound starts at the residual depth.
     imprint = np.array(content["residual_indentation_depth"][:3])
     np.testing.assert_allclose(v[0] ** 2, 2 * 9.80665 * 0.05, rtol=1e-14)
     np.testing.assert_allclose(height[:3], ((e * v)[:3] ** 2) / (2 * 9.80665) - imprint, rtol=1e-12)

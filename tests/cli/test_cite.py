@@ -33,7 +33,7 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, ["cite", *arguments], catch_exceptions=False)
 
 
-def test_a_case_s_sources_are_printed() -> None:
+def test_the_sources_of_a_case_are_printed() -> None:
     answer = run("tip.toml")
     assert answer.exit_code == 0
     keys = re.findall(r"^@\w+\{(\w+),", answer.stdout, flags=re.MULTILINE)
@@ -42,7 +42,7 @@ def test_a_case_s_sources_are_printed() -> None:
     assert "% data of epoxy\n@article{simon2000," in answer.stdout
 
 
-def test_several_cases_are_one_bibliography() -> None:
+def test_several_cases_give_one_bibliography() -> None:
     Path("ball.toml").write_text(CASE.replace('"cone"\nhalf_angle = "70 deg"', '"sphere"\nradius = 0.01'))
     text = run("tip.toml", "ball.toml").stdout
     assert text.count("@article{ting1966,") == 1
@@ -50,7 +50,7 @@ def test_several_cases_are_one_bibliography() -> None:
     assert "segedin1957" in text
 
 
-def test_without_a_case_the_program() -> None:
+def test_without_a_case_the_program_itself_is_cited() -> None:
     assert run().stdout == cite() + "\n"
 
 

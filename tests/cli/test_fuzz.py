@@ -1,4 +1,4 @@
-"""Damaged input ends soon, with exit code 0, 2 or 3 and a line with the reason."""
+"""Damaged input: every command ends soon, with exit code 0, 2 or 3 and one line with the reason."""
 
 import importlib.util
 from pathlib import Path
@@ -23,7 +23,7 @@ def test_a_few_damaged_files() -> None:
     assert runs == 60
 
 
-# A warning of the package is no error here, as it is none on the command line.
+# Warnings of the package are not errors on the command line.
 @pytest.mark.filterwarnings("default::restitution.errors.RestitutionWarning")
 @pytest.mark.slow
 def test_many_damaged_files() -> None:

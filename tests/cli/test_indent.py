@@ -1,4 +1,4 @@
-"""The command indent: its tables, files and refusals."""
+"""The command indent: tables, files and refusals."""
 
 import csv
 import json
@@ -57,7 +57,7 @@ def test_the_table() -> None:
     assert answer.stderr.startswith("warning: small strain: max(a/R, d/a) is 0.632, above the limit 0.2")
 
 
-def test_a_contact_that_lasts() -> None:
+def test_a_contact_without_an_end() -> None:
     answer = run("held.toml")
     lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
     assert answer.exit_code == 0
@@ -78,7 +78,7 @@ def test_json() -> None:
     assert len(content["warnings"]) == 1
 
 
-def test_histories_hold_every_column_with_units() -> None:
+def test_histories_have_every_column_with_units() -> None:
     assert run("gel.toml", "--history", "h.csv").exit_code == 0
     with Path("h.csv").open() as file:
         header, *rows = csv.reader(file)
@@ -90,7 +90,7 @@ def test_histories_hold_every_column_with_units() -> None:
         "contact_radius [m]",
     ]
     numbers = np.array(rows, dtype=float)
-    # 21 even times, which meet the turning, and the end of the contact.
+    # 21 evenly spaced times, which include the turning point, and the end of the contact.
     assert numbers.shape == (22, 5)
     assert numbers[:, 1] == pytest.approx(1e-6 * (1.0 - np.abs(numbers[:, 0] - 1.0)), abs=1e-20)
     assert numbers[numbers[:, 0] == 1.0, 3] == pytest.approx(1.38541713e-9, rel=3.6e-9)

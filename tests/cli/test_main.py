@@ -1,4 +1,4 @@
-"""The commands solve, standard-solid and reproduce, the exit codes, and the program in a process of its own."""
+"""The commands solve, standard-solid and reproduce; exit codes; the program in its own process."""
 
 import json
 import math
@@ -74,7 +74,7 @@ def run(*arguments: str) -> Result:
 
 
 def result(**changes: Any) -> ImpactResult:
-    """A result whose numbers are easy to recognise."""
+    """Made-up result with numbers that are easy to recognise."""
     times = np.array([0.0, 1e-3, 2e-3])
     motion = Trajectory(
         times,
@@ -99,7 +99,7 @@ def result(**changes: Any) -> ImpactResult:
         "_solution": Sampled(motion, 1.8e-3, 7.5e-5),
     }
     made = ImpactResult(**(values | changes))
-    # Not computed, as the numbers above are not.
+    # The largest pressure is made up, too.
     vars(made)["max_pressure"] = 2e6
     return made
 
@@ -109,7 +109,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
 
 
 def error(answer: Result) -> str:
-    """The one line on standard error."""
+    """The single line on standard error."""
     assert answer.stderr.count("\n") == 1
     assert answer.stdout == ""
     return answer.stderr.rstrip("\n")
@@ -124,7 +124,7 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
     assert sorted(content) == sorted(KEYS)
     assert content["contact_time"] == 1.234567891e-3
     assert content["max_pressure"] == 2e6
-    # 1 mm at 0.5 m/s, after the contact.
+    # After the contact the body travels 1 mm at 0.5 m/s.
     assert content["zero_overlap_time"] == pytest.approx(3.234567891e-3, rel=1e-14)
     assert content["energy"] == {
         "kinetic_in": 2.5e-3,
@@ -147,7 +147,7 @@ def test_json_has_no_infinite_numbers(folder: Path, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("columns", ["20", "300"])
-def test_the_table_is_whole_whatever_the_width(folder: Path, monkeypatch: pytest.MonkeyPatch, columns: str) -> None:
+def test_the_table_is_complete_at_any_width(folder: Path, monkeypatch: pytest.MonkeyPatch, columns: str) -> None:
     fake(monkeypatch)
     monkeypatch.setenv("COLUMNS", columns)
     answer = run("solve", "ball.toml")
@@ -187,7 +187,7 @@ def test_a_case_is_solved(folder: Path) -> None:
     assert abs(content["energy_residual"]) < 1e-8
 
 
-def test_a_body_that_never_comes_back(folder: Path) -> None:
+def test_a_captured_body(folder: Path) -> None:
     # Incompressible Maxwell half-space, far slower than its relaxation: it flows like a liquid.
     body, impact = CASE.partition("[material]")[0], '[impact]\nvelocity = "0.5 mm/s"\n'
     liquid = "[material]\nequilibrium_modulus = 0\nbranch_modulus = 1e4\nviscosity = 1\nbulk_modulus = inf\n"
@@ -229,7 +229,7 @@ def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch
     lines = Path("h.csv").read_text().splitlines()
     columns = "time [s],indentation_depth [m],indentation_velocity [m/s],force [N],contact_radius [m]"
     assert lines[0] == columns + ",kinetic_energy [J],stored_energy [J],dissipated_energy [J]"
-    # Written so that the number read is the number computed.
+    # The file has enough digits to restore the number exactly.
     np.testing.assert_array_equal(np.array(lines[2].split(",")[:5], dtype=float), [1e-3, 2e-3, 0.0, 0.1 + 0.2, 4e-3])
     with xr.open_dataset("h.nc", engine="h5netcdf") as stored:
         assert stored.equals(result().history)
@@ -244,7 +244,7 @@ def test_plot(folder: Path, suffix: str) -> None:
     assert Path(f"p.{suffix}").read_bytes().startswith(start)
 
 
-def test_the_pressure_is_drawn_when_it_is_wanted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_option_pressure_adds_the_picture(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.plot import impact as pictures
 
     drawn: list[Any] = []
@@ -323,7 +323,7 @@ def test_bad_input_ends_with_2_and_one_line(folder: Path, arguments: list[str], 
     ],
 )
 def test_bad_command_lines_end_with_2_and_one_line(folder: Path, arguments: list[str]) -> None:
-    # Their wording is typer's and changes with its version.
+    # The wording comes from typer and depends on its version.
     answer = run(*arguments)
     assert answer.exit_code == 2
     assert error(answer).startswith("error: ")
@@ -360,7 +360,7 @@ def test_an_interrupt_ends_with_130(folder: Path, monkeypatch: pytest.MonkeyPatc
     assert error(answer) == "error: interrupted; every file written is whole"
 
 
-def test_reproduce_hands_its_options_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reproduce_passes_its_options_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: dict[str, Any] = {}
 
     def reproduce(out: Path, **options: Any) -> SimpleNamespace:
@@ -385,7 +385,7 @@ def test_reproduce_hands_its_options_on(folder: Path, monkeypatch: pytest.Monkey
     }
 
 
-# The program itself, in a process of its own.
+# The program in its own process
 
 
 def program(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -432,7 +432,7 @@ def test_bad_input_gives_no_traceback(tmp_path: Path) -> None:
     )
 
 
-def test_a_terminal_that_knows_no_greek_is_no_reason_to_fail(tmp_path: Path) -> None:
+def test_an_ascii_terminal(tmp_path: Path) -> None:
     case = tmp_path / "ball.toml"
     case.write_text("ä = 1", encoding="utf-8")
     answer = program("solve", str(case), env=os.environ | {"PYTHONIOENCODING": "ascii"})
@@ -440,10 +440,10 @@ def test_a_terminal_that_knows_no_greek_is_no_reason_to_fail(tmp_path: Path) -> 
     assert "Traceback" not in answer.stderr
 
 
-def test_ctrl_c_ends_by_its_signal_and_with_one_line(folder: Path) -> None:
+def test_ctrl_c_ends_with_the_signal_and_one_line(folder: Path) -> None:
     code = (
         "import signal, sys, time; sys.argv = ['restitution', 'solve', 'ball.toml']\n"
-        # A shell that runs the tests in the background has the signal ignored.
+        # A shell that runs the tests in the background makes its children ignore the signal.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from restitution.impact import solve\n"
         "solve.solve = lambda impact, **options: (print('solving', flush=True), time.sleep(60))\n"
@@ -486,7 +486,7 @@ def test_warnings_of_the_libraries_are_one_line_each() -> None:
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "restitution 1\n", "warning: careful\n")
 
 
-def test_a_case_of_another_command_is_sent_there(folder: Path) -> None:
+def test_a_case_of_another_command_is_refused_with_its_name(folder: Path) -> None:
     Path("tip.toml").write_text('[indentation]\ndepth = "1 um"\n')
     answer = run("solve", "tip.toml")
     assert answer.exit_code == 2
@@ -499,7 +499,7 @@ def test_a_case_of_another_command_is_sent_there(folder: Path) -> None:
     assert answer.stderr.endswith(": does not belong here; an impact is for `restitution solve`\n")
 
 
-def test_the_paper_s_numbers_do_not_say_how_small_the_contact_is() -> None:
+def test_without_dimensions_only_the_poisson_ratio_is_checked() -> None:
     answer = run("standard-solid", "--nu", "0.45", "--p2", "1", "--p3", "1")
     assert answer.exit_code == 0
     assert answer.stderr == ""

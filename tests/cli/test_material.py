@@ -1,4 +1,4 @@
-"""The command material: its tables, JSON, pictures and refusals."""
+"""The command material: tables, JSON, pictures and refusals."""
 
 import json
 import re
@@ -67,7 +67,7 @@ def test_dynamic_data_are_fitted(shared_reference: Path) -> None:
     content = json.loads(run(str(file), "--json", "--plot", "p.svg").stdout)
     assert content["kind"] == "storage and loss modulus over frequency"
     assert content["points"] == 206
-    # 1e-12 to 1e14 Hz or thereabouts: the window is 1/omega.
+    # The data cover about 1e-12 to 1e14 Hz; the window is 1/omega.
     assert content["window_s"][1] == pytest.approx(1 / (2 * np.pi * 1e-12), rel=1e-12)
     assert Path("p.svg").read_text().startswith("<?xml")
 
@@ -87,7 +87,7 @@ def test_terms_decks_and_shift_factors() -> None:
         1,
         0,
     )
-    # G0 = E/3 = 3, and half of it relaxes.
+    # G0 = E/3 = 3, half of which relaxes.
     assert content["prony_shear"]["equilibrium_modulus_Pa"] == 1.5
 
     Path("shift.csv").write_text("T_C,log_aT\n0,1\n20,0\n40,-2\n")
@@ -152,12 +152,12 @@ def test_a_modulus_that_rises_is_refused() -> None:
     assert answer.stderr.startswith("error: inc.csv: line 4: E is 2e+06 Pa, and 1e+06 Pa in line 3: must fall ")
 
 
-def test_a_poor_fit_is_told_of() -> None:
+def test_a_poor_fit_gives_a_warning() -> None:
     rows = "\n".join(f"{10**i},5,4" for i in range(5))
     Path("flat.csv").write_text(f"omega,storage,loss\n{rows}\n")
-    with pytest.warns(UserWarning, match=r"^flat\.csv: ") as told:
+    with pytest.warns(UserWarning, match=r"^flat\.csv: ") as caught:
         misfit = json.loads(run("flat.csv", "--json").stdout)["relative_misfit"]
-    assert f"{misfit:.3g}" in str(told[0].message)
+    assert f"{misfit:.3g}" in str(caught[0].message)
 
 
 def factors(text: str = "T,log aT\ndegC,-\n0,2.0\n20,0.0\n40,-1.5\n") -> None:
@@ -177,7 +177,7 @@ def test_a_file_at_a_temperature_of_its_shift_factors() -> None:
 
 
 @pytest.mark.parametrize("kind", ["relaxation", "dynamic"])
-def test_data_are_shifted_with_what_was_fitted_to_them(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_data_are_shifted_with_the_fit(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.plot import material as pictures
 
     x = np.geomspace(1e-3, 1e3, 31)
@@ -203,7 +203,7 @@ def test_data_are_shifted_with_what_was_fitted_to_them(kind: str, monkeypatch: p
     np.testing.assert_allclose(found, known, rtol=1e-8)
 
 
-def test_a_shift_table_says_its_factor_at_a_temperature() -> None:
+def test_a_shift_table_gives_its_factor_at_a_temperature() -> None:
     factors()
     assert json.loads(run("shift.csv", "--at", "40 degC", "--json").stdout)["shift_factor"] == pytest.approx(
         10.0**-1.5, rel=1e-12

@@ -1,4 +1,4 @@
-"""The command surrogate: its tables, files and refusals."""
+"""The command surrogate: tables, files and refusals."""
 
 import json
 from pathlib import Path
@@ -46,7 +46,7 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, ["surrogate", *arguments], catch_exceptions=False)
 
 
-def test_builds_saves_draws_and_says_how_good_it_is() -> None:
+def test_builds_saves_draws_and_states_the_error() -> None:
     answer = run("ball.toml", "--velocity", "10mm/s", "1", "--out", "ball.json", "--plot", "ball.png")
     reach = float(rs.solve(BALL).max_contact_radius) / 0.01
     assert answer.exit_code == 0
@@ -60,7 +60,7 @@ def test_builds_saves_draws_and_says_how_good_it_is() -> None:
     assert Path("ball.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_answers_at_velocities_from_a_file_and_from_a_case() -> None:
+def test_values_from_a_file_and_from_a_case() -> None:
     made = rs.Surrogate.load("saved.json")
     answers = [
         json.loads(run(source, "--at", "0.5", "--at", "20 cm/s", "--json", *options).stdout)
@@ -80,11 +80,11 @@ def test_answers_at_velocities_from_a_file_and_from_a_case() -> None:
     assert f"{made.max_force(0.5):.8g}" in table
 
 
-def test_fractional_material_holds_for_all_contact_times() -> None:
+def test_a_fractional_material_is_accurate_for_all_contact_times() -> None:
     Path("soft.toml").write_text(CASE.format(material=FRACTIONAL))
     answer = run("soft.toml", "--velocity", "1e-3", "10", "--rtol", "1e-5", "--out", "soft.json")
     assert answer.exit_code == 0
-    # Solved at one velocity alone, with the window that belongs to it.
+    # A single solve with the window of its own contact.
     for v in ("1e-3", "10"):
         Path("one.toml").write_text(CASE.format(material=FRACTIONAL).replace("1 m/s", f"{v} m/s"))
         alone = rs.read_case("one.toml").solve()
@@ -121,7 +121,7 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None
     assert not Path("ball.json").exists()
 
 
-def test_tolerance_that_is_not_met_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unattainable_tolerance_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("restitution.surrogates.build.DEEPEST", 0)
     answer = run("ball.toml", "--rtol", "1e-9", "--out", "ball.json")
     assert answer.exit_code == 3

@@ -1,4 +1,4 @@
-"""The commands sweep, plot and map: their output, files and refusals."""
+"""The commands sweep, plot and map: output, files and refusals."""
 
 import json
 from pathlib import Path
@@ -49,7 +49,7 @@ def refused(*arguments: str) -> str:
     return answer.stderr.removeprefix("error: ").rstrip("\n")
 
 
-def test_sweep_stores_says_how_fast_and_goes_on(tmp_path: Path) -> None:
+def test_sweep_stores_reports_its_speed_and_resumes(tmp_path: Path) -> None:
     answer = run("sweep", "sweep.toml", "--out", "out.zarr")
     assert answer.exit_code == 0
     assert answer.stderr.startswith("warning: small strain: ")
@@ -101,7 +101,7 @@ def test_plot_and_map_draw(tmp_path: Path) -> None:
         assert Path(picture).stat().st_size > 1000
 
 
-def test_map_spaces_its_axes_by_how_far_they_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_axes_of_maps_are_logarithmic_over_a_wide_range(monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.plot import sweep as dataset
 
     seen = []
@@ -116,7 +116,7 @@ def test_map_spaces_its_axes_by_how_far_they_reach(monkeypatch: pytest.MonkeyPat
     np.testing.assert_allclose(data.velocity, np.geomspace(0.01, 10.0, 4))
 
 
-def test_slices_are_chosen_with_units_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slices_are_chosen_with_units_and_named_in_the_title(monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.plot import style
 
     titles = []
@@ -143,7 +143,7 @@ def test_slices_are_chosen_with_units_and_said(monkeypatch: pytest.MonkeyPatch) 
         (("--x", "radius", "--y", "radius"), "y = 'radius': "),
     ],
 )  # fmt: skip
-def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> None:
+def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) -> None:
     run("sweep", "sweep.toml", "--out", "out.zarr")
     assert refused("plot", "out.zarr", *arguments).startswith(message)
     assert not Path("out.png").exists()
@@ -203,12 +203,12 @@ def test_slices_that_are_refused(arguments: tuple[str, ...], message: str) -> No
         ),
     ],
 )
-def test_what_is_refused(arguments: tuple[str, ...], message: str) -> None:
+def test_invalid_input_is_refused(arguments: tuple[str, ...], message: str) -> None:
     assert message in refused(*arguments)
     assert not list(Path().glob("*.zarr"))
 
 
-def test_a_table_in_place_of_a_store() -> None:
+def test_a_table_instead_of_a_store() -> None:
     answer = run("sweep", "sweep.toml", "--out", "ev.csv")
     assert answer.exit_code == 0
     head, *rows = Path("ev.csv").read_text().splitlines()
@@ -229,7 +229,7 @@ def test_json_of_sweeps_and_pictures_has_the_validity_of_the_impacts() -> None:
         content = json.loads(answer.stdout)
         assert content["impacts"] == counted
         strain = content["validity"]["small_strain"]
-        # a/R = sqrt(d/R) exceeds 0.2 where d > R/25, which is so at 10 m/s and not at 1 cm/s.
+        # a/R = sqrt(d/R) exceeds 0.2 where d > R/25: at 10 m/s, but not at 1 cm/s.
         assert strain["exceeded"]
         assert 0 < strain["exceeded_in"] < counted
         assert f"{strain['message']}. {strain['advice']}" in content["warnings"]

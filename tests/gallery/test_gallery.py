@@ -1,4 +1,4 @@
-"""Every example of the gallery runs, and its number is that of its source."""
+"""Every example of the gallery runs, and its number agrees with its source."""
 
 import ast
 import os
@@ -15,11 +15,11 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
-# Each point of its curves is a material of its own.
+# Each point of its curves has another material.
 SLOW = ("plot_12_power_law",)
 
 
-def test_there_are_enough_of_them() -> None:
+def test_there_are_at_least_eight_examples() -> None:
     assert len(EXAMPLES) >= 8
 
 
@@ -27,7 +27,7 @@ def test_there_are_enough_of_them() -> None:
     "path",
     [pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in SLOW else ()) for path in EXAMPLES],
 )
-def test_example_holds(path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_runs(path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setitem(matplotlib.rcParams, "backend", "agg")
     monkeypatch.chdir(ROOT)
     before = os.listdir()
@@ -48,8 +48,8 @@ def test_example_compares_a_number(path: Path) -> None:
     assert line == "=" * len(title)
 
 
-def test_numbers_from_scipy_are_those_of_the_script_that_made_them() -> None:
-    """Each number of the table is quoted by an example, and none is quoted that is not there."""
+def test_numbers_from_scipy_are_those_of_their_script() -> None:
+    """The examples quote every number of the table and no others."""
     table = (ROOT / "validation" / "gallery_numbers.md").read_text(encoding="utf-8")
     known = set(re.findall(r"\| (0\.\d{10}) \|$", table, flags=re.MULTILINE))
     assert len(known) >= 5

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.plain
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
-def test_elastic_constants_agree_however_given(nu):
+def test_elastic_constants_from_any_pair(nu):
     """Landau and Lifshitz, section 5: E = 9KG/(3K + G), E* = E/(1 - nu^2)."""
     material = elastic(youngs_modulus=210e9, poisson_ratio=nu)
     assert material.poisson_ratio == pytest.approx(nu, rel=1e-14, abs=1e-15)
@@ -55,7 +55,7 @@ def test_elastic_refuses(constants):
         elastic(**constants)
 
 
-def test_maxwell_relaxes_to_nothing():
+def test_maxwell_relaxes_to_zero():
     material = maxwell(2.0, 6.0, bulk_modulus=math.inf, density=1000.0, name="putty")
     assert material.shear.relaxation_modulus(3.0) == pytest.approx(2.0 / math.e)
     assert material.shear.is_liquid
@@ -93,7 +93,7 @@ def test_generalised_maxwell():
     assert material.bulk == PronySeries(5.0)
 
 
-def test_standard_solid_needs_exactly_one_constant_of_the_bulk():
+def test_standard_solid_needs_exactly_one_bulk_constant():
     with pytest.raises(ValueError, match="exactly one"):
         standard_solid(1.0, 1.0, 1.0)
     with pytest.raises(ValueError, match="exactly one"):

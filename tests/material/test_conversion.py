@@ -20,7 +20,7 @@ def test_shear_by_arithmetic_on_the_transforms(tension, room):
     bulk = tension.instantaneous_modulus / 9.0 * (1.0 + room)
     shear = shear_from_tension(tension, bulk_modulus=bulk)
     e = tension.carson_transform(S)
-    # The glassy end of the difference cancels as the Poisson ratio nears -1.
+    # The difference suffers from cancellation as the instantaneous Poisson ratio approaches -1.
     tolerance = 1e-14 * (1.0 + 1.0 / room)
     assert shear.carson_transform(S) == pytest.approx(3 * bulk * e / (9 * bulk - e), rel=tolerance, abs=0)
     assert np.all(shear.branch_moduli > 0)
@@ -35,7 +35,7 @@ def test_tension_with_a_relaxing_bulk(shear, bulk):
 
 
 @given(prony_series(liquid=None, near_equal=False), logarithmic(1e-1, 1e3))
-def test_there_and_back(shear, ratio):
+def test_conversion_and_back(shear, ratio):
     assume(shear.n_branches > 0)
     bulk = ratio * shear.instantaneous_modulus
     back = shear_from_tension(tension_from_shear(shear, bulk_modulus=bulk), bulk_modulus=bulk)
@@ -47,13 +47,13 @@ def test_there_and_back(shear, ratio):
 
 
 def test_two_branches_by_the_quadratic():
-    """E = 1 + s/(s+1) + s/(s+4) = 9 has its roots where 6 s^2 + 35 s + 32 = 0."""
+    """E = 1 + s/(s+1) + s/(s+4) = 9 leads to 6 s^2 + 35 s + 32 = 0."""
     shear = shear_from_tension(PronySeries(1.0, [1.0, 1.0], [1.0, 0.25]), bulk_modulus=1.0)
     assert shear.relaxation_times == pytest.approx(np.sort(-1 / np.roots([6.0, 35.0, 32.0])), rel=1e-14)
     assert shear.equilibrium_modulus == pytest.approx(3.0 / 8.0, rel=1e-15)
 
 
-def test_not_the_quotient_in_time():
+def test_the_quotient_in_time_is_wrong():
     tension = PronySeries(9.0, [27.0], [1.0])
     e, bulk = tension.relaxation_modulus(0.5), 5.0
     exact = shear_from_tension(tension, bulk_modulus=bulk).relaxation_modulus(0.5)
@@ -65,7 +65,7 @@ def test_constant_poisson_ratio_only_scales(tension, ratio):
     shear = shear_from_tension(tension, poisson_ratio=ratio)
     t = np.geomspace(1e-6, 1e6, 25)
     expected = tension.relaxation_modulus(t) / (2 * (1 + ratio))
-    # Below 2.2e-308 numbers have fewer digits.
+    # Numbers below 2.2e-308 have fewer digits.
     assert shear.relaxation_modulus(t) == pytest.approx(expected, rel=1e-13, abs=1e-300)
     assert tension_from_shear(shear, poisson_ratio=ratio).relaxation_modulus(t) == pytest.approx(
         tension.relaxation_modulus(t), rel=1e-13, abs=0

@@ -23,9 +23,9 @@ def dynamic(series, low=1e-4, high=1e5, count=91):
 
 
 @pytest.mark.parametrize("table", [relaxation, dynamic])
-def test_few_terms_stand_for_a_prony_series(table):
+def test_few_terms_approximate_a_prony_series(table):
     fit = fit_prony(table(TRUTH))
-    # Lines of the spectrum that lie between the times of the grid, six a decade.
+    # The relaxation times lie between those of the grid, six per decade.
     assert fit.misfit <= 3e-3
     assert fit.n_terms <= 12
     assert fit.series.equilibrium_modulus == pytest.approx(1.0, rel=5e-3)
@@ -77,7 +77,7 @@ def test_liquid_has_no_equilibrium_modulus():
     assert fit.misfit < 6e-3
 
 
-def test_time_zero_counts_but_does_not_stretch_the_window():
+def test_time_zero_counts_but_does_not_extend_the_window():
     t = np.array([0.0, *np.geomspace(1e-3, 1e3, 61)])
     fit = fit_prony(RelaxationTable(t, PronySeries(1.0, [4.0], [1.0]).relaxation_modulus(t)))
     assert fit.window == (1e-3, 1e3)
@@ -115,7 +115,7 @@ def measured_epdm(seed):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_fast_end_of_the_data_is_fitted_as_well_as_the_rest(seed):
-    """Branches faster than the data act at their fast end: without these the misfit is 0.033, the loss 17 % low."""
+    """Branches faster than the data matter at their fast end: without them the misfit is 0.033, the loss 17 % low."""
     truth, data = measured_epdm(seed)
     fit = fit_prony(data)
     # The noise of the complex modulus is 0.01 to 0.013.
@@ -125,7 +125,7 @@ def test_the_fast_end_of_the_data_is_fitted_as_well_as_the_rest(seed):
     assert fit.series.loss_modulus(omega) == pytest.approx(truth.loss_modulus(omega), rel=0.06)
 
 
-def test_the_material_of_a_fit_keeps_the_window_of_the_data():
+def test_the_material_of_a_fit_has_the_window_of_the_data():
     _, data = measured_epdm(0)
     fit = fit_prony(data)
     assert fit.window == pytest.approx((1.0 / data.angular_frequency[-1], 1.0 / data.angular_frequency[0]))
@@ -165,18 +165,18 @@ def test_constant_data_give_no_branch_and_a_warning(noise):
     assert fit.series.equilibrium_modulus == pytest.approx(1e6, rel=0.01)
 
 
-def test_a_small_loss_is_no_noise():
-    """Metals and glasses have a loss tangent of about 0.002, which alone makes e smaller than one."""
+def test_a_small_loss_is_fitted():
+    """The loss tangent of metals and glasses is about 0.002, and only this loss makes e smaller than one."""
     omega = np.geomspace(1.0, 1e4, 31)
     storage = 1e9 * (1.0 + 1e-3 * np.log(omega))
     fit = fit_prony(DynamicTable(omega, storage, np.full(31, np.pi / 2 * 1e6)))
     assert fit.n_terms > 0
     middle = np.geomspace(10.0, 1e3, 9)
-    # E'' = (pi/2) dE'/dln(omega) for a slow rise.
+    # E'' = (pi/2) dE'/dln(omega) if E' rises slowly.
     assert fit.series.loss_modulus(middle) == pytest.approx(np.pi / 2 * 1e6, rel=0.15)
 
 
-def test_data_that_rise_are_a_constant():
+def test_rising_relaxation_data_are_fitted_by_a_constant():
     t = np.geomspace(1.0, 100.0, 9)
     with pytest.warns(RestitutionWarning, match="^a.csv: ") as caught:
         fit = fit_prony(RelaxationTable(t, np.linspace(2.0, 2.1, 9), source="a.csv"))
@@ -184,7 +184,7 @@ def test_data_that_rise_are_a_constant():
 
 
 def test_a_poor_fit_gives_a_warning():
-    """Loss and storage modulus that contradict each other: no material with a flat E' has a loss of 0.8 E'."""
+    """Contradictory loss and storage moduli: no material with a constant E' has a loss of 0.8 E'."""
     omega = np.geomspace(1.0, 1e4, 21)
     with pytest.warns(RestitutionWarning) as caught:
         fit = fit_prony(DynamicTable(omega, np.full(21, 5.0), np.full(21, 4.0)))
@@ -211,7 +211,7 @@ def rms(values):
 
 
 def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
-    """The deck contains 27 terms of another program, relative to the highest storage modulus."""
+    """The deck contains 27 terms from another program, relative to the highest storage modulus."""
     folder = shared_reference / "materials"
     data = read_material(folder / "polymer_dma_master_curve.csv")
     other = read_material(folder / "polymer_ansys_prony.MPL").shear.series(
@@ -228,7 +228,7 @@ def test_measured_dma_polymer_no_worse_than_the_other_fit(shared_reference):
 
 
 def test_measured_relaxation_polymer_no_worse_than_the_other_fit(shared_reference):
-    """The file contains 31 terms of another program for the same data."""
+    """The file contains 31 terms from another program for the same data."""
     folder = shared_reference / "materials"
     data = read_material(folder / "polymer_relaxation_master_curve.csv")
     other = read_material(folder / "polymer_relaxation_prony.csv").series()

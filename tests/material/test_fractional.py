@@ -49,7 +49,7 @@ def test_springpot_in_closed_form():
     assert ratio == pytest.approx(math.tan(0.2 * math.pi), rel=1e-14)
 
 
-def test_springpot_whose_power_overflows_is_infinite_and_never_nan():
+def test_an_overflowing_springpot_is_infinite_and_never_nan():
     """V omega^alpha = 1e90 * 1e308^0.99 = 1e395 exceeds the largest double."""
     model = springpot(1e90, 0.99)
     assert (model.storage_modulus(1e308), model.loss_modulus(1e308)) == (math.inf, math.inf)
@@ -90,13 +90,13 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
         dynamic = series.carson_transform(1j / t) / model.carson_transform(1j / t) - 1
         loss = series.loss_modulus(1.0 / t) / model.loss_modulus(1.0 / t) - 1.0
         assert np.abs(loss).max() <= 1.2 * loss_error + 1e-12
-        # The grid of the check is dense enough to miss a peak by a few per cent at most.
+        # The grid of the check may miss a peak by a few per cent.
         assert max(found, np.abs(dynamic).max()) <= 1.1 * error + 1e-13
 
 
 @pytest.mark.parametrize("alpha", [0.2, 0.8, 0.97])
 def test_number_of_terms_grows_with_digits_and_decades(alpha):
-    """The trapezoidal rule needs ln(10) digits/pi^2 terms in each factor e of time."""
+    """The trapezoidal rule needs ln(10) digits/pi^2 terms per factor e of time."""
     model = fractional_zener(0.0, 1.0, 1.0, alpha)
     for digits in (3, 6, 9):
         for decades in (3, 6):
@@ -104,15 +104,15 @@ def test_number_of_terms_grows_with_digits_and_decades(alpha):
             assert series.n_branches <= 8 + 1.2 * digits * (decades + 2.5) * 2.3026**2 / math.pi**2 + 4 * digits
 
 
-def test_the_loss_of_a_nearly_elastic_springpot_is_off_by_more():
-    """E''/|E*| = sin(pi alpha/2) = 0.031: an error of the loss is divided by that."""
+def test_the_loss_of_a_nearly_elastic_springpot_is_less_accurate():
+    """E''/|E*| = sin(pi alpha/2) = 0.031, and the relative error of the loss is larger by this factor."""
     found = springpot(1.0, 0.02).prony((1e-5, 1e-1), 1e-3)
     assert found.error <= 1e-3 < found.loss_error < 40.0 * found.error
 
 
 @pytest.mark.parametrize("time", [1e-27, 1e15, 1e27])
 def test_a_relaxation_time_far_from_the_window(time):
-    """Far before its time the model is G_inf + G_1 - V t^alpha/Gamma(1 + alpha) + ..., after it G_inf and a tail."""
+    """G = G_inf + G_1 - V t^alpha/Gamma(1 + alpha) + ... long before its relaxation time, G_inf plus a tail after."""
     model = fractional_zener(1e6, 1e8, time, 0.5)
     found = model.prony((1e-9, 1e-3))
     assert found.error <= 1e-6
@@ -122,7 +122,7 @@ def test_a_relaxation_time_far_from_the_window(time):
     assert found.series.loss_modulus(omega) == pytest.approx(loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1)))
 
 
-def test_pinned_count_of_a_springpot():
+def test_number_of_terms_of_a_springpot():
     assert springpot(1.0, 0.5).prony((1e-3, 1.0), 1e-6).series.n_branches <= 25
 
 
@@ -166,6 +166,6 @@ def test_fractional_bulk_with_the_same_model_is_a_constant_poisson_ratio():
         (lambda: springpot(1.0, 0.5).relaxation_modulus(-1.0), "time = -1 s"),
     ],
 )
-def test_bad_input_is_named(call, message):
+def test_bad_input_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()

@@ -12,7 +12,7 @@ from restitution.material.readers import read_material
 from restitution.material.viscoelastic import reduced_modulus
 
 
-def test_at_least_eight_with_their_source():
+def test_at_least_eight_materials_with_their_source():
     assert len(library.names()) >= 8
     for name in library.names():
         material = library.get(name)
@@ -44,7 +44,7 @@ def test_materials_are_attributes():
 
 
 @pytest.mark.parametrize("temperature", [150.0, 201.9, 400.1, 500.0])
-def test_polyisobutylene_is_refused_where_its_shift_does_not_hold(temperature):
+def test_polyisobutylene_outside_the_range_of_its_shift_is_refused(temperature):
     with pytest.raises(ValueError, match=rf"temperature = {temperature:g} K: must be in \[202, 400\] K"):
         library.get("polyisobutylene").at(temperature)
 
@@ -79,14 +79,14 @@ def test_ice_is_the_average_of_the_measured_crystal():
         ("fused_silica", 31.2, 36.9),
     ],
 )
-def test_kaye_and_laby_print_all_four_constants(name, shear, bulk):
-    """Rigidity and bulk modulus [GPa] of the same table, within the rounding of the other two."""
+def test_four_constants_of_kaye_and_laby(name, shear, bulk):
+    """Shear and bulk modulus [GPa] of the same table agree within the rounding of the other two constants."""
     material = library.get(name)
     assert material.shear.equilibrium_modulus == pytest.approx(shear * 1e9, rel=2e-3)
     assert material.bulk.equilibrium_modulus == pytest.approx(bulk * 1e9, rel=3e-3)
 
 
-def test_epoxy_has_the_printed_end_moduli():
+def test_end_moduli_of_the_epoxy():
     epoxy = library.get("epoxy")
     assert epoxy.shear.instantaneous_modulus == pytest.approx(891e6, rel=1e-12)
     assert epoxy.shear.equilibrium_modulus == 4.9e6
@@ -94,7 +94,7 @@ def test_epoxy_has_the_printed_end_moduli():
     assert epoxy.window == pytest.approx((1e-7, 1e5))
 
 
-def test_polyisobutylene_in_tension_is_what_was_printed(shared_reference):
+def test_polyisobutylene_in_tension_is_as_printed(shared_reference):
     terms = read_material(shared_reference / "materials" / "polyisobutylene_prony.csv")
     tension = tension_from_shear(library.get("polyisobutylene").shear, bulk_modulus=3e9)
     t = np.geomspace(1e-11, 1e5, 60)

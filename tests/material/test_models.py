@@ -53,7 +53,7 @@ def test_constants_come_from_the_signature(monkeypatch):
         assert caught.value.field == field
 
 
-def test_every_model_is_built_from_its_own_constants():
+def test_every_model_is_built_from_its_constants():
     ratio = {"poisson_ratio": 0.5}
     for name, model in material_models().items():
         given = {

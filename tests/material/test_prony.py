@@ -55,7 +55,7 @@ def test_creep_of_kelvin_voigt_and_maxwell():
 
 @given(prony_series(liquid=None, viscosity=None))
 def test_compliance_inverts_the_modulus(series):
-    """J(s) R(s) = 1 for the Carson transforms, the first one from the retardation spectrum."""
+    """J(s) R(s) = 1 for the Carson transforms, J from the retardation spectrum."""
     s = np.geomspace(1e-9, 1e9, 37)
     glass, fluidity, compliances, times = series.retardation
     assert np.all(compliances > 0)
@@ -88,7 +88,7 @@ def test_equality_and_hash_by_value():
     assert first != 1.0
 
 
-def test_immutable_and_independent_of_the_arrays_given():
+def test_arrays_are_copied_and_read_only():
     moduli = np.array([2.0])
     series = PronySeries(1.0, moduli, [3.0])
     moduli[0] = 7.0
@@ -99,7 +99,7 @@ def test_immutable_and_independent_of_the_arrays_given():
         series.parallel_viscosity = 1.0  # type: ignore[misc]
 
 
-def test_evaluates_by_its_own_repr():
+def test_the_repr_evaluates_to_the_series():
     series = PronySeries(1.0, [2.0, 0.1], [3.0, 1e-9], parallel_viscosity=5.0)
     assert eval(repr(series)) == series
 
@@ -116,7 +116,7 @@ def test_evaluates_by_its_own_repr():
         ((1.0, [[1.0]], [[1.0]]), "one-dimensional"),
     ],
 )
-def test_bad_input_is_named(arguments, message):
+def test_bad_input_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         PronySeries(*arguments)
 
@@ -133,7 +133,7 @@ def test_extreme_frequencies_do_not_overflow():
 
 
 def test_a_negligible_branch_is_dropped():
-    """A branch of 1e-300 Pa beside 1 MPa changes nothing; one beside nothing else carries the load."""
+    """A branch of 1e-300 Pa beside 1 MPa changes nothing, but a single branch of 1e-300 Pa carries the load."""
     material = Material(PronySeries(1e6, [1e6, 1e-300], [1e-3, 1e-2]), 1e9)
     assert reduced_modulus(material) == reduced_modulus(Material(PronySeries(1e6, [1e6], [1e-3]), 1e9))
     slow = PronySeries(0.0, [1e6, 1e-70], [1e-3, 1e90])
@@ -165,7 +165,7 @@ def test_numbers_whose_products_overflow_are_refused(call, field):
 
 
 def test_functions_at_extreme_times_give_no_warning():
-    """Warnings are errors in the tests; the values are the limits."""
+    """The values are the limits. Warnings are errors in the tests."""
     series = PronySeries(1.0, [2.0], [1e-3], parallel_viscosity=0.5)
     extreme = [1e-300, 1e308]
     assert series.relaxation_modulus(extreme).tolist() == [3.0, 1.0]

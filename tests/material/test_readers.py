@@ -74,7 +74,7 @@ def test_shift_factors_falling_or_rising_in_celsius_or_kelvin():
     assert table.reference_temperature == pytest.approx(283.15)
 
 
-def test_prony_terms_absolute_and_relative():
+def test_absolute_and_relative_prony_terms():
     terms = parse("relaxation_time_s,tensile_modulus_MPa\n1,3\n10,0\n")
     assert (terms.relative, terms.deformation) == (False, "tension")
     assert terms.series() == PronySeries(0.0, [3e6, 0.0], [1.0, 10.0])
@@ -86,7 +86,7 @@ def test_prony_terms_absolute_and_relative():
 
 
 def test_shares_of_the_difference_of_both_end_moduli():
-    """The published epoxy terms add up to one: shares of G_0 - G_inf."""
+    """The published terms of the epoxy have the sum 1: they are shares of G_0 - G_inf."""
     terms = PronyTerms(np.array([1.0, 2.0]), np.array([0.75, 0.25]), relative=True)
     series = terms.series(instantaneous_modulus=9.0, equilibrium_modulus=1.0)
     assert series == PronySeries(1.0, [6.0, 2.0], [1.0, 2.0])
@@ -180,7 +180,7 @@ TWO = (
 def test_one_of_several_materials_of_a_deck_by_its_name():
     assert parse(TWO, name="Rubber").material() == parse(ABAQUS).material()
     hard = parse(TWO, name="hard part")
-    # Nothing of the other material; G = E/(2 (1 + nu)).
+    # G = E/(2 (1 + nu)); no constant of the other material is taken.
     assert (hard.material().shear, hard.density, hard.name) == (PronySeries(2.8e9), None, "Hard part")
     with pytest.raises(ValueError, match="text: has no material 'soft': choose one by its name, rubber or Hard"):
         parse(TWO, name="soft")
@@ -194,8 +194,8 @@ def test_one_of_several_materials_of_a_deck_by_its_name():
     assert parse(ANSYS + second, name="1").material() == parse(ANSYS).material()
 
 
-def test_scatter_is_not_a_rise():
-    """Data may rise by up to a half over the lowest value before."""
+def test_scatter_of_relaxation_data_is_accepted():
+    """Data may exceed the lowest earlier value by up to a half."""
     assert parse("t,E\n1,3\n2,2\n3,2.9\n").modulus.tolist() == [3.0, 2.0, 2.9]
 
 
@@ -204,7 +204,7 @@ def test_abaqus_without_bulk_terms_is_elastic_in_bulk():
     assert deck.material().bulk == PronySeries(6.0)
 
 
-def test_deck_without_constants_asks_for_them():
+def test_a_deck_without_constants_is_refused():
     deck = parse("\n".join(line for line in ANSYS.splitlines() if not line.startswith("MP")))
     with pytest.raises(ValueError, match="youngs_modulus: must be given"):
         deck.material()
@@ -311,7 +311,7 @@ def test_deck_without_constants_asks_for_them():
         ("t,E\0\n1,2\n", "x: cannot be read: must be text"),
     ],
 )
-def test_malformed_text_is_refused_with_the_number_of_its_line(text, message):
+def test_malformed_text_is_refused_with_its_line_number(text, message):
     with pytest.raises(ValueError, match=message) as caught:
         parse(text, "x")
     assert "\n" not in str(caught.value)
@@ -332,7 +332,7 @@ def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
 
 
 def test_the_measured_materials(shared_reference):
-    """Counts and end values that the files contain."""
+    """Numbers of rows and end values of the files."""
     folder = shared_reference / "materials"
     dma = read_material(folder / "polymer_dma_master_curve.csv")
     assert isinstance(dma, DynamicTable)
@@ -385,7 +385,7 @@ DMA = {
 
 @pytest.mark.parametrize("text", DMA.values(), ids=DMA)
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp1252"])
-def test_tables_of_laboratories(tmp_path, text, encoding):
+def test_laboratory_tables(tmp_path, text, encoding):
     path = tmp_path / "dma.csv"
     path.write_bytes(text.replace("\n", "\r\n").encode(encoding))
     data = read_material(path)
@@ -439,7 +439,7 @@ def test_a_workbook_is_refused_with_advice(tmp_path):
     ids=range(13),
 )
 def test_hostile_texts_are_refused_in_one_line(text):
-    """Quadratic time or memory would exceed the limits of the whole suite."""
+    """A parser with quadratic time or memory would exceed the limits of the test run."""
 
     def series():
         return parse(text, "x").series(instantaneous_modulus=1.0)

@@ -12,7 +12,7 @@ from strategies import materials
 pytestmark = pytest.mark.plain
 
 S = np.geomspace(1e-14, 1e14, 113)
-# Products of up to a hundred factors, three roundings each, and sums of positive terms.
+# Sums of positive terms and products of up to a hundred factors with three roundings each.
 ROUNDING = 5e-14
 
 
@@ -33,7 +33,7 @@ def check(series, expected, tolerance=ROUNDING):
 
 @pytest.mark.parametrize("nu", [-1.0, -0.5, 0.0, 0.3, 0.45, 0.499999, 0.5])
 def test_closed_form_of_the_standard_solid(nu):
-    """Section 2 of the theory: two terms in E*, or one for nu = 1/2; nu = -1 leaves E* = G."""
+    """Section 2 of the theory: two terms in E*, one for nu = 1/2, and E* = G for nu = -1."""
     g_inf, g_1, tau = 2.0, 10.0, 0.3
     series = reduced_modulus(standard_solid(g_inf, g_1, tau * g_1, poisson_ratio=nu))
     g_0 = g_inf + g_1
@@ -49,14 +49,14 @@ def test_closed_form_of_the_standard_solid(nu):
 
 
 def test_closed_form_at_the_ends_of_the_parameter_plane():
-    """The same closed form with G_1/G_inf = 1e5 and 1e-3 and a Poisson ratio next to its ends."""
+    """The same closed form with G_1/G_inf = 1e5 and 1e-3 and a Poisson ratio close to its limits."""
     for nu in (-1.0 + 1e-4, 0.5 - 1e-9):
         for g_1 in (1e-3, 1e5):
             material = standard_solid(1.0, g_1, g_1, poisson_ratio=nu)
             k = material.bulk.equilibrium_modulus
             stiff, soft = 3.0 * k + 4.0 * (1.0 + g_1), 3.0 * k + 4.0
             series = reduced_modulus(material)
-            # Theory: modulus and time of the second branch; the first one is that of the shear.
+            # Modulus and time of the second branch from the theory; the first branch is that of the shear modulus.
             order = np.argsort([1.0, stiff / soft])
             moduli = np.array([g_1, 27.0 * k * k * g_1 / (soft * stiff)])[order]
             assert series.branch_moduli == pytest.approx(moduli, rel=1e-14, abs=0)
@@ -104,7 +104,7 @@ def test_twenty_shear_and_twenty_bulk_terms_over_twenty_decades():
 
 @pytest.mark.parametrize("weak", 10.0 ** np.arange(-20, 0))
 def test_weak_bulk_branch_at_a_time_of_the_reduced_modulus(weak):
-    """Two roots then straddle its pole, as near as 1e-8 of it."""
+    """Two roots lie on both sides of its pole, as close as 1e-8."""
     shear = PronySeries(1.0, [4.0, 3.0], [1.0, 30.0])
     for time in reduced_modulus(Material(shear, 4.0)).relaxation_times:
         for shift in (0.0, 1e-15, 1e-9):
@@ -112,8 +112,8 @@ def test_weak_bulk_branch_at_a_time_of_the_reduced_modulus(weak):
             check(reduced_modulus(material), direct(material, S), 3e-15)
 
 
-def test_complex_frequencies_too():
-    """The complex modulus, where terms of both signs are summed: still within rounding of its magnitude."""
+def test_complex_frequencies():
+    """The complex modulus is accurate to rounding of its magnitude, although terms of both signs are summed."""
     shear = PronySeries(1.0, np.geomspace(1e3, 1.0, 10), np.geomspace(1e-5, 1e5, 10))
     bulk = PronySeries(30.0, np.geomspace(1e4, 1e3, 7), np.geomspace(1e-4, 1e4, 7))
     s = 1j * np.geomspace(1e-8, 1e8, 81)
@@ -124,7 +124,7 @@ def test_complex_frequencies_too():
 
 
 def test_proportional_bulk_is_a_constant_poisson_ratio():
-    """K = 5G/3 throughout is nu = 1/4, E* = 2G/(1 - nu) = (8/3) G without new times."""
+    """K = 5G/3 at all times means nu = 1/4 and E* = 2G/(1 - nu) = (8/3) G, with the times of G."""
     shear = PronySeries(2.0, [3.0, 5.0, 7.0], [1e-3, 1.0, 1e3])
     series = reduced_modulus(Material(shear, shear.scaled(5.0 / 3.0)))
     assert series.n_branches == 3
@@ -133,7 +133,7 @@ def test_proportional_bulk_is_a_constant_poisson_ratio():
 
 
 def test_proportional_kelvin_voigt_in_shear_and_bulk_needs_no_branch():
-    """K = G throughout: E* = 4G(3K + G)/(3K + 4G) = 16 G/7, with the dashpot alone."""
+    """K = G at all times: E* = 4G(3K + G)/(3K + 4G) = 16 G/7, a spring and a dashpot."""
     series = PronySeries(10.0, parallel_viscosity=1.0)
     reduced = reduced_modulus(Material(series, series))
     assert reduced.n_branches == 0

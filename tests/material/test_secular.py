@@ -51,13 +51,13 @@ def test_slope_is_that_of_the_terms(equation):
     t = roots.terms
     if weights.size:
         expected = viscosity / roots.times + (t * (t - 1.0)) @ weights
-        # The sum is only as good as the offsets from the poles, one part in eps times their size.
+        # The relative error of the sum is that of the offsets from the poles.
         size = np.abs(t).max(axis=1)
         assert np.all(np.abs(roots.slopes / expected - 1.0) <= 1e-13 + 1e-14 * size)
 
 
 @pytest.mark.parametrize("weight", 10.0 ** np.arange(-22, 0))
-def test_residues_of_two_roots_that_straddle_a_weak_pole(weight):
+def test_residues_of_two_roots_beside_a_weak_pole(weight):
     """1/S at s > 0 from its residues, with a weak third pole at a root of the other two."""
     alone = secular_roots(1.0, 0.0, np.array([1.0, 1.0]), np.array([1.0, 0.25])).times
     for time in alone:

@@ -29,7 +29,7 @@ def test_wlf_is_the_same_law_from_another_reference():
 
 
 def test_wlf_ends_at_the_vogel_temperature():
-    """At 298 - 200.4 = 97.6 K; a_T = 1e300 where 8.61 x = 300 (200.4 - x), x K below 298 K."""
+    """T = 298 K - 200.4 K = 97.6 K; a_T = 1e300 at x K below 298 K, with 8.61 x = 300 (200.4 - x)."""
     law = WLF(298.0, 8.61, 200.4)
     lowest = 298.0 - 300.0 * 200.4 / 308.61
     assert math.log10(law.factor(lowest + 1e-6)) == pytest.approx(300.0, rel=1e-5)
@@ -46,7 +46,7 @@ def test_factors_too_small_for_numbers(law):
 
 
 @pytest.mark.parametrize("law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5)])
-def test_a_law_holds_in_its_range_alone(law):
+def test_a_law_is_refused_outside_its_range(law):
     bounded = replace(law, temperature_range=(280.0, 350.0))
     assert [bounded.factor(t) for t in (280.0, 350.0)] == [law.factor(t) for t in (280.0, 350.0)]
     for temperature in (279.9, 350.1):
@@ -111,7 +111,7 @@ def test_material_at_a_temperature(law):
     assert warm.bulk.relaxation_times == pytest.approx([2.0 * a], rel=1e-14)
     assert warm.window == pytest.approx((1e-3 * a, 1e3 * a))
     assert (warm.density, warm.name, warm.temperature) == (1000.0, "x", 305.0)
-    # There is no drift: the way back leads to where it began.
+    # Two shifts and the shift back restore the material.
     again = warm.at(295.0).at(material.temperature)
     assert again.shear.relaxation_times == pytest.approx(shear.relaxation_times, rel=1e-13)
     omega = np.array([0.1, 10.0])

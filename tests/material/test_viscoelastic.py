@@ -15,7 +15,7 @@ from strategies import materials
 pytestmark = pytest.mark.plain
 
 
-def test_numbers_mean_elastic():
+def test_numbers_as_elastic_moduli():
     material = Material(1.0, 2.0)
     assert material.shear == PronySeries(1.0)
     assert material.bulk == PronySeries(2.0)
@@ -31,7 +31,7 @@ def test_static_poisson_ratio(shear, bulk, ratio):
     assert bulk_from_poisson_ratio(shear, ratio) == bulk
 
 
-def test_poisson_ratio_near_its_limit_keeps_its_distance():
+def test_poisson_ratio_close_to_one_half():
     """1/2 - nu = 3G/(6K + 2G), to first order G/(2K)."""
     assert 0.5 - poisson_ratio(1.0, 1e12) == pytest.approx(0.5e-12, rel=1e-3, abs=0)
 
@@ -80,7 +80,7 @@ def test_poisson_ratio_over_time_by_its_laplace_transform(material, exponent):
     assert found == pytest.approx((3 * k - 2 * g) / (6 * k + 2 * g), abs=1e-7)
 
 
-def test_poisson_ratio_over_time_ends_at_its_limits():
+def test_limits_of_the_poisson_ratio_over_time():
     for shear, bulk in (
         (PronySeries(3.0, [7.0], [1.0]), PronySeries(5.0, [4.0], [1.0])),
         (PronySeries(0.0, [7.0], [1.0]), PronySeries(0.0, [5.0], [2.0])),
@@ -92,7 +92,7 @@ def test_poisson_ratio_over_time_ends_at_its_limits():
         assert ends[1:] == pytest.approx([material.instantaneous_poisson_ratio, material.poisson_ratio], abs=1e-10)
 
 
-def test_wave_speed_is_that_of_the_modulus_that_acts():
+def test_wave_speed_at_the_contact_time():
     material = Material(PronySeries(4.0, [12.0], [1.0]), 2.0, density=1.0)
     assert material.wave_speed([0.0, 1e3]).tolist() == [4.0, 2.0]
     # Polyisobutylene in a contact of 1.9 ms: 22 m/s and not the 1100 m/s of the glass.
@@ -114,12 +114,12 @@ def test_wave_speed_is_that_of_the_modulus_that_acts():
         ((1.0, 1.0), {"density": 0.0}, ValueError, r"density = 0 kg/m\^3"),
     ],
 )
-def test_bad_input_is_named(arguments, keywords, error, message):
+def test_bad_input_is_refused(arguments, keywords, error, message):
     with pytest.raises(error, match=message):
         Material(*arguments, **keywords)
 
 
-def test_repr_names_what_was_given():
+def test_repr_shows_the_given_arguments():
     assert repr(Material(1.0, math.inf, name="x")) == "Material(shear=PronySeries(1.0), bulk=inf, name='x')"
 
 

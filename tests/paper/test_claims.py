@@ -1,4 +1,4 @@
-"""The verdicts on the claims, for made-up and for computed numbers."""
+"""Verdicts on the claims of the paper, for made-up and for computed numbers."""
 
 import json
 
@@ -29,9 +29,9 @@ def curves(e, e_inc) -> dict[int, xr.Dataset]:
 E = np.array([0.05, 0.2, 0.5, 0.8, 0.95])
 
 
-def test_the_papers_point_near_one_half() -> None:
+def test_the_example_of_the_paper_near_one_half() -> None:
     claim = claims.large_near_half(Computation(seed=1))
-    # Six digits, computed by two programs of independent authors.
+    # Six digits from two independent programs.
     assert claim.numbers["e, nu = 0.49"] == pytest.approx(0.219706, abs=5e-7)
     assert claim.numbers["e, incompressible"] == pytest.approx(0.006553, abs=5e-7)
     assert claim.numbers["(e - e_inc)/e_inc, nu = 0.49"] == pytest.approx(0.219706 / 0.006553 - 1, rel=1e-4)
@@ -40,7 +40,7 @@ def test_the_papers_point_near_one_half() -> None:
     assert "e = 0.219706 against 0.006553" in claim.finding
 
 
-def test_spread_within_the_tolerance_bears_the_three_groups_out_and_beyond_does_not() -> None:
+def test_the_first_claim_holds_for_a_spread_within_the_tolerance_only() -> None:
     for relative, holds in ((0.9, True), (1.1, False)):
         collapse = xr.Dataset({"spread": ("p2", [1e-12, 3e-12]), "relative_spread": ("p2", [0.1, relative])})
         claim = claims.three_groups(collapse.assign_coords(draw=[0, 1, 2]))
@@ -49,7 +49,7 @@ def test_spread_within_the_tolerance_bears_the_three_groups_out_and_beyond_does_
         assert claim.numbers["draws at each"] == 3
 
 
-def test_errors_that_fall_with_e_bear_the_second_claim_out_and_those_that_grow_do_not() -> None:
+def test_the_second_claim_holds_for_errors_that_fall_with_e_only() -> None:
     claim = claims.matters_where_small(comparison(E, E * (1 - 0.5 * (1 - E))))
     assert claim.holds
     assert claim.numbers["rank correlation of e and relative error"] == pytest.approx(-1.0)
@@ -61,7 +61,7 @@ def test_errors_that_fall_with_e_bear_the_second_claim_out_and_those_that_grow_d
     assert not almost.holds
 
 
-def test_share_of_underestimates_decides_the_third_claim() -> None:
+def test_the_third_claim_depends_on_the_share_of_underestimates() -> None:
     factor = np.array([0.5, 0.9, 0.99, 1.0 + 1e-12, 1.03])
     claim = claims.usually_underestimates(comparison(E, E * factor), curves(E, E * factor))
     assert claim.holds
@@ -73,7 +73,7 @@ def test_share_of_underestimates_decides_the_third_claim() -> None:
     assert not claims.usually_underestimates(comparison(E, E * factor), curves(E, E / factor)).holds
 
 
-def test_json_holds_every_number_in_full_and_markdown_every_finding() -> None:
+def test_json_has_every_number_in_full_and_markdown_every_finding() -> None:
     made = [
         claims.Claim("first", "One is two.", False, "It is not.", {"one": 1.0 / 3.0}),
         claims.Claim("second", "Two is two.", True, "It is.", {"two": 2.0}),
@@ -91,7 +91,7 @@ def test_json_holds_every_number_in_full_and_markdown_every_finding() -> None:
     assert "| one | 0.333333 |" in page
 
 
-def test_the_incompressible_material_is_stiffer_at_once_and_at_rest_only() -> None:
+def test_the_incompressible_material_is_stiffer_instantaneously_and_at_rest_only() -> None:
     claim = claims.stiffer()
     assert claim.holds
     # E* = 4 G (3K + G)/(3K + 4G) against 4 G, with 3K = 149 Ginf, at G0 = 1001 Ginf and at Ginf.
@@ -108,8 +108,8 @@ def test_several_relaxation_times_keep_e_low() -> None:
     assert not claims.several_times(terms.assign(restitution_coefficient=1.0 - e)).holds
 
 
-def test_two_like_spheres_are_one_with_another_p3() -> None:
+def test_two_equal_spheres_are_one_with_another_p3() -> None:
     claim = claims.two_spheres(Computation(seed=5))
     assert claim.holds
-    # Both solves are within the tolerance.
+    # Both results have an error within the tolerance.
     assert claim.numbers["largest difference of e"] < 2e-9

@@ -1,4 +1,4 @@
-"""The points of the paper: their values, their random inputs and their attributes."""
+"""Computed points of the paper: values, random inputs, attributes."""
 
 import warnings
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_points_match_the_reference_table(shared_reference: Path) -> None:
     axes = {name: np.unique(values) for name, values in axes.items()}
     e = Computation(seed=1).sweep("some", axes)["restitution_coefficient"]
     for nu, p2, p3, expected in zip(*(table[name] for name in ("nu", "p2", "p3", "restitution")), strict=True):
-        # The table is good to 12 digits.
+        # The table has 12 digits.
         found = float(e.sel(poisson_ratio=nu, p2=p2, p3=p3))
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
@@ -54,7 +54,7 @@ def test_attributes_describe_the_computation() -> None:
     assert attributes["version"]
 
 
-def test_seeds_draw_other_bodies_of_the_same_restitution() -> None:
+def test_other_seeds_give_other_bodies_of_the_same_restitution() -> None:
     first, same, other = (compute_collapse(Computation(seed=seed), 3, 4) for seed in (3, 3, 4))
     assert first.identical(same)
     assert not np.any(np.isclose(first["mass"], other["mass"]))
@@ -70,7 +70,7 @@ def test_viscosities_of_the_draws_have_the_group_of_equation_11() -> None:
     assert viscosity_unit(8.0, 2.0, 4.0, 16.0) == pytest.approx((4.0 * 512.0 / 64.0) ** 0.2, rel=1e-14)
 
 
-def test_workers_change_nothing_and_all_work_is_reported() -> None:
+def test_workers_do_not_matter_and_progress_is_complete() -> None:
     steps: list[int] = []
     whole = Computation(seed=3, workers=1).sweep("some", AXES)
     assert Computation(seed=3, workers=2, advance=steps.append).sweep("some", AXES).identical(whole)
@@ -83,12 +83,12 @@ def test_random_inputs_span_their_decades() -> None:
     free = np.log10([drawn[name] for name in BODIES])
     # The narrowest distribution has three decades.
     assert np.all(np.ptp(free, axis=1) > 2.8)
-    # Independent draws correlate by about 1/sqrt(64) = 0.125.
+    # The correlation of 64 independent draws is about 1/sqrt(64) = 0.125.
     assert np.abs(np.corrcoef(free) - np.eye(4)).max() < 0.4
 
 
 @pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
-def test_a_failed_impact_is_an_error_and_doubts_of_random_bodies_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_impacts_are_errors_and_doubtful_random_bodies_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         compute_collapse(Computation(seed=3), 3, 2)

@@ -66,7 +66,7 @@ def test_every_figure_has_picture_page_and_data(made) -> None:
 
 
 @pytest.mark.parametrize("figure", FIGURES)
-def test_data_files_say_units_version_seed_and_tolerance(made, figure: str) -> None:
+def test_data_files_contain_units_version_seed_and_tolerance(made, figure: str) -> None:
     dataset = read(made.folder / f"{figure}.nc")
     assert (dataset.attrs["seed"], dataset.attrs["rtol"]) == (11, 1e-9)
     assert dataset.attrs["version"]
@@ -74,7 +74,7 @@ def test_data_files_say_units_version_seed_and_tolerance(made, figure: str) -> N
         assert {"units", "long_name"} <= set(dataset[name].attrs), name
 
 
-def test_data_files_give_back_what_was_computed(made) -> None:
+def test_data_files_contain_the_computed_values(made) -> None:
     computed = figures.compute_plane(Computation(seed=11), 3, 9)
     xr.testing.assert_identical(read(made.folder / "figure_3.nc"), computed)
 
@@ -87,7 +87,7 @@ def test_any_point_can_be_solved_again_from_its_stored_inputs(made, draw: int, n
     material = standard_solid(modulus, modulus / float(point["p2"]), float(point["viscosity"]), poisson_ratio=nu)
     impact = Impact(material=material, profile=Parabola(radius=radius), mass=mass, velocity=velocity)
     found = float(solve(impact).restitution_coefficient)
-    # Either may be off by the tolerance.
+    # Both values have an error within the tolerance.
     assert found == pytest.approx(float(point["restitution_coefficient"]), rel=2e-9, abs=2e-12)
 
 
@@ -204,7 +204,7 @@ def test_the_edge_of_negative_glassy_poisson_ratios(nu: float) -> None:
     p2 = 10.0 ** ax.lines[0].get_xdata()[0]
     if p2 < 10.0:
         assert instantaneous_poisson_ratio(nu, p2) == pytest.approx(0.0, abs=1e-12)
-    # By the material itself, on either side.
+    # Ratios of the material on both sides of the edge.
     for factor, sign in ((0.9, -1.0), (1.1, 1.0)):
         at = factor * (1.0 - 2.0 * nu) / (3.0 * nu)
         material = standard_solid(1.0, 1.0 / at, 1.0, poisson_ratio=nu)
@@ -212,7 +212,7 @@ def test_the_edge_of_negative_glassy_poisson_ratios(nu: float) -> None:
         assert sign * material.instantaneous_poisson_ratio > 0.0
 
 
-def test_curves_name_every_ratio_with_that_of_the_glass_and_draw_the_auxetic_ones_thin() -> None:
+def test_the_legend_has_both_poisson_ratios_and_auxetic_curves_are_thin() -> None:
     figure = figures.draw_curves(figures.compute_curves(Computation(seed=1), 5, 41))
     figure.draw_without_rendering()
     (ax,) = figure.axes
@@ -234,21 +234,21 @@ def test_incompressibility_shows_both_measures_of_the_error() -> None:
     assert r"(e - e_\mathrm{inc})\,/\,e_\mathrm{inc}$" in bars[1].get_ylabel()
     assert {"\u221210", "\u221290", "30"} <= texts(left)
     assert {"100", "1000"} <= texts(right)
-    # Where the excess is negative, on the other side of its edge, the shading has a colour too: no steps along it.
+    # The shading continues to negative excess, so that there are no steps along the edge.
     (shading,) = [part for part in right.collections if isinstance(part, QuadMesh)]
     assert np.asarray(shading.get_array()).min() < 0.0
     assert not np.ma.is_masked(shading.norm(shading.get_array()))
 
 
-def test_examples_show_the_values_of_the_claim() -> None:
+def test_examples_have_the_values_of_the_claim() -> None:
     first, second = further.draw_examples(further.compute_examples(Computation(seed=1), 41)).axes
-    # Six digits of the paper's example by two programs of independent authors.
+    # Six digits of the paper's example from two independent programs.
     assert {"0.2197", "0.0066"} <= texts(first)
     for nu, shown in ((0.499, texts(second)), (0.5, texts(second))):
         assert f"{standard_solid_restitution(nu, 4.5e-3, 6.0):.4f}" in shown
 
 
-def test_one_relaxation_time_is_the_papers_material() -> None:
+def test_one_relaxation_time_is_the_material_of_the_paper() -> None:
     dataset = further.compute_terms(Computation(seed=1), 7)
     for nu in (0.45, 0.5):
         e = dataset["restitution_coefficient"].sel(poisson_ratio=nu, terms=1)
@@ -262,7 +262,7 @@ def test_collapse_shows_spread_against_tolerance() -> None:
     assert viscosity.get_xlabel() == r"viscosity $\eta$ [Pa s]"
     assert "p_3" in p3.get_xlabel()
     for x, y in np.vstack([line.get_xydata() for line in p3.lines]):
-        # A point of 3.5 pt is whole within the frame.
+        # Points of 3.5 pt lie completely within the frame.
         assert p3.get_window_extent().padded(-1.75 / 72.0 * figure.dpi).contains(*p3.transData.transform((x, y)))
     assert "spread" in spread.get_xlabel()
     assert "tolerance" in [text.get_text() for text in spread.get_legend().get_texts()]

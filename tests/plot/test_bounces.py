@@ -1,4 +1,4 @@
-"""Pictures of bounces: flights, axes and the page."""
+"""Pictures of bounces: flights, axes, overview."""
 
 import math
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ from restitution.plot import style
 
 @pytest.fixture
 def found() -> Any:
-    """From 5 m under g = 10 m/s2: down in 1 s with 10 m/s; half the velocity after each touch of 0.1 s."""
+    """Fall from 5 m in 1 s with g = 10 m/s2 to 10 m/s; each contact of 0.1 s halves the velocity."""
     return SimpleNamespace(
         touch_time=np.array([1.0, 2.1, 2.7]),
         velocity=np.array([10.0, 5.0, 2.5]),
@@ -30,7 +30,7 @@ def found() -> Any:
     )
 
 
-def test_flights_are_parabolas_with_gaps_between(found: Any) -> None:
+def test_flights_are_parabolas_with_gaps_during_contact(found: Any) -> None:
     time, height = plots.flight(found)
     assert np.all(np.diff(time) >= 0.0)
     assert (time[0], height[0], time[-1]) == (0.0, 5.0, 2.7)

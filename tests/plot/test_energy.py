@@ -12,7 +12,7 @@ from restitution.plot import style
 
 @pytest.fixture
 def history() -> xr.Dataset:
-    """2 mJ before; the work of a force adds 0.5 mJ and takes 0.25 mJ of it back."""
+    """The kinetic energy is 2 mJ; the force does the work 0.5 mJ and then -0.25 mJ."""
     columns = {
         "kinetic_energy": [2e-3, 0.0, 1e-3],
         "stored_energy": [0.0, 1.75e-3, 0.5e-3],
@@ -22,7 +22,7 @@ def history() -> xr.Dataset:
 
 
 def upper_edges(ax) -> list[np.ndarray]:
-    """Greatest ordinate of each area at the times of the history."""
+    """Largest ordinate of each area at the times of the history."""
     edges = []
     for area in ax.collections:
         points = area.get_paths()[0].vertices
@@ -39,7 +39,7 @@ def test_energies_are_stacked_and_add_up(history) -> None:
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time since first touch $t$ [ms]", "energy [mJ]")
 
 
-def test_the_energy_before_is_dashed_and_the_legend_is_in_the_order_of_the_stack(history) -> None:
+def test_the_initial_energy_is_dashed_and_the_legend_has_the_order_of_the_stack(history) -> None:
     ax = plots.energy_area(style.new_figure().add_subplot(), history)
     (before,) = ax.lines
     assert set(before.get_ydata()) == {2.0}
@@ -52,7 +52,7 @@ def test_history_of_another_method_is_refused(history) -> None:
         plots.energy_area(style.new_figure().add_subplot(), history.drop_vars("stored_energy"))
 
 
-def test_energy_bars_fill_the_kinetic_energy_before() -> None:
+def test_energy_bars_add_up_to_the_initial_kinetic_energy() -> None:
     energy = SimpleNamespace(kinetic_in=2e-3, kinetic_out=1e-3, dissipated=6e-4, stored=4e-4, residual=1e-12)
     ax = plots.energy_bar(style.new_figure().add_subplot(), energy)
     edges = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in ax.patches]

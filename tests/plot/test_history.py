@@ -1,4 +1,4 @@
-"""Panels over the history of a contact."""
+"""Panels of the history of a contact."""
 
 import numpy as np
 import pytest
@@ -38,13 +38,13 @@ def test_axes_name_quantity_symbol_and_unit(history, draw, x, y) -> None:
     assert (ax.get_xlabel(), ax.get_ylabel()) == (x, y)
 
 
-def test_line_holds_the_history_in_the_units_of_the_labels(history) -> None:
+def test_line_has_the_history_in_the_units_of_the_labels(history) -> None:
     line = plots.force_indentation(style.new_figure().add_subplot(), history).lines[0]
     assert line.get_xdata() == pytest.approx(1e6 * history.indentation_depth.values, rel=1e-15)
     assert line.get_ydata() == pytest.approx(1e-3 * history.force.values, rel=1e-15)
 
 
-def test_missing_variable_is_named(history) -> None:
+def test_a_missing_variable_is_refused(history) -> None:
     with pytest.raises(ValueError, match="force"):
         plots.force_time(style.new_figure().add_subplot(), history.drop_vars("force"))
 

@@ -1,4 +1,4 @@
-"""The page of an impact for each method."""
+"""The overview of an impact for each method."""
 
 import matplotlib
 import numpy as np
@@ -22,7 +22,7 @@ def figure(result):
     return result.plot()
 
 
-def test_overview_has_six_panels_and_says_the_result(result, figure) -> None:
+def test_overview_has_six_panels_and_the_result_in_its_title(result, figure) -> None:
     assert [ax.get_title("left") for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
     time = 1e3 * result.contact_time
     assert figure.get_suptitle() == f"$e = {result.restitution_coefficient:.4g}$,  contact time {time:.4g} ms"
@@ -37,15 +37,15 @@ def test_overview_has_six_panels_and_says_the_result(result, figure) -> None:
 
 
 @pytest.mark.slow
-def test_the_pressure_is_shown_when_it_is_wanted(result) -> None:
+def test_the_pressure_is_shown_at_given_times(result) -> None:
     times = [0.3 * result.contact_time, 0.6 * result.contact_time]
     legend = result.plot(times).axes[4].get_legend()
     assert [text.get_text() for text in legend.get_texts()] == [f"{1e3 * t:.3g} ms" for t in times]
 
 
-def test_energies_fill_the_kinetic_energy_at_impact(figure) -> None:
+def test_energies_add_up_to_the_kinetic_energy_at_impact(figure) -> None:
     top = figure.axes[5].collections[-1].get_paths()[0].vertices[:, 1].max()
-    # m v0^2/2 = 25 uJ; what the quadratures leave is 1e-8 of it.
+    # m v0^2/2 = 25 uJ; the quadratures have a relative error of 1e-8.
     assert top == pytest.approx(25.0, rel=1e-7)
 
 
@@ -56,11 +56,11 @@ def test_pressure_of_the_picture_carries_the_force(result, figure) -> None:
         r, p = line.get_xdata() * 1e-6, line.get_ydata() * 1e3
         assert figure.axes[4].get_ylabel() == "pressure $p$ [kPa]"
         force = np.trapezoid(2.0 * np.pi * r * p, r)
-        # Trapezoids through 241 points of an ellipse.
+        # The trapezoidal rule with 241 points of an ellipse.
         assert force == pytest.approx(float(result.sample([t]).force[0]), rel=1e-3)
 
 
-def test_tick_labels_keep_the_packages_font_outside_the_context(figure) -> None:
+def test_tick_labels_keep_the_font_outside_the_context(figure) -> None:
     figure.set_size_inches(20.0, 12.0)
     figure.draw_without_rendering()
     families = {family for ax in figure.axes for tick in ax.get_xticklabels() for family in tick.get_fontfamily()}
@@ -75,6 +75,6 @@ def test_overview_draws_into_a_given_figure_and_leaves_settings_alone(result) ->
 
 
 @pytest.mark.parametrize(("method", "panels"), [("elements", 5), ("reference", 4)])
-def test_other_methods_show_what_they_know(method, panels) -> None:
+def test_panels_of_other_methods(method, panels) -> None:
     options = {"n_elements": 40} if method == "elements" else {"rtol": 1e-4}
     assert len(rs.solve(IMPACT, method, **options).plot().axes) == panels

@@ -21,13 +21,13 @@ def test_isolines_lie_where_the_function_has_their_value(ax) -> None:
     contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], cmap=style.SEQUENTIAL)
     (lines,) = [part for part in ax.collections if not part.get_rasterized()]
     for radius, path in zip((0.25, 0.5), lines.get_paths(), strict=True):
-        # Across a cell of size h the interpolation is off by h^2/(8 (r - h)) at most; the ends of a label's
-        # gap lie on a chord of length sqrt(2) h at most, which sags by h^2/(4 r).
+        # The error of the interpolation within a cell of size h is at most h^2/(8 (r - h)). The ends of the gap for a
+        # label lie on a chord of length sqrt(2) h or less, whose sagitta is h^2/(4 r).
         bound = 0.01**2 * (1 / (8 * 0.24) + 1 / (4 * 0.25))
         assert np.hypot(*path.vertices.T) == pytest.approx(radius, abs=bound)
 
 
-def test_levels_out_of_reach_are_left_out_and_labels_follow_the_format(ax) -> None:
+def test_levels_outside_the_data_are_left_out_and_labels_have_the_format(ax) -> None:
     x = np.linspace(0.0, 1.0, 21)
     contour_map(ax, x, x, np.add.outer(x, x), [-1.0, 0.5, 1.5, 7.0], fmt=lambda level: f"{100 * level:.0f} %")
     assert {text.get_text() for text in ax.texts} == {"50 %", "150 %"}
@@ -43,7 +43,7 @@ def test_transposed_values_are_refused(ax) -> None:
         contour_map(ax, [0, 1, 2], [0, 1], np.ones((3, 2)), [0.5])
 
 
-def test_labels_stand_at_the_isolines_nearest_to_the_given_points(ax) -> None:
+def test_labels_lie_on_the_isolines_closest_to_the_given_points(ax) -> None:
     x = np.linspace(-1.0, 1.0, 81)
     z = np.hypot(*np.meshgrid(x, x))
     contour_map(ax, x, x, z, [0.4, 0.6, 0.8], labels_at=[(0.0, 0.41), (-0.59, 0.0), (0.0, -0.79)])
@@ -51,7 +51,7 @@ def test_labels_stand_at_the_isolines_nearest_to_the_given_points(ax) -> None:
     assert places == pytest.approx({"0.4": 0.4, "0.6": 0.6, "0.8": 0.8}, abs=0.02)
 
 
-def test_colour_bar_names_the_isolines_that_fit(ax) -> None:
+def test_colour_bar_has_ticks_for_the_isolines_that_fit(ax) -> None:
     x = np.linspace(0.0, 1.0, 21)
     contour_map(ax, x, x, np.add.outer(x, x), [0.5, 0.502, 1.0], cmap=style.SEQUENTIAL, colorbar="sum of both")
     bar = ax.figure.axes[1]
@@ -70,7 +70,7 @@ def test_neighbours_differ_in_colour_and_dashes_and_the_limit_is_thin(ax) -> Non
     assert limit.get_label() == "limit"
 
 
-def test_a_label_on_each_curve_lies_on_it_and_on_no_other_label(ax) -> None:
+def test_labels_lie_on_their_curves_and_do_not_overlap(ax) -> None:
     x = np.linspace(0.0, 1.0, 200)
     rows = [slope * x for slope in (0.1, 0.4, 0.7, 1.0)]
     ax.set_xlim(0.0, 1.0)

@@ -35,7 +35,7 @@ def test_data_are_drawn_beside_the_curves() -> None:
     np.testing.assert_allclose(right.lines[1].get_ydata(), [0.5, 1.0, 0.5])
 
 
-def test_shift_factors_over_celsius() -> None:
+def test_shift_factors_over_the_temperature_in_celsius() -> None:
     (ax,) = shift_factors(ShiftTable([273.15, 293.15], [1.0, 0.0])).axes
     np.testing.assert_allclose(ax.lines[0].get_xdata(), [0.0, 20.0], atol=1e-12)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [1.0, 0.0])

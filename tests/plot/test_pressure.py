@@ -12,7 +12,7 @@ from restitution.plot import style
 
 
 def contact(pressure: Any) -> Any:
-    """Contact of 3 ms, deepest at 1 ms, with the radius sqrt(d R) of a parabola."""
+    """Contact of 3 ms with the largest depth at 1 ms and the radius sqrt(d R) of a parabola."""
     t = np.linspace(0.0, 3e-3, 301)
     depth = np.where(t < 1e-3, 1.0 - (1.0 - t / 1e-3) ** 2, 1.0 - ((t - 1e-3) / 2e-3) ** 2) * 1e-4
     motion = xr.Dataset(
@@ -37,7 +37,7 @@ def hertz(r: Any, a: float) -> Any:
     return 2e9 * np.sqrt(np.maximum(a * a - r * r, 0.0))
 
 
-def test_four_instants_of_coming_and_going() -> None:
+def test_four_instants_of_approach_and_rebound() -> None:
     found = contact(hertz)
     assert plots.instants(found) == pytest.approx([0.5e-3, 1e-3, 1e-3 + 2e-3 / 3, 1e-3 + 4e-3 / 3], rel=1e-12)
     ax = plots.pressure_radius(style.new_figure().add_subplot(), found)
@@ -45,7 +45,7 @@ def test_four_instants_of_coming_and_going() -> None:
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("radius $r$ [mm]", "pressure $p$ [MPa]")
 
 
-def test_curves_hold_the_pressure_in_the_units_of_the_labels() -> None:
+def test_curves_have_the_pressure_in_the_units_of_the_labels() -> None:
     found = contact(hertz)
     ax = plots.pressure_radius(style.new_figure().add_subplot(), found, [1e-3])
     r, p = ax.lines[0].get_data()
@@ -54,7 +54,7 @@ def test_curves_hold_the_pressure_in_the_units_of_the_labels() -> None:
     assert ax.get_legend().get_texts()[0].get_text() == "1 ms"
 
 
-def test_infinite_edges_do_not_set_the_scale() -> None:
+def test_infinite_pressure_at_the_edge_does_not_set_the_scale() -> None:
     def punch(r: Any, a: float) -> Any:
         with np.errstate(divide="ignore"):
             return 1e3 / np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0))

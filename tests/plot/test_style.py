@@ -1,4 +1,4 @@
-"""Settings, colours and files of figures."""
+"""Settings, colours and file formats of figures."""
 
 import struct
 from pathlib import Path
@@ -52,13 +52,13 @@ def test_pdf_embeds_truetype_fonts_only(figure, tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", ["pdf", "png", "svg"])
 def test_same_figure_gives_the_same_bytes(figure, tmp_path: Path, suffix: str, monkeypatch) -> None:
     first = style.save_figure(figure, tmp_path / f"first.{suffix}").read_bytes()
-    # If matplotlib writes a date, it is this one.
+    # With this variable the date of the second file would differ.
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
     second = style.save_figure(figure, tmp_path / f"second.{suffix}").read_bytes()
     assert first == second
 
 
-def test_unknown_format_is_refused_by_name(figure, tmp_path: Path) -> None:
+def test_unknown_formats_are_refused(figure, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"path.*\.pdf, "):
         style.save_figure(figure, tmp_path / "picture.xyz")
     assert list(tmp_path.iterdir()) == []
@@ -80,7 +80,7 @@ def test_interrupted_save_leaves_the_old_file(figure, tmp_path: Path, monkeypatc
 
 
 def test_a_notebook_shows_a_figure_that_is_the_value_of_a_cell(figure) -> None:
-    # IPython's formatter for PNG calls this method; the size is that of the screen, not of the printed page.
+    # IPython calls this method. The resolution is that of a screen, not of the printed page.
     picture = figure._repr_png_()
     assert picture.startswith(b"\x89PNG")
     width, height = struct.unpack(">II", picture[16:24])
@@ -105,5 +105,5 @@ def test_family_colors_grow_lighter_and_stay_visible_on_white() -> None:
 
     values = [luminance(matplotlib.colors.to_hex(color)) for color in family_colors(9)]
     assert np.all(np.diff(values) > 0)
-    # WCAG's contrast to white; 1.5 is where a line of 1.5 points fades.
+    # Contrast to white by WCAG; a line of 1.5 points is hard to see below 1.5.
     assert 1.05 / (values[-1] + 0.05) > 1.5

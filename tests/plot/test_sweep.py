@@ -18,7 +18,7 @@ from restitution.quantities import INPUTS, OUTPUTS, input_attributes
 def result(
     shape: dict[str, Any], outputs: tuple[str, ...] = ("restitution_coefficient",), draws: int = 0
 ) -> xr.Dataset:
-    """A sweep's result of easily recognised numbers: the product of one plus each index."""
+    """Made-up result of a sweep: the product of one plus each index."""
     sizes = {name: len(values) for name, values in shape.items()} | ({"draw": draws} if draws else {})
     numbers = np.ones([*sizes.values()])
     for place, n in enumerate(sizes.values()):
@@ -40,7 +40,7 @@ def result(
 
 
 def panels(figure: Any) -> list[Any]:
-    """Axes without those of colour bars."""
+    """Axes of the figure without those of colour bars."""
     return [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
 
 
@@ -86,7 +86,7 @@ WORDS = np.array(["rubber", "steel"])
         ({"velocity": line(50), "radius": line(1)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
     ],
 )  # fmt: skip
-def test_what_goes_where(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
+def test_layout(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
     dataset = result(shape, draws=draws)
     assert choose_layout(dataset, **options) == layout
     figure = plot_sweep(dataset, **options)
@@ -115,7 +115,7 @@ def test_curves_have_the_numbers_in_units_that_suit_them() -> None:
     assert first.get_yscale() == "linear"
 
 
-def test_one_value_of_an_axis_is_shown_at_will() -> None:
+def test_one_value_of_an_axis_can_be_chosen() -> None:
     dataset = result({"velocity": line(50), "radius": line(11), "material": WORDS})
     figure = plot_sweep(dataset, at={"radius": 0.00152, "material": "steel"})
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), dataset.restitution_coefficient[:, 5, 1])
@@ -126,7 +126,7 @@ def test_no_two_quantities_share_a_symbol() -> None:
     assert len(set(symbols)) == len(symbols)
 
 
-def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
+def test_further_axes_are_shown_at_their_middle_value_given_in_the_title() -> None:
     shape = {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}
     figure = plot_sweep(result(shape))
     title = figure.get_suptitle()
@@ -136,7 +136,7 @@ def test_axes_that_do_not_fit_are_shown_in_the_middle_and_said() -> None:
     assert figure.get_suptitle() == "rubber, $\\nu$ = 0.001, $p_2$ = 0.001105"
 
 
-def test_values_that_all_points_share_are_said_on_lines_that_fit() -> None:
+def test_the_title_gives_the_common_values_in_lines_that_fit() -> None:
     dataset = result({"velocity": line(50)}).assign_attrs(title="Rubber balls")
     shared = ("mass", "radius", "external_force", "p2", "p3")
     dataset = dataset.assign_coords({name: ((), 0.001, input_attributes(name)) for name in shared})
@@ -167,18 +167,18 @@ def test_slices_lie_on_the_axis() -> None:
         plot_sweep(dataset, at={"velocity": "abc"})
 
 
-def test_a_map_is_of_the_right_way_round() -> None:
+def test_a_map_is_not_transposed() -> None:
     dataset = result({"velocity": line(20), "radius": line(30)})
     ax = plot_sweep(dataset).axes[0]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("impact velocity $v_0$ [mm/s]", "radius $R$ [mm]")
-    # An isoline of e = (1 + i)(1 + j)/660 passes where the product is its level.
+    # e = (1 + i)(1 + j)/660 on its isolines
     (lines,) = [one for one in ax.collections if type(one).__name__ == "QuadContourSet"]
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         if len(path.vertices) == 0:
             continue
         x, y = path.vertices[len(path.vertices) // 2]
         product = (1.0 + (x - 1.0) * 19.0) * (1.0 + (y - 1.0) * 29.0)
-        # Between the points, a straight line stands for a hyperbola.
+        # Between points of the grid a straight line approximates a hyperbola.
         assert product / 660.0 == pytest.approx(level, rel=0.05)
 
 
@@ -203,7 +203,7 @@ def test_draws_are_counted_and_scattered() -> None:
     assert scatter.get_xlabel() == "mass $m$ [g]"
 
 
-def test_what_is_missing_or_infinite_is_left_out(tmp_path: Path) -> None:
+def test_missing_and_infinite_values_are_left_out(tmp_path: Path) -> None:
     dataset = result({"velocity": line(20), "radius": line(30)}, ("restitution_coefficient", "contact_time"))
     dataset.restitution_coefficient[:4] = np.nan
     dataset.contact_time[:4] = np.inf
@@ -248,13 +248,13 @@ def test_units(values: list[float], attributes: dict[str, str], label: str, firs
         ({"at": {"velocity": 0.001, "radius": 0.001}}, "dataset"),
     ],
 )
-def test_what_is_refused(options: dict[str, Any], field: str) -> None:
+def test_invalid_options_are_refused(options: dict[str, Any], field: str) -> None:
     with pytest.raises(InputError) as refused:
         plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)
     assert refused.value.field == field
 
 
-def test_one_panel_is_drawn_into_given_axes_and_several_are_refused() -> None:
+def test_given_axes_take_a_single_panel() -> None:
     dataset = result({"velocity": line(20)}, ("restitution_coefficient", "contact_time"))
     figure = new_figure()
     ax = figure.add_subplot()
@@ -274,7 +274,7 @@ def test_slices_share_their_levels_and_their_shading() -> None:
     assert len({tuple(bar.get_yticks()) for bar in bars}) == 1
 
 
-def test_two_draws_at_a_point_make_bars_and_no_bands() -> None:
+def test_draws_at_two_points_give_bars_and_no_bands() -> None:
     ax = plot_sweep(result({"velocity": line(2)}, draws=50)).axes[0]
     assert ax.lines[0].get_linestyle() == "None"
     assert {type(one).__name__ for one in ax.collections} == {"LineCollection"}

@@ -1,4 +1,4 @@
-"""The code, case files, links, versions and names in the documents are run or compared."""
+"""Code, case files, links, versions and names in the documents."""
 
 import importlib.metadata
 import re
@@ -46,7 +46,7 @@ def test_case_files_are_solved(name, tmp_path):
     assert 0.0 < read_case(file).solve().restitution_coefficient < 1.0
 
 
-def test_readme_shows_what_its_example_prints(capsys):
+def test_readme_shows_the_output_of_its_example(capsys):
     exec(blocks("README.md", "python")[0], {})
     assert [capsys.readouterr().out] == blocks("README.md", "text")
 
@@ -70,7 +70,7 @@ def test_public_names_exist(document):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_relative_links_lead_somewhere(document):
+def test_relative_links_exist(document):
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if re.match(r"\w+:", target):
             continue
@@ -80,7 +80,7 @@ def test_relative_links_lead_somewhere(document):
         assert not anchor or anchor in anchors(file), target
 
 
-def test_one_version():
+def test_all_versions_agree():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE)
     assert cited is not None
@@ -96,7 +96,7 @@ def test_reference_names_every_public_name():
 
 @pytest.mark.parametrize("name", ["README.md", "docs/index.md", "docs/theory/limits.md"])
 def test_headline_numbers_are_computed(name):
-    """Restitution coefficients and instantaneous Poisson ratios of the two examples at the front."""
+    """Restitution coefficients and instantaneous Poisson ratios of the two examples."""
     text = (ROOT / name).read_text()
     for nu, p2, p3 in ((0.49, 1e-3, 10.0), (0.499, 0.0045, 6.0)):
         one = restitution.standard_solid_restitution(nu, p2, p3)

@@ -45,8 +45,8 @@ outputs = ["max_force", "max_deceleration"]
 
 @pytest.fixture
 def extension(monkeypatch):
-    """The names that the page defines; the registries are as before afterwards."""
-    models.material_models()  # complete before it is copied
+    """Names that the page defines; the registries are restored afterwards."""
+    models.material_models()  # fills the registry
     monkeypatch.setattr(Profile, "registered", dict(Profile.registered))
     monkeypatch.setattr(models, "_MODELS", dict(models._MODELS))
     before = dict(quantities.OUTPUTS)
@@ -61,7 +61,7 @@ def extension(monkeypatch):
         quantities.OUTPUTS.update(before)
 
 
-def test_one_place_serves_python_case_files_sweeps_and_pictures(extension, tmp_path):
+def test_one_definition_serves_python_case_files_sweeps_and_pictures(extension, tmp_path):
     solid = extension.two_decades(1e6, 2e6, 1e-3, poisson_ratio=0.45)
     result = rs.solve(rs.Impact(solid, extension.Quartic(0.01), mass=0.005, velocity=1.0))
     same = rs.solve(rs.Impact(solid, rs.PowerLaw(4.0, 0.01**-3), mass=0.005, velocity=1.0))
@@ -107,6 +107,6 @@ def test_an_output_that_cannot_be_derived_is_refused(name, derive, field):
     assert caught.value.field == field
 
 
-def test_energies_of_an_output_take_the_quadrature():
+def test_energies_need_the_quadrature():
     assert quantities.needs(["energy_residual"], quantities.QUADRATURES)
     assert not quantities.needs(["kinetic_energy_out", "mach_number"], quantities.QUADRATURES)

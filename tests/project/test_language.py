@@ -1,4 +1,4 @@
-"""Lines of the documents have less than 120 characters."""
+"""Lines of the documents have fewer than 120 characters."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-# Folders whose pages are made by programs.
+# Folders with generated pages.
 MADE = ("_build", "_static", "generated", "gallery")
 PAGES = sorted(
     path

@@ -1,4 +1,4 @@
-"""The page on surrogates: its code runs, and its table is that of the benchmark."""
+"""The page on surrogates: its code runs, and its table equals that of the benchmark."""
 
 import re
 from pathlib import Path
@@ -19,13 +19,13 @@ def test_code_of_the_page_runs(
     for block in blocks:
         exec(compile(block, "surrogates.md", "exec"), names)
     first, last = (1.0 + 0.2) / 2, names["restitution"](0.8) * 0.8 / 2
-    # Momentum is kept, and the relative velocity is turned round and multiplied by e.
+    # Momentum is conserved, and the relative velocity is multiplied by -e.
     assert names["velocities"] == pytest.approx([first - last, first + last])
     assert np.shape(names["picture"]) == (300, 300)
     assert capsys.readouterr().out
 
 
-def test_table_of_the_page_keeps_what_is_stated() -> None:
+def test_table_of_the_page_is_within_the_stated_error() -> None:
     lines = (ROOT / "benchmarks" / "surrogate.md").read_text().splitlines()
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| ")]
     heads, rows = rows[0], rows[1:]

@@ -14,14 +14,14 @@ def difference(approximate, exact):
 
 
 def look_up(pieces, function, x):
-    """Value at x; the table is of a logarithm over a logarithm."""
+    """Value at x from a table of the logarithm of the function over the logarithm of its argument."""
     low, high = np.exp(pieces.edges[[0, -1]])
     return math.log(value(math.exp(x), *table(pieces, function, low, high, math.inf)))
 
 
 @pytest.mark.plain
 def test_polynomial_of_the_degree_is_one_piece_and_exact():
-    # 1 + x^12 on [-2, 3], by its own formula.
+    # 1 + x^12 on [-2, 3]
     pieces, error = build_pieces(lambda x: (1.0 + x**DEGREE)[None], difference, -2.0, 3.0, 1e-6)
     assert pieces.edges.tolist() == [-2.0, 3.0]
     assert error[0] < 1e-8
@@ -31,7 +31,7 @@ def test_polynomial_of_the_degree_is_one_piece_and_exact():
 
 
 @pytest.mark.plain
-def test_halves_where_the_function_is_rough_and_meets_the_error_there():
+def test_pieces_are_halved_where_the_function_is_rough():
     def sample(x):
         return np.stack([np.sin(3.0 * x), np.arctan(200.0 * (x - 0.3))])
 
@@ -50,7 +50,7 @@ def test_halves_where_the_function_is_rough_and_meets_the_error_there():
 
 
 @pytest.mark.plain
-def test_pieces_meet_without_a_jump():
+def test_pieces_are_continuous():
     pieces, _ = build_pieces(lambda x: np.arctan(50.0 * x)[None], difference, -1.0, 1.0, 1e-4)
     assert pieces.edges.size > 4
     signs = (-1.0) ** np.arange(DEGREE + 1)
@@ -59,7 +59,7 @@ def test_pieces_meet_without_a_jump():
 
 
 @pytest.mark.plain
-def test_what_cannot_be_met_is_said_with_numbers():
+def test_an_unattainable_error_is_reported_with_place_and_size():
     with pytest.raises(NotMet) as caught:
         build_pieces(lambda x: np.stack([x, np.sign(x - 0.123)]), difference, -1.0, 1.0, 1e-6)
     assert caught.value.function == 1
@@ -73,7 +73,7 @@ def test_what_cannot_be_met_is_said_with_numbers():
 
     with pytest.raises(NotMet):
         build_pieces(noise, difference, 0.0, 1.0, 1e-6)
-    # What is rough everywhere is given up soon.
+    # A function that is rough everywhere is given up soon.
     assert sum(asked) < 100_000
     with pytest.raises(NotMet) as caught:
         build_pieces(lambda x: np.where(x > 0.5, np.nan, x)[None], difference, -1.0, 1.0, 1e-6)
@@ -81,7 +81,7 @@ def test_what_cannot_be_met_is_said_with_numbers():
 
 
 @pytest.mark.plain
-def test_out_of_range_is_not_a_number():
+def test_values_out_of_range_are_nan():
     pieces, _ = build_pieces(lambda x: x[None], difference, 0.0, 1.0, 1e-6)
     one = table(pieces, 0, 1.0, math.e, math.inf)
     assert value(2.0, *one) == pytest.approx(2.0)
@@ -96,6 +96,6 @@ def test_out_of_range_is_not_a_number():
 
 
 @pytest.mark.plain
-def test_most_is_not_exceeded():
+def test_values_do_not_exceed_their_upper_limit():
     pieces, _ = build_pieces(lambda x: (1e-3 + 0.0 * x)[None], difference, 0.0, 1.0, 1e-6)
     assert value(2.0, *table(pieces, 0, 1.0, math.e, 1.0)) == 1.0

@@ -1,4 +1,4 @@
-"""The paper's restitution coefficient by interpolation, compared with the exact method at other points."""
+"""Interpolant of the paper's restitution coefficient against the exact method at other points."""
 
 import importlib.util
 from itertools import pairwise
@@ -34,7 +34,7 @@ def exact(nu, p2, p3):
 
 
 @pytest.mark.parametrize("n", [6000, pytest.param(200_000, marks=pytest.mark.slow)])
-def test_error_is_below_what_is_stated(n):
+def test_error_is_below_the_stated_error(n):
     groups = make.random_groups(n, seed=n)
     assert np.abs(rs.standard_solid_surrogate(*groups) - exact(*groups)).max() <= STATED_ERROR
 
@@ -60,8 +60,8 @@ def test_rows_of_the_reference_table():
     assert found == pytest.approx(e[inside], abs=STATED_ERROR)
 
 
-def test_no_bulk_stiffness_is_an_incompressible_body_of_a_quarter_of_the_shear_stiffness():
-    # E*/4 = G/4 for nu = -1: two ends of the table, far from each other, that must agree.
+def test_bodies_without_bulk_stiffness_are_incompressible_ones_of_a_quarter_of_the_modulus():
+    # E*/4 = G/4 for nu = -1: two opposite ends of the table agree.
     p2, p3 = np.meshgrid(np.logspace(-3, 1, 40), np.logspace(-1.5, 2, 40))
     other = equivalent_incompressible_p3(p3)
     assert rs.standard_solid_surrogate(-1.0, p2, p3) == pytest.approx(
@@ -69,12 +69,12 @@ def test_no_bulk_stiffness_is_an_incompressible_body_of_a_quarter_of_the_shear_s
     )
 
 
-def test_values_stay_between_zero_and_one_and_do_not_jump():
+def test_values_lie_between_zero_and_one_and_are_continuous():
     nu, p2, p3 = make.random_groups(200_000, seed=2)
     e = rs.standard_solid_surrogate(nu, p2, p3)
     assert e.min() > 0.0
     assert e.max() <= 1.0
-    # Across the faces of boxes, that between the halves with different coordinates included.
+    # A line across the faces of boxes, including the face between the halves with different coordinates.
     x = np.linspace(0.0, 1.0, 40_001)
     nu = plane.groups(np.column_stack([x, np.full(x.size, -2.0), np.zeros(x.size)]))[0]
     second_differences = np.diff(rs.standard_solid_surrogate(nu, 0.01, 3.0), 2)
@@ -106,11 +106,11 @@ def test_nothing_is_extrapolated(arguments, message):
         rs.standard_solid_surrogate(*arguments)
 
 
-def test_coordinates_lead_back():
+def test_coordinates_can_be_inverted():
     nu, p2, _ = make.random_groups(200, seed=6)
     nu = np.clip(nu, -0.99, 0.49)
     q = 1.0 + 1.0 / p2
-    # r is tau2/tau, which the reduced modulus of the solid knows by another way.
+    # r is tau2/tau, which also follows from the reduced modulus of the solid.
     solids = (rs.standard_solid(1.0, 1.0 / a, 1.0, poisson_ratio=b) for a, b in zip(p2, nu, strict=True))
     times = np.array([rs.reduced_modulus(solid).relaxation_times for solid in solids])
     x = np.log(times[:, 1] / times[:, 0]) / np.log(q)
@@ -119,12 +119,12 @@ def test_coordinates_lead_back():
     assert found[1] == pytest.approx(p2)
 
 
-def test_script_meets_the_tolerance_that_it_is_given(tmp_path):
+def test_the_script_attains_a_given_tolerance(tmp_path):
     reports = []
     boxes = make.make_boxes(1e-2, lambda done, total: reports.append((done, total)))
     assert len(boxes.levels) < 20
     error = make.measured_error(boxes, 3000, seed=1)
-    # Tested at 136 points of each box, it is met within a factor.
+    # The script tests 136 points of each box, so that the error may exceed the tolerance by a factor.
     assert 1e-4 < error < 2e-2
     assert all(one[0] <= two[0] for one, two in pairwise(reports))
     assert reports[-1] == (len(boxes.levels), len(boxes.levels))
@@ -134,17 +134,17 @@ def test_script_meets_the_tolerance_that_it_is_given(tmp_path):
 
 
 @pytest.mark.slow
-def test_script_makes_what_is_shipped(tmp_path, capsys):
+def test_the_script_makes_the_shipped_file(tmp_path, capsys):
     make.main([str(tmp_path / "new.npz")])
     assert "largest error at 200000 random points" in capsys.readouterr().out
     with np.load(DATA) as shipped, np.load(tmp_path / "new.npz") as new:
         assert sorted(shipped) == sorted(new)
-        # Another processor rounds differently, and a box that only just met the tolerance may be halved there.
+        # Other processors round differently and may halve a box that is just within the tolerance here.
         assert abs(len(new["levels"]) - len(shipped["levels"])) <= 3
         assert float(new["error"]) <= STATED_ERROR
 
 
-def test_data_are_small_and_come_with_the_package():
+def test_the_data_file_is_small_and_part_of_the_package():
     import tomllib
 
     assert DATA.stat().st_size < 1_000_000

@@ -1,4 +1,4 @@
-"""Surrogates over the velocity, compared with closed forms and with solves that did not build them."""
+"""Surrogates over the velocity against closed forms and against solves that were not used to build them."""
 
 import json
 import math
@@ -32,7 +32,7 @@ OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
 EPOXY = rs.Impact(rs.library.get("epoxy"), rs.Parabola(0.01), mass=0.01, velocity=1.0)
-# A kink over the velocity, where the end of the flat comes into contact.
+# A kink over the velocity: in fast impacts the cone around the flat face is in contact, too.
 KINK = replace(BALL, profile=rs.TruncatedCone(1e-4, 1.2))
 PRESSED = replace(BALL, external_force=1e-7, counter_material=RUBBER)
 
@@ -50,7 +50,7 @@ def drawn(low: float, high: float, n: int, seed: int = 7) -> np.ndarray:
     ("impact", "rtol"),
     [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)],
 )
-def test_error_is_met_where_it_was_not_measured(impact: rs.Impact, rtol: float) -> None:
+def test_error_is_below_the_stated_error_at_other_points(impact: rs.Impact, rtol: float) -> None:
     made = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
     v = drawn(1e-3, 10.0, 800)
     exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-5 * rtol, 1e-12))
@@ -60,11 +60,11 @@ def test_error_is_met_where_it_was_not_measured(impact: rs.Impact, rtol: float) 
         error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, floor)
         assert error.max() <= rtol
         assert made.error[name] <= rtol
-        # What is stated holds at points that did not measure it.
+        # The stated error also holds at points that were not used to measure it.
         assert error.max() <= made.error[name]
 
 
-def test_shallow_impacts_on_a_profile_from_a_table_are_as_good_as_deep_ones() -> None:
+def test_shallow_impacts_with_a_tabulated_profile_are_accurate() -> None:
     made = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
     for v in (1e-3, 3e-3, 0.02):
         alone = rs.solve(replace(KINK, velocity=v), rtol=1e-12)
@@ -72,7 +72,7 @@ def test_shallow_impacts_on_a_profile_from_a_table_are_as_good_as_deep_ones() ->
             assert getattr(made, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
 
 
-def test_elastic_body_is_that_of_hertz() -> None:
+def test_elastic_body_agrees_with_hertz() -> None:
     steel = rs.elastic(shear_modulus=8e10, poisson_ratio=0.3)
     made = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
     v = drawn(1e-3, 1.0, 50)
@@ -84,7 +84,7 @@ def test_elastic_body_is_that_of_hertz() -> None:
     assert made.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
 
 
-def test_flat_punch_on_a_maxwell_liquid_rebounds_alike_at_every_velocity() -> None:
+def test_flat_punch_on_a_maxwell_liquid_has_a_constant_e() -> None:
     liquid = rs.PronySeries(0.0, [1e5], [0.5])
     impact = rs.Impact(rs.Material(liquid, math.inf), rs.FlatPunch(0.01), mass=0.1, velocity=1.0)
     stiffness = 2.0 * 4.0 * 1e5 * 0.01
@@ -133,7 +133,7 @@ def test_compiled_form_within_a_callback_for_c(ball: rs.Surrogate) -> None:
     assert math.isnan(lost_energy.ctypes(0.005, 9e-4))
 
 
-def test_compiled_form_in_a_loop_is_the_same_to_the_last_bit(ball: rs.Surrogate) -> None:
+def test_compiled_form_in_a_loop_gives_the_same_bits(ball: rs.Surrogate) -> None:
     time = ball.compiled("contact_time")
 
     @numba.njit
@@ -150,7 +150,7 @@ def test_compiled_form_in_a_loop_is_the_same_to_the_last_bit(ball: rs.Surrogate)
         ball.compiled("depth")
 
 
-def test_threads_see_the_same(ball: rs.Surrogate) -> None:
+def test_threads_give_the_same_values(ball: rs.Surrogate) -> None:
     v = drawn(1e-3, 10.0, 1000)
     fresh = replace(ball)
     with ThreadPoolExecutor(4) as pool:
@@ -158,13 +158,13 @@ def test_threads_see_the_same(ball: rs.Surrogate) -> None:
     assert all(np.array_equal(row, ball(v)) for row in rows)
 
 
-def test_other_processes_get_the_same(ball: rs.Surrogate) -> None:
+def test_other_processes_give_the_same_values(ball: rs.Surrogate) -> None:
     v = drawn(1e-3, 10.0, 20)
     expected = ball(v)
     assert np.array_equal(pickle.loads(pickle.dumps(ball))(v), expected)
 
 
-def test_workers_do_not_matter() -> None:
+def test_results_do_not_depend_on_the_number_of_workers() -> None:
     one, two = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
     assert np.array_equal(one.pieces.coefficients, two.pieces.coefficients)
     assert one.error == two.error
@@ -178,7 +178,7 @@ def test_progress_ends_with_all_pieces() -> None:
     assert reports[-1] == (n, n)
 
 
-def test_own_velocity_of_the_impact_does_not_matter(ball: rs.Surrogate) -> None:
+def test_the_velocity_of_the_given_impact_does_not_matter(ball: rs.Surrogate) -> None:
     other = rs.surrogate(replace(BALL, velocity=[3.0, 4.0]))
     assert np.array_equal(other.pieces.coefficients, ball.pieces.coefficients)
     assert other.problem == ball.problem
@@ -186,14 +186,14 @@ def test_own_velocity_of_the_impact_does_not_matter(ball: rs.Surrogate) -> None:
     assert ball.problem["profile"] == {"type": "Parabola", "radius": 0.01}
 
 
-def test_doubts_of_the_theory_are_handed_on(ball: rs.Surrogate) -> None:
+def test_warnings_of_validity_are_kept(ball: rs.Surrogate) -> None:
     (warning,) = ball.warnings
     assert warning.startswith("small strain: ")
     assert ball.validity["small_strain"].exceeded
     assert rs.surrogate(BALL, (1e-3, 1e-2)).warnings == []
 
 
-def test_range_in_which_a_weight_holds_the_body_is_refused() -> None:
+def test_a_range_with_captured_bodies_is_refused() -> None:
     with pytest.raises(ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which") as caught:
         rs.surrogate(replace(BALL, external_force=0.05))
     message = str(caught.value)
@@ -203,13 +203,13 @@ def test_range_in_which_a_weight_holds_the_body_is_refused() -> None:
     assert rs.surrogate(replace(BALL, external_force=0.05), (low * 1.01, high))(1.0) > 0.0
 
 
-def test_liquid_that_is_sunk_into_is_refused() -> None:
+def test_a_liquid_into_which_the_body_sinks_is_refused() -> None:
     honey = rs.Material(rs.PronySeries(0.0, [1e5], [1e-4]), math.inf)
     with pytest.raises(ValueError, match=r"at .* m/s: SINKS_IN: .* e = 0$"):
         rs.surrogate(rs.Impact(honey, rs.FlatPunch(0.01), mass=0.1, velocity=1.0))
 
 
-def test_tolerance_that_is_not_met_is_said_with_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unattainable_tolerance_is_reported_with_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     from restitution.surrogates import build
 
     monkeypatch.setattr(build, "DEEPEST", 0)
@@ -224,7 +224,7 @@ def test_tolerance_that_is_not_met_is_said_with_numbers(monkeypatch: pytest.Monk
     assert 1e-6 < error < 1.0
 
 
-def test_body_that_goes_through_its_profile_is_told() -> None:
+def test_an_indentation_beyond_the_table_is_reported() -> None:
     tip = rs.Tabulated([0.0, 1e-4, 2e-4], [0.0, 1e-6, 4e-6])
     with pytest.raises(rs.SolverError, match=r"TOO_DEEP: .* \(at velocity = .* m/s\)"):
         rs.surrogate(replace(BALL, profile=tip), velocity=(1.0, 2.0))
@@ -249,7 +249,7 @@ def test_bad_input_is_one_line(arguments: tuple, error: type, message: str) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_file_is_plain_json_that_others_can_evaluate(ball: rs.Surrogate, tmp_path: Path) -> None:
+def test_the_file_is_plain_json(ball: rs.Surrogate, tmp_path: Path) -> None:
     content = json.loads(ball.save(tmp_path / "ball.json").read_text())
     assert content["format_version"] == 2
     assert content["units"] == {
@@ -268,7 +268,9 @@ def test_file_is_plain_json_that_others_can_evaluate(ball: rs.Surrogate, tmp_pat
             assert math.exp(series) == pytest.approx(getattr(ball, name)(v), rel=1e-13)
 
 
-def test_file_is_whole_or_what_it_was(ball: rs.Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_keeps_the_old_file(
+    ball: rs.Surrogate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "ball.json"
     path.write_text("before")
 
@@ -283,7 +285,7 @@ def test_file_is_whole_or_what_it_was(ball: rs.Surrogate, tmp_path: Path, monkey
 
 
 def rehashed(content: dict[str, Any]) -> dict[str, Any]:
-    """As a program writes a file by itself, its hash included."""
+    """Content with its correct hash, as another program may write it."""
     return content | {"sha256": content_hash({key: one for key, one in content.items() if key != "sha256"})}
 
 
@@ -295,7 +297,7 @@ def rehashed(content: dict[str, Any]) -> dict[str, Any]:
         ({"format_version": True}, "format_version"),
         ({"velocity": None}, "velocity"),
         ({"velocity": [2.0, 1.0]}, "velocity"),
-        # Nothing may be extrapolated by an edited range.
+        # An edited range must not lead to extrapolation.
         ({"velocity": [1e-3, 1000.0]}, "velocity"),
         ({"log_velocity_edges": [0.0, 0.3, 1.0, 2.0]}, "log_velocity_edges"),
         ({"log_velocity_edges": [math.log(1e-3), 0.0, math.log(10.0)]}, "chebyshev_coefficients_of_log"),
@@ -328,18 +330,18 @@ def test_other_files_are_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_every_edited_number_is_noticed(ball: rs.Surrogate, tmp_path: Path) -> None:
+def test_every_edited_digit_is_noticed(ball: rs.Surrogate, tmp_path: Path) -> None:
     path = ball.save(tmp_path / "ball.json")
     text = path.read_text()
     places = [n for n, letter in enumerate(text) if letter.isdigit()]
     for n in np.random.default_rng(1).choice(places, 300):
         edited = text[:n] + str((int(text[n]) + 1) % 10) + text[n + 1 :]
         if json.loads(edited) == json.loads(text):
-            continue  # A seventeenth digit that makes no difference.
+            continue  # a seventeenth digit without effect
         path.write_text(edited)
         with pytest.raises(rs.InputError):
             rs.Surrogate.load(path)
-    # Another layout of the same numbers is the same file.
+    # The hash does not depend on the layout of the file.
     path.write_text(json.dumps(dict(reversed(json.loads(text).items()))))
     assert rs.Surrogate.load(path)(0.5) == ball(0.5)
 
@@ -363,7 +365,7 @@ def test_files_that_are_not_json(tmp_path: Path) -> None:
     ratio=logarithmic(2.0, 100.0),
     rtol=st.sampled_from([1e-3, 1e-6]),
 )
-def test_any_material_between_zero_and_one_and_the_same_from_its_file(
+def test_any_material_and_its_file(
     tmp_path: Path, material: rs.Material, radius: float, mass: float, low: float, ratio: float, rtol: float
 ) -> None:
     impact = rs.Impact(material, rs.Parabola(radius), mass=mass, velocity=1.0)
@@ -373,7 +375,7 @@ def test_any_material_between_zero_and_one_and_the_same_from_its_file(
     e, time, force = made(v), made.contact_time(v), made.max_force(v)
     assert np.all((e > 0.0) & (e <= 1.0))
     order = np.argsort(v)
-    # A faster blow is shorter and harder, whatever the material.
+    # For any material a faster impact is shorter and has a larger force.
     assert np.all(np.diff(time[order]) < 2.0 * rtol * time.max())
     assert np.all(np.diff(force[order]) > -2.0 * rtol * force.max())
     again = rs.Surrogate.load(made.save(tmp_path / "any.json"))
@@ -384,7 +386,7 @@ def test_any_material_between_zero_and_one_and_the_same_from_its_file(
     assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()
 
 
-def test_one_piece_takes_few_solves_and_the_error_covers_those_of_the_solver(monkeypatch):
+def test_a_single_piece_takes_few_solves_and_its_error_includes_that_of_the_solver(monkeypatch):
     from restitution.surrogates import build
 
     counts, solved = [], build._solved
@@ -396,5 +398,5 @@ def test_one_piece_takes_few_solves_and_the_error_covers_those_of_the_solver(mon
     monkeypatch.setattr(build, "_solved", counted)
     made = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
     assert sum(counts) <= 100
-    # The solves have the tolerance 1e-12; the largest force is off by up to 14 of these.
+    # The tolerance of the solves is 1e-12, and the error of the largest force is up to 14 times as large.
     assert min(made.error.values()) >= 1.4e-11

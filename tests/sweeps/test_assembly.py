@@ -1,4 +1,4 @@
-"""Points of a sweep become impacts: every number of a point reaches its impact, whatever its profile."""
+"""Every coordinate of a sweep enters its impact, for every profile."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ OUTPUTS = ("restitution_coefficient", "max_indentation_depth", "max_force")
 @pytest.mark.parametrize(
     "profile", [Parabola(0.01), Cone(1.2), Sphere(0.01), PowerLaw(3.0, 1e4)], ids=lambda p: type(p).__name__
 )
-def test_each_number_reaches_its_impact(profile):
+def test_each_coordinate_enters_its_impact(profile):
     axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "external_force": [0.0, 0.4]}
     found = sweep(Impact(RUBBER, profile, 0.005, 1.0), axes, OUTPUTS)
     wanted = solve(
@@ -35,7 +35,7 @@ def test_each_number_reaches_its_impact(profile):
     )
     for name in OUTPUTS:
         np.testing.assert_allclose(found[name], getattr(wanted, name), rtol=1e-9, err_msg=name)
-    # Each of the three makes a difference.
+    # All three coordinates matter.
     e = wanted.restitution_coefficient
     for axis in range(3):
         assert np.all(np.abs(np.diff(e, axis=axis)) > 1e-6)

@@ -1,4 +1,4 @@
-"""Axes and random draws: values, exact ends, pieces, distributions, and what is refused."""
+"""Axes and random draws: values, exact ends, pieces, distributions, refused input."""
 
 import pickle
 import warnings
@@ -24,18 +24,18 @@ def test_linear_and_logarithmic_axes_are_those_of_numpy() -> None:
 
 
 @pytest.mark.parametrize("axis", [Linear(0.1, 0.7, 1001), Logarithmic(1e-7, 0.3, 1001), Logarithmic(5.0, 0.2, 1001)])
-def test_ends_are_exact_and_pieces_are_those_of_the_whole(axis: Linear) -> None:
+def test_ends_are_exact_and_pieces_join(axis: Linear) -> None:
     values = axis.values(0, 1001)
     assert (values[0], values[-1]) == (axis.low, axis.high)
     np.testing.assert_array_equal(np.concatenate([axis.values(0, 17), axis.values(17, 1001)]), values)
 
 
-def test_an_axis_of_one_value_has_the_first() -> None:
+def test_an_axis_of_one_value_is_its_lower_end() -> None:
     assert Linear(2.0, 3.0, 1).values(0, 1).tolist() == [2.0]
     assert Logarithmic(2.0, 3.0, 1).values(0, 1).tolist() == [2.0]
 
 
-# Sobol points are a sequence, in which chunks of any size must join; SciPy itself is the reference.
+# Chunks of any size must join to the Sobol sequence of SciPy.
 @pytest.mark.parametrize("n", [64, 100])
 def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
     axis = Samples(n, {"mass": Uniform(0.0, 1.0), "radius": Uniform(0.0, 1.0)}, seed=3)
@@ -55,7 +55,7 @@ def test_latin_hypercube_has_one_draw_in_every_stratum() -> None:
         assert sorted((values * 50).astype(int).tolist()) == list(range(50))
 
 
-def test_the_seed_decides() -> None:
+def test_the_seed_determines_the_draws() -> None:
     draws = {"mass": Normal(1.0, 0.1)}
     for method in ("sobol", "latin_hypercube"):
         first, again, other = (whole(Samples(16, draws, method, seed))["mass"] for seed in (1, 1, 2))
@@ -71,7 +71,7 @@ def test_draws_survive_pickling() -> None:
     assert copy == axis
 
 
-# Quasi-random means converge as 1/n: at 4096 draws these are ten times closer than chance would be.
+# Quasi-random means converge as 1/n: for 4096 draws the bounds are ten times smaller than for random ones.
 @pytest.mark.parametrize(
     ("distribution", "mean", "deviation"),
     [
@@ -90,7 +90,7 @@ def test_moments_of_the_draws(distribution: object, mean: float, deviation: floa
 def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
     values = whole(Samples(1024, {"mass": Normal(0.1, 0.1)}))["mass"]
     assert values.min() > 0.0
-    # The rest is the distribution given that it is positive: P(X < 0.1 | X > 0).
+    # The distribution is truncated at zero: P(X < 0.1 | X > 0).
     assert np.mean(values < 0.1) == pytest.approx(0.3413447 / 0.8413447, abs=2e-3)
     ratios = whole(Samples(1024, {"nu": Normal(0.49, 0.05)}))["poisson_ratio"]
     assert -1.0 <= ratios.min() < ratios.max() <= 0.5
@@ -132,12 +132,12 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         (lambda: read_axis("mass", np.ones((2, 2))), r"mass: must be one-dimensional .* \(2, 2\)"),
     ],
 )
-def test_what_is_refused(make: object, message: str) -> None:
+def test_invalid_axes_are_refused(make: object, message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         make()  # type: ignore[operator]
 
 
-def test_a_distribution_is_asked_for() -> None:
+def test_numbers_in_place_of_distributions_are_refused() -> None:
     with pytest.raises(TypeError, match=r"^mass = 3: must be a distribution$"):
         Samples(4, {"mass": 3})  # type: ignore[dict-item]
 
@@ -146,7 +146,7 @@ def test_a_distribution_is_asked_for() -> None:
     "given",
     ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}],
 )
-def test_a_number_is_asked_for(given: object) -> None:
+def test_axes_that_are_no_numbers_are_refused(given: object) -> None:
     with pytest.raises(InputTypeError) as caught:
         read_axis("velocity", given)
     assert caught.value.field == "velocity"
@@ -171,7 +171,7 @@ def test_an_argument_of_a_function_takes_objects_and_numbers() -> None:
         read_axis("size", np.ma.array([1.0, 2.0], mask=[False, True]))
 
 
-def test_words_for_objects_are_all_different() -> None:
+def test_labels_of_objects_are_distinct() -> None:
     class Named:
         def __init__(self, name: str) -> None:
             self.name = name
@@ -187,6 +187,6 @@ def test_words_for_objects_are_all_different() -> None:
     ]
 
 
-def test_materials_without_a_name_are_called_by_their_source() -> None:
+def test_materials_without_a_name_are_labelled_by_their_source() -> None:
     listed = read_axis("item", [{"library": "epoxy"}, {"library": "epoxy", "name": "resin"}, {"file": "dma.csv"}])
     assert listed.labels("material") == ["epoxy", "resin", "dma.csv"]

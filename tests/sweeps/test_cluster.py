@@ -34,7 +34,7 @@ def client() -> Any:
         yield one
 
 
-def test_it_writes_what_threads_write(client: Any, tmp_path: Path) -> None:
+def test_dask_and_threads_write_the_same_bytes(client: Any, tmp_path: Path) -> None:
     rs.sweep(BALL, AXES, chunk=1000, out=tmp_path / "threads.zarr")
     seen: list[tuple[int, int]] = []
     rs.sweep(
@@ -51,7 +51,7 @@ def test_it_writes_what_threads_write(client: Any, tmp_path: Path) -> None:
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
 
 
-def test_results_in_memory_come_back(client: Any) -> None:
+def test_results_in_memory(client: Any) -> None:
     axes = {
         "velocity": AXES["velocity"],
         "material": [RUBBER, rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.5)],
@@ -60,7 +60,7 @@ def test_results_in_memory_come_back(client: Any) -> None:
     xr.testing.assert_identical(rs.sweep(BALL, axes, chunk=100, engine="dask", cluster=client), memory)
 
 
-def test_what_is_stored_is_not_computed_again(client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stored_chunks_are_not_computed_again(client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out.zarr"
     rs.sweep(BALL, AXES, chunk=1000, out=out)
     before = tree(out)
@@ -78,7 +78,7 @@ def test_what_is_stored_is_not_computed_again(client: Any, tmp_path: Path, monke
     assert tree(out) == before
 
 
-def test_more_tasks_than_the_scheduler_is_told_of(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_tasks_than_the_scheduler_gets_at_once(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "_LEAST_KNOWN", 3)
     monkeypatch.setattr(run, "_KNOWN_PER_CORE", 1)
     result = rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=10, engine="dask", cluster=client)
@@ -111,7 +111,7 @@ def test_a_worker_that_is_killed_costs_a_retry(tmp_path: Path) -> None:
     assert tree(tmp_path / "dask.zarr") == tree(tmp_path / "threads.zarr")
 
 
-def test_a_function_that_fails_on_a_worker_is_told(client: Any) -> None:
+def test_errors_of_a_function_on_a_worker_are_raised(client: Any) -> None:
     def build(radius: float) -> rs.Impact:
         if radius > 0.01:
             raise RuntimeError("the wheel has come off")
@@ -129,7 +129,9 @@ def test_a_worker_of_another_version_is_refused(client: Any, monkeypatch: pytest
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask", cluster=client)
 
 
-def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_scheduler_is_reported_before_a_store_is_made(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(run, "_PATIENCE", "1s")
     address = "tcp://127.0.0.1:9"
     with pytest.raises(ValueError, match=rf"^cluster = '{address}': no scheduler answers: .* after 1 s$"):
@@ -137,7 +139,7 @@ def test_no_scheduler_is_told_before_there_is_a_store(monkeypatch: pytest.Monkey
     assert not list(tmp_path.iterdir())
 
 
-def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_dask_is_reported_with_the_command_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"engine = 'dask': is not installed; pip install 'restitution\[dask\]'"):
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
@@ -187,7 +189,7 @@ def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None
 @pytest.mark.slow
 def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
     (tmp_path / "sweep.toml").write_text(CASE.replace("n = 50", "n = 2000"))
-    # As from a terminal, the workers are told too; pytest's own shell may have had the signal ignored.
+    # As from a terminal, the workers receive the signal, too. The shell of pytest may make its children ignore it.
     interruptible = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
     command = [
         *(sys.executable, "-c", interruptible + "from restitution.cli.main import main; main()"),

@@ -67,7 +67,7 @@ def flipped(content: bytes, bit: int) -> bytes:
 
 
 @pytest.mark.parametrize("name", ["contact_time", "status"])
-def test_every_bit_of_a_chunk_counts(made: Path, out: Path, name: str, computed: list[Any]) -> None:
+def test_every_flipped_bit_of_a_chunk_is_noticed(made: Path, out: Path, name: str, computed: list[Any]) -> None:
     stored, chunk = rs.open_sweep(out), out / name / "c" / "7" / "0"
     content = chunk.read_bytes()
     bits = range(8 * len(content))
@@ -84,7 +84,7 @@ def test_every_bit_of_a_chunk_counts(made: Path, out: Path, name: str, computed:
 
 
 @pytest.mark.parametrize("name", ["velocity", "material", "external_force"])
-def test_every_bit_of_an_axis_counts(made: Path, out: Path, name: str, computed: list[Any]) -> None:
+def test_every_flipped_bit_of_an_axis_is_noticed(made: Path, out: Path, name: str, computed: list[Any]) -> None:
     chunk = next(path for path in (out / name / "c", out / name / "c" / "0") if path.is_file())
     content = chunk.read_bytes()
     assert _is_intact(content)
@@ -115,18 +115,18 @@ def zero(path: Path) -> None:
 
 
 def four_zeros(path: Path) -> None:
-    # The checksum of nothing.
+    # The checksum of an empty chunk.
     path.write_bytes(bytes(4))
 
 
 @pytest.mark.parametrize("harm", [remove, empty, truncate, zero, four_zeros])
 @pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity"])
-def test_what_a_crash_may_leave_is_reported_and_repaired(
+def test_remains_of_a_crash_are_reported_and_repaired(
     made: Path, out: Path, name: str, harm: Callable[[Path], None], computed: list[Any]
 ) -> None:
     harm(out / name / "c" / ("0" if name == "velocity" else "7/0"))
     if (name, harm) == ("status", remove):
-        # Without its status a chunk is one that is still to be computed.
+        # A chunk without its status counts as not computed.
         with pytest.warns(RestitutionWarning, match="1 of 12 chunks are not computed yet"):
             rs.open_sweep(out).load()
     else:
@@ -138,7 +138,7 @@ def test_what_a_crash_may_leave_is_reported_and_repaired(
 
 
 @pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity", "material"])
-def test_a_folder_of_a_variable_that_is_gone_is_made_again(made: Path, out: Path, name: str) -> None:
+def test_a_missing_folder_of_a_variable_is_restored(made: Path, out: Path, name: str) -> None:
     shutil.rmtree(out / name)
     with pytest.raises(InputError):
         rs.open_sweep(out).load()
@@ -170,7 +170,7 @@ def test_edited_metadata_are_reported_and_repaired(
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[" * 100_000, b'{"attributes": 3}', b"\xff\xfe"])
-def test_a_store_that_cannot_be_recognised_is_left_alone(out: Path, content: bytes) -> None:
+def test_a_folder_that_is_no_store_is_not_changed(out: Path, content: bytes) -> None:
     (out / "zarr.json").write_bytes(content)
     before = tree(out)
     for attempt in (run, rs.open_sweep):
@@ -180,7 +180,7 @@ def test_a_store_that_cannot_be_recognised_is_left_alone(out: Path, content: byt
 
 
 @pytest.mark.parametrize("value", [[1], "{", 7, None])
-def test_a_description_that_is_none_is_one_line(out: Path, value: Any) -> None:
+def test_an_invalid_description_is_refused_in_one_line(out: Path, value: Any) -> None:
     content = json.loads((out / "zarr.json").read_text())
     content["attributes"] |= {"sweep": value, "hash": "0" * 64}
     (out / "zarr.json").write_text(json.dumps(content))
@@ -189,7 +189,7 @@ def test_a_description_that_is_none_is_one_line(out: Path, value: Any) -> None:
             attempt(out)
 
 
-def test_names_that_are_no_chunks_do_not_count(made: Path, out: Path, computed: list[Any]) -> None:
+def test_other_files_among_the_chunks_are_ignored(made: Path, out: Path, computed: list[Any]) -> None:
     (out / "status" / "c" / "99999").mkdir()
     (out / "status" / "c" / "99999" / "0").write_text("x")
     (out / "status" / "c" / "9" / "0").unlink()
@@ -224,7 +224,7 @@ def test_links_and_files_in_the_way_are_refused_by_name(out: Path, tmp_path: Pat
         run(out)
 
 
-def test_a_chunk_of_nothing_but_nan_is_done(tmp_path: Path, computed: list[Any]) -> None:
+def test_a_chunk_of_nan_counts_as_computed(tmp_path: Path, computed: list[Any]) -> None:
     def build(radius: float) -> rs.Impact:
         if radius == 0.02:
             raise InputError("radius", radius, "must not be this one")
@@ -249,7 +249,7 @@ def _start(out: Path, barrier: Any, answers: Any) -> None:
 
 
 def test_any_bit_of_any_file_is_noticed(made: Path, out: Path) -> None:
-    """Flip one random bit of the whole store at a time: a reader refuses it or reads the same numbers."""
+    """With one random bit of the store flipped, a reader refuses the store or reads the same numbers."""
     intact = rs.open_sweep(made).load()
     files = sorted(path for path in out.rglob("*") if path.is_file())
     for file in random.choices(files, weights=[file.stat().st_size for file in files], k=40):
@@ -260,13 +260,15 @@ def test_any_bit_of_any_file_is_noticed(made: Path, out: Path) -> None:
         except InputError:
             pass
         else:
-            # The metadata of a single array stand twice.
+            # The store has a second copy of the metadata of each array.
             assert read.identical(intact), (file.relative_to(out), bit)
         file.write_bytes(content)
 
 
 @pytest.mark.slow
-def test_two_that_start_the_same_sweep_at_once(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_processes_start_the_same_sweep_at_once(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.syspath_prepend(Path(__file__).parents[2])  # the processes import this module
     context = multiprocessing.get_context("spawn")
     for n in range(2):

@@ -1,4 +1,4 @@
-"""The product of axes: chunks cover every point once, in sizes as wanted, without a list of them."""
+"""The product of axes: chunks of the requested size cover every point once, without a list of chunks."""
 
 import tracemalloc
 
@@ -10,7 +10,7 @@ from restitution.sweeps.samples import Samples, Uniform
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
-    """All points, put together from chunks and parts of these."""
+    """All points, assembled from chunks and parts of chunks."""
     arrays = {name: np.full(grid.shape, np.nan) for name in grid.names}
     for index in grid.chunks():
         points = grid.points(index)
@@ -56,13 +56,13 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
         ((10**8,), None, (65536,)),
     ],
 )
-def test_chunks_are_as_large_as_wanted(shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]) -> None:
+def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]) -> None:
     names = ("velocity", "mass", "radius")
     grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
     assert grid.chunk_shape == wanted
 
 
-def test_no_axis_is_one_point() -> None:
+def test_a_grid_without_axes_is_one_point() -> None:
     grid = make_grid({"velocity": 1.0})
     assert (grid.shape, grid.n_points, list(grid.chunks())) == ((), 1, [()])
     assert grid.points(()).part(0, 1)["velocity"].tolist() == [1.0]
@@ -84,12 +84,12 @@ def test_no_axis_is_one_point() -> None:
         ({"nu": [0.3, 0.6]}, None, r"poisson_ratio\[1\] = 0.6: must be in \[-1, 0.5\]"),
     ],
 )
-def test_what_is_refused(axes: dict[str, object], chunk: object, message: str) -> None:
+def test_invalid_chunks_are_refused(axes: dict[str, object], chunk: object, message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         make_grid(axes, chunk)  # type: ignore[arg-type]
 
 
-def test_chunks_of_long_axes_come_one_by_one() -> None:
+def test_chunks_of_long_axes_are_not_listed_in_memory() -> None:
     grid = make_grid({"velocity": Linear(1.0, 2.0, 10**8), "mass": Linear(1.0, 2.0, 10**6)}, chunk=1000)
     assert grid.n_chunks == 10**11
     tracemalloc.start()

@@ -1,4 +1,4 @@
-"""Sweeps in memory: every point is the impact with the numbers of its coordinates."""
+"""Sweeps in memory: every point equals the impact with its coordinates."""
 
 import math
 import os
@@ -38,12 +38,12 @@ EPOXY = rs.Material(
 )
 STEEL = rs.Material(80e9, 160e9, name="steel")
 BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
-# The closed form of a standard solid and the general way round differ in rounding only.
+# The closed form of a standard solid and the general calculation differ by rounding.
 ROUNDING = 1e-10
 
 
 def check(result: xr.Dataset, impact: Callable[..., rs.Impact], rtol: float = ROUNDING) -> None:
-    """Compare every point with the impact that `impact` makes of its coordinates."""
+    """Compare every point with the impact that `impact` builds from its coordinates."""
     dims = result.restitution_coefficient.dims
     for place in np.ndindex(*result.restitution_coefficient.shape):
         point = result.isel(dict(zip(dims, place, strict=True)))
@@ -59,7 +59,7 @@ def impact(material: rs.Material = RUBBER, radius: float = 0.01, **changes: Any)
     return rs.Impact(material, rs.Parabola(radius), **({"mass": 0.005, "velocity": 1.0} | changes))
 
 
-def test_numbers_of_the_body() -> None:
+def test_quantities_of_the_body() -> None:
     axes = {
         "velocity": rs.Logarithmic(0.1, 10.0, 3),
         "radius": [0.005, 0.02],
@@ -69,7 +69,7 @@ def test_numbers_of_the_body() -> None:
     check(rs.sweep(BALL, axes), impact, rtol=0.0)
 
 
-def test_the_papers_numbers() -> None:
+def test_groups_of_the_paper() -> None:
     nu, p2, p3 = [-0.5, 0.3, 0.5], rs.Logarithmic(1e-3, 10.0, 4), np.array([0.1, 1.0, 10.0])
     result = rs.sweep(None, {"nu": nu, "p2": p2, "p3": p3})
     assert result.restitution_coefficient.dims == ("poisson_ratio", "p2", "p3")
@@ -110,7 +110,7 @@ def test_groups_of_a_dimensional_impact() -> None:
 
 
 def solid(**values: float) -> rs.Material:
-    """RUBBER with other numbers."""
+    """RUBBER with other constants."""
     given = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e3} | values
     if "p2" in given:
         given["branch_modulus"] = given["equilibrium_modulus"] / given.pop("p2")
@@ -133,20 +133,20 @@ def solid(**values: float) -> rs.Material:
         {"bulk_modulus": [0.0, 1e5, 1e9, math.inf]},
         {"p2": [0.01, 1.0]},
         {"equilibrium_modulus": [2e5, 4e6]},
-        # A modulus of zero at equilibrium has no closed form.
+        # There is no closed form for an equilibrium modulus of zero.
         {"equilibrium_modulus": [0.0, 1e6]},
         {"nu": [0.2, 0.4], "branch_modulus": [1e6, 3e7], "viscosity": [1e2, 1e3]},
     ],
     ids="-".join,
 )
-def test_numbers_of_a_standard_solid(axes: dict[str, Any]) -> None:
+def test_constants_of_a_standard_solid(axes: dict[str, Any]) -> None:
     check(rs.sweep(BALL, axes), lambda **values: impact(solid(**values)))
-    # Two deformable bodies take the general way.
+    # Two deformable bodies need the general calculation.
     pair = rs.Impact(RUBBER, rs.Parabola(0.01), 0.005, 1.0, counter_material=STEEL)
     check(rs.sweep(pair, axes), lambda **values: impact(solid(**values), counter_material=STEEL))
 
 
-def test_what_is_held_where_the_modulus_at_equilibrium_varies() -> None:
+def test_the_poisson_ratio_may_be_kept_constant() -> None:
     axes = {"equilibrium_modulus": [2e5, 4e6]}
     result = rs.sweep(BALL, axes, held="poisson_ratio")
     check(
@@ -155,7 +155,7 @@ def test_what_is_held_where_the_modulus_at_equilibrium_varies() -> None:
     )
 
 
-def test_numbers_of_a_general_material() -> None:
+def test_moduli_and_times_of_a_general_material() -> None:
     def material(**values: float) -> rs.Material:
         times = [1e-5, values["relaxation_times[1]"], 1e-1]
         moduli = [4e6, 2e6, values.get("branch_moduli[2]", 1e6)]
@@ -173,7 +173,7 @@ def test_poisson_ratio_of_a_general_material() -> None:
         result,
         lambda poisson_ratio: impact(generalised_maxwell(1e6, [4e6, 2e6], [1e-5, 1e-3], poisson_ratio=poisson_ratio)),
     )
-    # A bulk that relaxes keeps its course over time.
+    # A relaxing bulk modulus is scaled as a whole.
     relaxing = rs.Material(series, rs.PronySeries(1e7, [2e7], [1e-4]))
     result = rs.sweep(impact(relaxing), {"bulk_modulus": [1e7, 3e7]})
     check(
@@ -226,11 +226,11 @@ def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
         material = rs.Material(rs.PronySeries(1e6, [given.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)
         return rs.Impact(material, profile(**given), mass=0.005, velocity=velocity)
 
-    # One table serves all velocities of a profile; its error is 1e-12.
+    # All velocities of a profile share a table with an error of 1e-12.
     check(result, one, rtol=1e-9)
 
 
-def test_a_function_builds_what_it_names_and_columns_set_the_rest() -> None:
+def test_a_function_of_some_axes_and_columns_for_the_others() -> None:
     calls: list[float] = []
 
     def sphere_of(radius: float, density: float = 1100.0) -> rs.Impact:
@@ -244,7 +244,7 @@ def test_a_function_builds_what_it_names_and_columns_set_the_rest() -> None:
             radius=radius, mass=1100.0 * 4.0 / 3.0 * math.pi * radius**3, velocity=velocity
         ),
     )
-    # Once for each radius, and not for each of the hundred points.
+    # The function is called for each radius and not for each of the hundred points.
     assert len(calls) <= 4
 
 
@@ -261,7 +261,7 @@ def test_every_output() -> None:
             assert float(result[name][n]) == wanted, name
 
 
-def test_the_result_says_what_it_is() -> None:
+def test_attributes_of_the_result() -> None:
     result = rs.sweep(BALL, {"velocity": rs.Logarithmic(0.1, 1.0, 3), "external_force": 0.0}, title="Rubber")
     assert result.velocity.attrs == {
         "units": "m/s",
@@ -280,7 +280,7 @@ def test_the_result_says_what_it_is() -> None:
     assert list(result.data_vars) == names
 
 
-def test_the_hash_tells_sweeps_apart_and_nothing_else() -> None:
+def test_the_hash_depends_on_the_numbers_only() -> None:
     def hash_of(base: Any = BALL, axes: Any = None, **options: Any) -> str:
         return rs.sweep(base, axes or {"velocity": [1.0, 2.0]}, **options).attrs["hash"]
 
@@ -309,7 +309,9 @@ def test_the_hash_tells_sweeps_apart_and_nothing_else() -> None:
         ("f = lambda radius: make(radius, VALUE)", {"VALUE": "0.005"}, {"VALUE": "0.006"}),
     ],
 )  # fmt: skip
-def test_the_hash_of_a_function_has_what_it_uses(text: str, first: dict[str, Any], second: dict[str, Any]) -> None:
+def test_the_hash_of_a_function_includes_the_values_that_it_uses(
+    text: str, first: dict[str, Any], second: dict[str, Any]
+) -> None:
     def hash_of(**values: Any) -> str:
         names: dict[str, Any] = {"partial": partial, "make": lambda radius, mass: impact(radius=radius, mass=mass)}
         source = text.replace("VALUE", values.pop("VALUE", ""))
@@ -334,7 +336,7 @@ def test_draws() -> None:
 
 
 def test_workers_chunks_and_neighbours_do_not_change_a_bit() -> None:
-    """Mixed rows: compressible beside incompressible, with and without a force, and some that fail."""
+    """Compressible and incompressible rows, with and without a force, and some that fail."""
     seed = int(np.random.SeedSequence().generate_state(1)[0])
     random = np.random.default_rng(seed)
     ratios = random.permutation([-1.0, 0.5, 0.5, *random.uniform(-1.0, 0.5, random.integers(4, 12))])
@@ -371,7 +373,7 @@ def test_progress_counts_up_to_all() -> None:
     assert seen[-1] == (3000, 3000)
 
 
-def test_a_point_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
+def test_a_failed_point_is_nan_and_counted_and_affects_no_other() -> None:
     radius = np.linspace(0.0, 0.002, 50)
     tip = rs.Impact(RUBBER, Tabulated(radius, radius**2 / 0.02), 0.005, 1.0)
     with pytest.warns(RestitutionWarning, match=r"^1 of 3 impacts failed and are NaN: 1 TOO_DEEP$"):
@@ -381,7 +383,7 @@ def test_a_point_that_fails_is_nan_and_counted_and_stops_no_other() -> None:
 
 
 def test_a_point_that_is_not_admissible_fails_alone() -> None:
-    # The law of the shift has a range of temperatures, which the normal distribution leaves.
+    # The normal distribution exceeds the temperature range of the shift.
     draws = rs.Samples(64, {"temperature": rs.Normal(300.0, 60.0)}, seed=1)
     with pytest.warns(RestitutionWarning, match=r"^[1-9] of 64 impacts failed and are NaN: \d INADMISSIBLE$"):
         result = rs.sweep(impact(EPOXY), {"draw": draws})
@@ -433,7 +435,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
         (BALL, {"velocity": [1.0]}, {"workers": 0}, "workers = 0: must be a whole number >= 1"),
         (BALL, {"velocity": [1.0]}, {"workers": "2"}, "workers = '2': must be a whole number >= 1"),
         (BALL, {"velocity": [1.0]}, {"outputs": [3]}, "outputs = 3: is not known; "),
-        # Each axis is short enough; together they are too many.
+        # Each axis is short enough, but the product is too large.
         (
             BALL, {"velocity": rs.Linear(1.0, 2.0, 10**8), "mass": rs.Linear(1.0, 2.0, 10**7)}, {},
             r"axes: 1000000000000000 points take 3.3e\+07 GB, too much for the memory of this machine; give out=",
@@ -441,7 +443,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
         (BALL, {"velocity": [1.0]}, {"engine": "dask", "cluster": "here"}, "cluster = 'here': must be"),
     ],
 )  # fmt: skip
-def test_what_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
+def test_invalid_input_is_refused(base: Any, axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         rs.sweep(base, axes, **options)
 
@@ -462,7 +464,7 @@ def test_wrong_types_are_refused() -> None:
             rs.sweep(BALL, axes, **options)  # type: ignore[arg-type]
 
 
-def test_memory_that_is_not_granted_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_little_memory_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     full = np.full
 
     def refuse(shape: Any, *rest: Any, **named: Any) -> Any:
@@ -492,7 +494,7 @@ def test_an_error_in_a_worker_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) ->
         rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 5000)}, chunk=100, workers=2)
 
 
-def test_memory_of_a_chunk_is_that_of_its_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chunk_is_solved_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     largest = 0
     solve = Batch.solve
 

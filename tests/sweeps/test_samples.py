@@ -1,4 +1,4 @@
-"""Draws with shares of 0 and nearly 1 are finite; the generators draw them once in 2^30 times."""
+"""Draws for shares of 0 and almost 1, which the generators produce once in 2^30 draws, are finite."""
 
 import numpy as np
 import pytest
@@ -15,5 +15,5 @@ def test_no_draw_is_infinite(share, monkeypatch):
     )
     for values in draws.values():
         assert np.all(np.isfinite(values))
-    # The quantile of 2^-31 lies 6.2 standard deviations out.
+    # The quantile of 2^-31 is 6.2 standard deviations from the mean.
     assert abs(draws["external_force"][0] - 10.0) == pytest.approx(0.62, abs=0.01)

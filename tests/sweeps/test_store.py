@@ -1,4 +1,4 @@
-"""Stores of sweeps: whole chunks, the same bytes after any number of interruptions, a single writer."""
+"""Stores of sweeps: complete chunks, the same bytes after any number of interruptions, a single writer."""
 
 import json
 import shutil
@@ -65,12 +65,12 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_the_store_holds_what_memory_would(undisturbed: Path) -> None:
+def test_the_store_equals_the_result_in_memory(undisturbed: Path) -> None:
     memory, stored = rs.sweep(BALL, AXES, chunk=CHUNK), rs.open_sweep(undisturbed)
     xr.testing.assert_identical(stored.load(), memory)
 
 
-def test_others_can_read_it(undisturbed: Path) -> None:
+def test_xarray_reads_the_store(undisturbed: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plain = xr.open_zarr(undisturbed, chunks=None)
@@ -86,14 +86,14 @@ def test_one_chunk_is_one_file_of_each_output(undisturbed: Path) -> None:
         assert len(files) == 6 * 2
 
 
-def test_words_come_back(tmp_path: Path) -> None:
+def test_labels_are_stored(tmp_path: Path) -> None:
     soft = rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.45, name="soft rubber")
     result = rs.sweep(BALL, {"material": [RUBBER, soft], "velocity": [1.0]}, out=tmp_path / "out.zarr")
     assert result.material.values.tolist() == ["material 1", "soft rubber"]
     assert float(result.max_force.sel(material="soft rubber")[0]) < float(result.max_force[0, 0])
 
 
-def test_no_axis_is_stored_too(tmp_path: Path) -> None:
+def test_a_single_point_is_stored(tmp_path: Path) -> None:
     for _ in range(2):
         one = rs.sweep(BALL, {"velocity": 0.5}, out=tmp_path / "one.zarr")
         assert float(one.contact_time) == rs.solve(rs.Impact(RUBBER, BALL.profile, 0.005, 0.5)).contact_time
@@ -117,7 +117,7 @@ def cut_after(chunks: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 3])
-def test_what_was_cut_short_is_resumed(
+def test_an_interrupted_sweep_is_resumed(
     undisturbed: Path, tmp_path: Path, workers: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     computed: list[Any] = []
@@ -138,7 +138,7 @@ def test_what_was_cut_short_is_resumed(
             break
         except Cut:
             first_reports.append(reports[0])
-    # Three of twelve chunks at a time; the fourth time all are there.
+    # Three of twelve chunks per run: the fourth run completes the store.
     assert cuts == 3
     assert first_reports[0] == 0
     assert first_reports == sorted(set(first_reports))
@@ -150,7 +150,7 @@ def test_what_was_cut_short_is_resumed(
     assert len(computed) <= 12 + 3 * workers
 
 
-def test_a_store_that_is_unfinished_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unfinished_store_gives_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "result.zarr"
     cut_after(5, monkeypatch)
     with pytest.raises(Cut):
@@ -207,7 +207,7 @@ def test_another_versions_store_is_refused(undisturbed: Path, monkeypatch: pytes
         run(undisturbed)
 
 
-def test_what_is_no_sweep_is_refused(tmp_path: Path) -> None:
+def test_other_stores_are_refused(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "letter.txt").write_text("dear")
     (tmp_path / "file").write_text("x")
@@ -224,7 +224,7 @@ def test_what_is_no_sweep_is_refused(tmp_path: Path) -> None:
         rs.open_sweep(tmp_path / "nothing")
 
 
-def test_two_writers_are_one_too_many(undisturbed: Path) -> None:
+def test_a_second_writer_is_refused(undisturbed: Path) -> None:
     with (
         sole_writer(undisturbed),
         pytest.raises(ValueError, match=r"result\.zarr: another process is writing it$"),
@@ -233,7 +233,7 @@ def test_two_writers_are_one_too_many(undisturbed: Path) -> None:
     run(undisturbed)
 
 
-def test_what_killed_writers_left_is_swept_up(undisturbed: Path, tmp_path: Path) -> None:
+def test_partial_files_of_killed_writers_are_removed(undisturbed: Path, tmp_path: Path) -> None:
     out = tmp_path / "result.zarr"
     shutil.copytree(undisturbed, out)
     (out / "status" / "c" / "0" / "0" / "0").unlink()
@@ -246,7 +246,7 @@ def test_what_killed_writers_left_is_swept_up(undisturbed: Path, tmp_path: Path)
     assert tree(tmp_path / "again") == tree(undisturbed)
 
 
-def test_a_disk_that_fills_up_is_one_line_and_a_store_that_resumes(
+def test_a_full_disk_is_reported_in_one_line_and_the_store_resumes(
     undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from restitution.sweeps import store
@@ -317,7 +317,7 @@ while kills < int(sys.argv[3]):
     os.waitpid(child, 0)
     if len(list((folder / "killed.zarr" / "status" / "c").glob("*/0"))) == 50:
         break
-    # Only those that cut the work short count.
+    # Only kills before the end of the sweep count.
     kills += 1
 assert os.waitpid(start(folder / "killed.zarr"), 0)[1] == 0
 print("kills", kills)
@@ -452,5 +452,5 @@ except KeyboardInterrupt:
 def test_a_hundred_million_points_need_no_memory(tmp_path: Path) -> None:
     answer = subprocess.run([sys.executable, "-c", LARGE, tmp_path], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
-    # One output of all points alone would take 800 MB; this is in kB.
+    # A single output of all points would take 800 MB; the number is in kB.
     assert int(answer.stdout) < 60_000

@@ -1,4 +1,4 @@
-"""The validity report of a sweep: numbers and counts are those of single results."""
+"""Validity report of a sweep: numbers and counts equal those of single results."""
 
 import json
 import warnings
@@ -28,7 +28,7 @@ OUTPUTS = ("restitution_coefficient", *VALIDITY)
         (lambda modulus: rs.Impact(rs.Material(modulus, 1e9), rs.Cone(1.2), 0.005, 1.0), {"modulus": [1e5, 1e6]}),
     ],
 )  # fmt: skip
-def test_numbers_are_those_of_single_results(base, axes):
+def test_numbers_equal_those_of_single_results(base, axes):
     table = rs.sweep(base, axes, OUTPUTS)
     names = list(axes)
     for index in np.ndindex(*table.restitution_coefficient.shape):
@@ -57,7 +57,7 @@ def impact_at(base, values):
     )
 
 
-def test_they_have_units_and_words():
+def test_numbers_have_units():
     table = rs.sweep(BALL, {"velocity": [1.0, 2.0]}, ["mean_density", "strain_number"])
     assert table.mean_density.attrs["units"] == "kg/m^3"
     assert table.strain_number.attrs["units"] == "1"
@@ -72,7 +72,7 @@ def swept(base, axes, **options):
     return table, {one.message.kind: str(one.message) for one in caught}
 
 
-def test_a_sweep_counts_the_impacts_that_single_results_call_doubtful(tmp_path):
+def test_counts_equal_those_of_single_results(tmp_path):
     material = replace(RUBBER, window=(1e-3, 1e-1))
     ball, speeds = replace(BALL, material=material), np.geomspace(0.01, 20.0, 40)
     wanted: dict[str, int] = {}
@@ -83,41 +83,41 @@ def test_a_sweep_counts_the_impacts_that_single_results_call_doubtful(tmp_path):
             if check.kind == "small_strain":
                 worst["small_strain"] = max(worst.get("small_strain", 0.0), check.value)
     for out in (None, tmp_path / "a.zarr"):
-        table, said = swept(ball, {"velocity": speeds}, chunk=7, out=out)
+        table, texts = swept(ball, {"velocity": speeds}, chunk=7, out=out)
         stored = json.loads(table.attrs["validity"])
         assert stored["impacts"] == 40
         assert {kind: check["exceeded_in"] for kind, check in stored["checks"].items()} == wanted
         assert stored["checks"]["small_strain"]["value"] == pytest.approx(worst["small_strain"], rel=1e-9)
-        assert set(said) == {kind for kind, count in wanted.items() if count}
+        assert set(texts) == {kind for kind, count in wanted.items() if count}
         assert 0 < wanted["small_strain"] < 40
-        assert f"exceeded in {wanted['small_strain']} of 40 impacts" in said["small_strain"]
-    # The store keeps the counts of each chunk; one that is lost is computed again.
+        assert f"exceeded in {wanted['small_strain']} of 40 impacts" in texts["small_strain"]
+    # The store keeps the counts of each chunk. A missing count is computed again.
     (tmp_path / "a.zarr" / "validity" / "c-2").unlink()
     again, repeated = swept(ball, {"velocity": speeds}, chunk=7, out=tmp_path / "a.zarr")
     assert again.attrs["validity"] == table.attrs["validity"]
-    assert repeated == said
+    assert repeated == texts
 
 
-def test_of_many_materials_a_sample_is_checked_and_the_warning_gives_its_size():
+def test_a_sample_of_many_materials_is_checked():
     n = 300
     axes = {"viscosity": np.geomspace(1e2, 1e4, n), "radius": [0.005, 0.01]}
-    table, said = swept(replace(BALL, velocity=3.0), axes)
+    table, texts = swept(replace(BALL, velocity=3.0), axes)
     checks = json.loads(table.attrs["validity"])["checks"]
     assert checks["small_strain"]["checked"] == 2 * n
     assert checks["waves"]["checked"] == checks["waves"]["exceeded_in"] == 2 * 16
-    assert "exceeded in 32 of 32 impacts checked, of 600. " in said["waves"]
+    assert "exceeded in 32 of 32 impacts checked, of 600. " in texts["waves"]
     full, _ = swept(replace(BALL, velocity=3.0), axes, outputs=["radiated_energy_ratio"])
     assert bool((full.radiated_energy_ratio > RADIATION_LIMIT).all())
-    assert "exceeded in 600 of 600 impacts. " in said["small_strain"]
+    assert "exceeded in 600 of 600 impacts. " in texts["small_strain"]
 
 
-def test_of_many_builder_arguments_a_sample_is_checked():
+def test_a_sample_of_many_builder_arguments_is_checked():
     def build(viscosity):
         rubber = rs.standard_solid(1e6, 1e7, viscosity, poisson_ratio=0.45, density=1100.0)
         return replace(BALL, material=rubber, velocity=3.0)
 
-    _, said = swept(build, {"viscosity": np.geomspace(1e2, 1e4, 40)})
-    assert "exceeded in 16 of 16 impacts checked, of 40. " in said["small_strain"]
+    _, texts = swept(build, {"viscosity": np.geomspace(1e2, 1e4, 40)})
+    assert "exceeded in 16 of 16 impacts checked, of 40. " in texts["small_strain"]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_numbers_over_the_dimensionless_viscosity(axes):
         at = axes | {name: values[i] for (name, values), i in zip(varied.items(), index, strict=True)}
         mass, v, radius = at.get("mass", 0.005), at.get("velocity", 1.0), at.get("radius", 0.01)
         modulus = at.get("equilibrium_modulus", 1e6)
-        # p3 = eta (v R/(m^2 Ginf^3))^(1/5); the bulk modulus stays.
+        # p3 = eta (v R/(m^2 Ginf^3))^(1/5); the bulk modulus is constant.
         eta = at["p3"] * (mass**2 * modulus**3 / (v * radius)) ** 0.2
         branch = modulus / at["p2"] if "p2" in at else 1e7
         shear = rs.PronySeries(modulus, [branch], [eta / branch])
@@ -152,11 +152,11 @@ def test_numbers_over_the_dimensionless_viscosity(axes):
 
 
 def test_without_dimensions_only_the_poisson_ratio_is_checked():
-    table, said = swept(None, {"nu": [0.3], "p2": [1e-3, 1e3], "p3": [1.0, 2.0]}, outputs=OUTPUTS)
+    table, texts = swept(None, {"nu": [0.3], "p2": [1e-3, 1e3], "p3": [1.0, 2.0]}, outputs=OUTPUTS)
     checks = json.loads(table.attrs["validity"])["checks"]
     assert [kind for kind, check in checks.items() if check["value"] is not None] == ["poisson_ratio"]
     assert checks["poisson_ratio"]["exceeded_in"] == 2
-    assert set(said) == {"poisson_ratio"}
+    assert set(texts) == {"poisson_ratio"}
     glass = [
         rs.standard_solid(1.0, 1.0 / p2, 1.0, poisson_ratio=0.3).instantaneous_poisson_ratio for p2 in (1e-3, 1e3)
     ]
