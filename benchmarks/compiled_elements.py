@@ -1,7 +1,7 @@
 """The paper's element method, compiled: equations (7) to (9) in plain loops, in units m = R = v0 = Ginf = 1.
 
-`restitution.impact.elements` is the same in NumPy. Here it is as fast as loops over its elements can be, so that the
-benchmarks compare the methods only.
+`restitution.impact.elements` is the same in NumPy. These compiled loops make the benchmarks compare the methods, not
+their implementations.
 """
 
 import math
@@ -15,7 +15,7 @@ STEPS_PER_ELEMENT = 25
 
 @numba.njit(fastmath={"contract"}, error_model="numpy")
 def restitution(nu: float, p2: float, p3: float, depth: float, n: int, most: int) -> tuple[float, int]:
-    """Restitution coefficient with n elements across a contact of so large a depth, and steps; NaN beyond `most`."""
+    """Restitution coefficient and number of steps with n elements up to a given depth; NaN beyond `most` steps."""
     g1, eta = 1.0 / p2, p3
     incompressible = nu == 0.5
     k0 = 0.0 if incompressible else 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))

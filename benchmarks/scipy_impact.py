@@ -1,8 +1,8 @@
 """The equations of one impact for SciPy's `solve_ivp`, in as few operations as NumPy allows.
 
 A parabola on a Prony series without dashpot, in units of mass and impact velocity, with a = s. These are the equations
-of `restitution.impact.reference` without contact time, peaks and events other than the turning point, with free
-tolerances. So only the integration counts against SciPy.
+of `restitution.impact.reference` with free tolerances, without contact time, peaks and events other than the turning
+point. The time is therefore that of the integration alone.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Found(NamedTuple):
 
 
 class Unsuited(Exception):
-    """The method cannot, or needs too many evaluations, as an explicit one on stiff equations does."""
+    """The method fails or needs too many evaluations, as an explicit method for stiff equations."""
 
 
 def solve(impact: ScaledImpact, method: str, rtol: float, most: int = 1_000_000) -> Found:

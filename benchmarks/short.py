@@ -1,7 +1,7 @@
 """Speed of this machine: `python benchmarks/short.py`, with `--quick` for a first look.
 
-Mean, median and worst time over the paper's plane and for a long Prony series, on one thread in its own processor
-time; the mean on all cores; SciPy for comparison. The errors refer to solves at rtol 1e-11.
+It prints mean, median and worst time over the paper's plane and for a long Prony series (processor time of one
+thread), the mean on all cores, and the time of SciPy. The errors refer to solves at rtol 1e-11.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ Progress = Callable[[int, int], None]
 
 DEFAULT_RTOL = 1e-9
 RTOL = 1e-8
-# Of SciPy's integrator itself: e is then as accurate as that of the exact method at 1e-8.
+# Tolerance of SciPy's integrator, for the same accuracy of e as the exact method at 1e-8.
 SCIPY_RTOL = 1e-7
 TERMS = 20
 
 
 class Size(NamedTuple):
-    """How much is measured: impacts in array calls, impacts one by one, repeats, solves by SciPy.
+    """Extent of the measurement: impacts in array calls, single impacts, repeats, solves by SciPy.
 
-    Of the Prony series, which take longer, a tenth and a quarter.
+    For Prony series, which take longer, the first two are a tenth and a quarter of these.
     """
 
     impacts: int
@@ -45,20 +45,20 @@ QUICK = Size(4_000, 50, 2, 2)
 
 
 class Summary(NamedTuple):
-    """Speed by name of the problem and tolerance, the time with all cores, and SciPy's.
+    """Speed by problem and tolerance, time on all cores, time of SciPy.
 
     Attributes
     ----------
     speeds : dict of (str, float) to Speed
         By problem and rtol.
     cores : int
-        Threads of the measurement with all cores.
+        Number of threads on all cores.
     parallel : float
-        Mean time [s] of an impact of the plane with them at rtol 1e-8, by the clock on the wall.
+        Mean wall-clock time [s] of an impact of the plane on all cores at rtol 1e-8.
     reference : float
         Mean time [s] of an impact of the plane by SciPy's implicit Radau method at its rtol 1e-7.
     reference_error : float
-        Largest error of e of those.
+        Largest error of these e.
     reference_same : float
         Mean time [s] of the same impacts by the exact method at rtol 1e-8, each in a call of many copies.
     """
@@ -72,7 +72,7 @@ class Summary(NamedTuple):
 
 
 def measure(size: Size, progress: Progress = lambda done, total: None) -> Summary:
-    """Measure all numbers of the table."""
+    """Measure all entries of the table."""
     points = plane(size.impacts)
     long_series = even_prony(TERMS, size.impacts // 10)
     cases: dict[tuple[str, float], tuple[Problems, int]] = {
@@ -80,7 +80,7 @@ def measure(size: Size, progress: Progress = lambda done, total: None) -> Summar
         ("paper's plane", DEFAULT_RTOL): (points, size.alone),
         (f"Prony, {TERMS} terms", RTOL): (long_series, size.alone // 4),
     }
-    # An impact by SciPy takes as long as some ten thousand by the kernel, an impact one by one some hundred.
+    # In units of one impact in an array call, SciPy takes some ten thousand and a single impact some hundred.
     weight = 30
     total = sum(alone + 1 for _, alone in cases.values()) + size.repeats + weight * size.reference
     done = 0
@@ -90,7 +90,7 @@ def measure(size: Size, progress: Progress = lambda done, total: None) -> Summar
         done += steps
         progress(done, total)
 
-    # Compiled, or loaded, before anything is timed.
+    # The kernel must be loaded or compiled before any timing.
     plane(1).solve(RTOL)
     progress(0, total)
     speeds = {
@@ -130,7 +130,7 @@ def _by_scipy(points: StandardSolids, advance: Callable[[], None]) -> tuple[floa
 
 
 def table(found: Summary) -> str:
-    """Return the numbers as text."""
+    """Return the table as text."""
     rows = [("problem", "rtol", "mean [us]", "median [us]", "worst [us]", "error of e", "error/tolerance")]
     for (name, rtol), one in found.speeds.items():
         times = (f"{1e6 * seconds:.1f}" for seconds in (one.mean, one.median, one.worst))

@@ -1,4 +1,4 @@
-"""Times of an impact by this package: over domains, profiles, terms, tolerances, points, threads."""
+"""Time of an impact by domain, profile, number of terms, tolerance, number of points and threads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Note = Callable[[str], None]
 
 
 def domains(points: int, alone: int, repeats: int, note: Note) -> list[dict[str, Any]]:
-    """Mean, median and worst time over the three domains for which targets are stated, with the errors met."""
+    """Mean, median and worst time and the errors in the three domains with targets."""
     masses = 200
     cases: list[tuple[str, Problems, float]] = [
         ("paper's plane", plane(points), RTOL),
@@ -47,7 +47,7 @@ def domains(points: int, alone: int, repeats: int, note: Note) -> list[dict[str,
 
 
 def tips() -> dict[str, rs.PowerLaw | rs.Tabulated]:
-    """Profiles whose times are compared; the first is what they are compared with."""
+    """Profiles to be compared; the first is the reference."""
     r = np.linspace(0.0, 12.0, 241)
     return {
         "parabola": rs.Parabola(1.0),
@@ -63,7 +63,7 @@ def tips() -> dict[str, rs.PowerLaw | rs.Tabulated]:
 
 
 def profiles(materials: int, masses: int, repeats: int, note: Note) -> list[dict[str, Any]]:
-    """Mean time for other profiles; what the table of one costs is given by itself, and is part of the time too."""
+    """Mean time for each profile, and the time of its table, which is included in the mean."""
     rows = []
     for name, profile in tips().items():
         problems = of_profile(profile, materials, masses)
@@ -110,7 +110,7 @@ def sizes(counts: Sequence[int], note: Note) -> list[dict[str, Any]]:
     rows = []
     for count in counts:
         problems = plane(count)
-        # As often as fits into some seconds.
+        # As many repeats as fit into some seconds.
         repeats = min(50, max(1, 200_000 // count))
         seconds = best(partial(problems.solve, RTOL), repeats)
         rows.append({"points": count, "seconds": seconds})
@@ -119,7 +119,7 @@ def sizes(counts: Sequence[int], note: Note) -> list[dict[str, Any]]:
 
 
 def threads(points: int, counts: Sequence[int], repeats: int, note: Note) -> list[dict[str, Any]]:
-    """Time of one call by the clock on the wall over the number of threads, in turns."""
+    """Wall-clock time of one call for each number of threads, in alternating order."""
     problems = plane(points)
     shortest = dict.fromkeys(counts, float("inf"))
     for _ in range(repeats):

@@ -22,7 +22,7 @@ Note = Callable[[str], None]
 
 
 def _seconds(command: list[str], environment: dict[str, str]) -> tuple[float, float]:
-    """Time [s] of a process by the clock on the wall, and its processor time."""
+    """Wall-clock time and processor time [s] of a process."""
     start, before = time.perf_counter(), os.times()
     subprocess.run(command, check=True, capture_output=True, env=environment)
     wall, after = time.perf_counter() - start, os.times()
@@ -30,7 +30,7 @@ def _seconds(command: list[str], environment: dict[str, str]) -> tuple[float, fl
 
 
 def imports(repeats: int) -> float:
-    """Time [s] that importing the package takes beyond NumPy's, the median."""
+    """Median time [s] of the import of the package beyond that of NumPy."""
     printed = [
         subprocess.run([sys.executable, "-c", IMPORT.format(name="restitution")], check=True, capture_output=True)
         for _ in range(repeats)
@@ -39,7 +39,7 @@ def imports(repeats: int) -> float:
 
 
 def start(repeats: int, note: Note) -> dict[str, Any]:
-    """Times [s] of whole processes, from their start to their end, with an empty cache and with a full one."""
+    """Times [s] of whole processes with an empty and with a full cache."""
     beyond_numpy = imports(2 * repeats + 1)
     note(f"import beyond NumPy: {beyond_numpy:.3f} s")
     subjects = {

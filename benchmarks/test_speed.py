@@ -1,7 +1,7 @@
 """The same impacts by this package and by other methods, with pytest-benchmark: `pytest benchmarks/test_speed.py`.
 
-Two versions of the code are compared with `--benchmark-save` and `--benchmark-compare`. `run.py` makes the page on
-benchmarks.
+`--benchmark-save` and `--benchmark-compare` compare two versions of the code. `run.py` makes the tables of the page
+on benchmarks.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ PROFILES = {
     "sphere": rs.Sphere(20.0),
 }
 FEW = StandardSolids(np.array([0.3, 0.45, 0.5]), np.array([0.1, 0.01, 1.0]), np.array([1.0, 0.5, 2.0]))
-"""Impacts for slow methods, none of them stiff."""
+"""Impacts for slow methods; none are stiff."""
 EXACT = FEW.solve(1e-12)
 
 

@@ -25,7 +25,7 @@ TABLE = Path(__file__).parent / "surrogate.md"
 PLANE = runpy.run_path(str(Path(__file__).parents[1] / "validation" / "standard_solid_surrogate.py"))
 DATA = Path(standard_solid.__file__).parent / "data" / "standard_solid.npz"
 
-# Processor time, so that it matters little what else the machine does.
+# Processor time, which depends little on other load of the machine.
 pytestmark = pytest.mark.benchmark(timer=time.process_time)
 
 BALL = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
@@ -37,7 +37,7 @@ IMPACTS = {
 
 
 class Subject(NamedTuple):
-    """What is asked: a surrogate, and the kernel for the same."""
+    """A surrogate, and the kernel for the same problem."""
 
     name: str
     size: int
@@ -50,7 +50,7 @@ class Subject(NamedTuple):
 
 
 def over_velocity(name: str, folder: Path) -> Subject:
-    """Surrogate over the velocity, and the largest error of its three outputs at 5000 fresh velocities."""
+    """Surrogate over the velocity, and the largest error of its three outputs at 5000 other velocities."""
     impact = IMPACTS[name]
     made = rs.surrogate(impact, RANGE, 1e-6)
     v = np.exp(np.random.default_rng(1).uniform(*np.log(RANGE), POINTS))
@@ -78,7 +78,7 @@ def over_velocity(name: str, folder: Path) -> Subject:
 
 
 def over_plane(name: str, groups: tuple[Any, Any, Any]) -> Subject:
-    """Interpolant of the paper's plane at random points, or over a picture."""
+    """Interpolant of the paper's plane at random points or on the grid of a picture."""
     points = PLANE["random_groups"](50_000, seed=21)
     exact = rs.standard_solid_restitution(*points, rtol=1e-9)
     measured = float(np.abs(rs.standard_solid_surrogate(*points) - exact).max())
@@ -111,7 +111,7 @@ NAMES = [
 
 @pytest.fixture(scope="module")
 def times(subjects: dict[str, Subject]) -> Iterator[dict[tuple[str, str], float]]:
-    """Median times [s] of a query, by subject and way; the table is written when all are there."""
+    """Median times [s] of a query by subject and kind; the table is written when it is complete."""
     measured: dict[tuple[str, str], float] = {}
     yield measured
     if len(measured) == 2 * len(NAMES) + len(IMPACTS):
@@ -119,7 +119,7 @@ def times(subjects: dict[str, Subject]) -> Iterator[dict[tuple[str, str], float]
 
 
 def table(subjects: dict[str, Subject], times: dict[tuple[str, str], float]) -> str:
-    """The table of the page."""
+    """Table of the page on surrogates."""
     heads = (
         *("surrogate", "pieces", "file, kB", "error, stated", "measured"),
         *("query in an array, ns", "as a C callback, ns", "kernel, µs", "ratio"),
@@ -166,7 +166,7 @@ def test_kernel(benchmark: Any, subjects: dict[str, Subject], times: dict[Any, f
 
 
 def record(benchmark: Any, times: dict[Any, float], key: tuple[str, str], points: int) -> None:
-    """Keep the median of a query; there is none when benchmarks are switched off."""
+    """Keep the median of a query, unless benchmarks are switched off."""
     if benchmark.stats is not None:
         times[key] = benchmark.stats.stats.median / points
         benchmark.extra_info["query"] = f"{times[key] * 1e9:.0f} ns"

@@ -14,33 +14,33 @@ from problems import Problems
 
 Array = NDArray[np.float64]
 
-# Processor time of this thread: the same as time on the clock where nothing else runs. That of Windows is too coarse.
+# Processor time of this thread, which equals the wall-clock time on an idle machine. It is too coarse on Windows.
 clock: Callable[[], float] = time.perf_counter if sys.platform == "win32" else time.thread_time
 
 EXACT = 1e-11
-"""Tolerance of the solves against which errors are measured."""
+"""Tolerance of the reference solves."""
 
 # The tolerance of e is relative to e, or to this where e is smaller.
 _FLOOR = 1e-3
 
 
 class Speed(NamedTuple):
-    """Time of an impact on one thread, and the error met.
+    """Time of an impact on one thread, and its error.
 
     Attributes
     ----------
     impacts : int
-        Impacts of the array calls from which the mean and the error are.
+        Number of impacts in the array calls, which give the mean and the error.
     mean : float
         [s].
     alone : int
-        Impacts that were timed one by one.
+        Number of impacts that were timed one by one.
     median, worst : float
-        Of those [s].
+        Times of single impacts [s].
     error : float
         Largest absolute error of e.
     share : float
-        Largest error over `rtol max(e, 1e-3)`; below 1 the tolerance is met.
+        Largest error over `rtol max(e, 1e-3)`; values below 1 are within the tolerance.
     """
 
     impacts: int
@@ -71,9 +71,9 @@ def one_by_one(
     repeats: int,
     advance: Callable[[], None] = lambda: None,
 ) -> Array:
-    """Time [s] of each of some impacts: the shortest of several calls with so many copies of it, over their number.
+    """Time [s] of single impacts: the shortest call with many copies of an impact, over their number.
 
-    The cost of a call itself, some 0.4 ms, is part of it.
+    It includes a share of the cost of the call itself, about 0.4 ms.
     """
     times = np.empty(len(chosen))
     for place, n in enumerate(chosen):
@@ -84,7 +84,7 @@ def one_by_one(
 
 
 def in_array_calls(problems: Problems, rtol: float, repeats: int) -> tuple[float, float, float]:
-    """Mean time [s] of an impact, largest error of e against rtol = 1e-11, and over `rtol max(e, 1e-3)`."""
+    """Mean time [s] of an impact, and the largest error of e against rtol = 1e-11, also over `rtol max(e, 1e-3)`."""
     mean = best(lambda: problems.solve(rtol), repeats) / problems.size
     exact = problems.solve(EXACT)
     error = np.abs(problems.solve(rtol) - exact)
@@ -93,7 +93,7 @@ def in_array_calls(problems: Problems, rtol: float, repeats: int) -> tuple[float
 
 
 def evenly(problems: Problems, count: int) -> list[int]:
-    """Return so many of the impacts, the first and the last among them."""
+    """Return a number of evenly spaced impacts, including the first and the last."""
     return np.linspace(0, problems.size - 1, count).astype(int).tolist()
 
 

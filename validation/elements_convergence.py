@@ -1,7 +1,7 @@
-"""Order of the paper's element scheme: error of e over the number of elements, against the reduced equations.
+"""Order of the paper's element scheme: error of e for each number of elements, against the reduced equations.
 
 Run as `python validation/elements_convergence.py`; prints a table and writes it to `elements_convergence.md`
-beside this file. Takes about a minute.
+beside this file. It takes about a minute.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Errors of pressure and surface displacement against closed forms, over the duration of impacts; some seconds."""
+"""Errors of pressure and surface displacement during impacts, against closed forms. It takes some seconds."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def worst(found: Array, wanted: Array) -> float:
 
 
 def hertz() -> list[tuple[str, float]]:
-    """Ellipse of Hertz, Johnson's surface outside it, Boussinesq's point force far away."""
+    """Hertz's pressure, Johnson's surface outside the contact, Boussinesq's point force far away."""
     result = rs.solve(rs.Impact(ELASTIC, rs.Parabola(2.0), 1.0, 1.0), rtol=1e-12)
     modulus = result.impact.reduced_modulus.equilibrium_modulus
     ellipse = inside = outside = far = 0.0
@@ -71,7 +71,7 @@ def punch() -> list[tuple[str, float]]:
 def carried(result: rs.ImpactResult) -> float:
     """Largest relative difference of the integral of the pressure and the force."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
-    # Denser towards the axis, where the pressure under a cone has a logarithm.
+    # Nodes are dense near the axis, where the pressure under a cone has a logarithmic singularity.
     edges = 0.5 * math.pi * np.linspace(0.0, 1.0, 201) ** 2
     half = 0.5 * np.diff(edges)[:, None]
     angle = (edges[:-1, None] + half * (1.0 + nodes)).ravel()

@@ -1,7 +1,7 @@
 """Fractional materials by direct quadrature of the hereditary contact equations, without Prony series.
 
 Run as `python validation/fractional_volterra.py`; prints a table and writes it to `fractional_volterra.md` beside
-this file. Takes half a minute. The tests use `impact_by_quadrature` as well, which needs NumPy and SciPy only.
+this file. It takes half a minute. `impact_by_quadrature`, which the tests also use, needs only NumPy and SciPy.
 """
 
 from __future__ import annotations
@@ -64,17 +64,17 @@ def zener_kernel(equilibrium: float, branch: float, time: float) -> Kernel:
 
 
 def parabola(depth: float) -> float:
-    """Pi = int_0^d a dd of a parabola of R = 1."""
+    """Pi = int_0^d a dd for a parabola with R = 1."""
     return 2.0 / 3.0 * depth**1.5
 
 
 def cone(depth: float) -> float:
-    """Pi of a cone of contact radius a = d."""
+    """Pi for a cone with the contact radius a = d."""
     return 0.5 * depth**2
 
 
 def impact_by_quadrature(kernel: Kernel, force_integral: Callable[[float], float], step: float) -> tuple[float, float]:
-    """Restitution coefficient and contact time of m = v0 = 1 with a constant time step."""
+    """Restitution coefficient and contact time for m = v0 = 1 with a constant time step."""
     size, n, turn = 1024, 0, -1
     whole = kernel.integral(step * np.arange(size))
     d, pi = np.zeros(size), np.zeros(size)
@@ -88,7 +88,7 @@ def impact_by_quadrature(kernel: Kernel, force_integral: Callable[[float], float
         d[n] = d[n - 1] + step * (velocity + 0.5 * step * acceleration)
         if turn < 0 and d[n] < d[n - 1]:
             turn = n - 1
-        # Cell j lies between t_j and t_j+1; its weight is the kernel's integral over it.
+        # Cell j lies between t_j and t_j+1; its weight is the integral of the kernel over it.
         weights = whole[n:0:-1] - whole[n - 1 :: -1] if n > 1 else whole[1:2]
         if turn < 0:
             pi[n] = force_integral(float(d[n]))
@@ -111,7 +111,7 @@ def impact_by_quadrature(kernel: Kernel, force_integral: Callable[[float], float
 
 
 def extrapolated(kernel: Kernel, force_integral: Callable[[float], float], step: float) -> tuple[float, float]:
-    """Restitution coefficient and contact time from the step and half of it, without the leading error."""
+    """Restitution coefficient and contact time, extrapolated from a step and its half."""
     coarse = impact_by_quadrature(kernel, force_integral, step)
     fine = impact_by_quadrature(kernel, force_integral, 0.5 * step)
     ratio = 2.0**kernel.order
@@ -120,7 +120,7 @@ def extrapolated(kernel: Kernel, force_integral: Callable[[float], float], step:
 
 
 def _inverse(kernel: Kernel, value: float, low: float, high: float) -> float:
-    """Time at which the kernel's integral has the value, between two times."""
+    """Time between two times at which the integral of the kernel has a given value."""
     time = 0.5 * (low + high)
     for _ in range(60):
         excess = float(kernel.integral(time)) - value

@@ -50,8 +50,8 @@ _FRACTIONAL = '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = 1e6
 class Seed(NamedTuple):
     """A file and the command that reads it.
 
-    A saved surrogate has a hash of its content. It is either `sealed`: mutants have the right hash. Or it is not, and
-    a mutant that is accepted must print the `output` of the seed.
+    A saved surrogate contains a hash. If it is `sealed`, mutants get the right hash. Otherwise an accepted mutant must
+    print the `output` of the seed.
     """
 
     command: tuple[str, ...]

@@ -36,7 +36,7 @@ def slope(series: Series, s: float) -> float:
 
 
 def times_where(function: Callable[[float], float], poles: Array) -> list[float]:
-    """Times theta with function(-1/theta) = 0 of a function that rises between each two of its poles (times)."""
+    """Times theta with function(-1/theta) = 0; the function rises between neighbouring poles (times)."""
     found: list[float] = []
     edges = np.log(np.sort(poles))
     for n in range(edges.size + 1):
@@ -44,7 +44,7 @@ def times_where(function: Callable[[float], float], poles: Array) -> list[float]
         high = edges[n] if n < edges.size else edges[-1] + 60.0
 
         def value(x: float, low: float = low, high: float = high, n: int = n) -> float:
-            # At a pole itself rounding would decide on the sign.
+            # At the pole itself the sign would depend on rounding.
             if n and x - low < 1e-14 * (1.0 + abs(low)):
                 return -1e300
             if n < edges.size and high - x < 1e-14 * (1.0 + abs(high)):
@@ -89,7 +89,7 @@ def restitution(series: Series, radius: float, mass: float, velocity: float, wei
     kept = moduli > 1e-13 * moduli.max()
     moduli, times = moduli[kept], times[kept]
     n, root = len(times), math.sqrt(radius)
-    # Units of the elastic impact keep the numbers near one.
+    # In units of the elastic impact all numbers are of order one.
     depth = (15.0 * mass * velocity**2 / (16.0 * (end + moduli.sum()) * root)) ** 0.4
     unit = depth / velocity
     taus, scale = times / unit, root * depth**1.5 / (mass * velocity / unit)
@@ -125,7 +125,7 @@ def restitution(series: Series, radius: float, mass: float, velocity: float, wei
         dv = -(2.0 * (end * 2.0 / 3.0 * s**3 + float(moduli @ (decay * y))) - weight) * dt
         return np.concatenate([[dt, dv], -w / taus * dt + dv])
 
-    # At the turning point itself the pace is 0/0, with the limit 2 s.
+    # At the turning point the pace is 0/0 with the limit 2 s.
     at = 1e-9 * last
     turning = coming.sol(last)
     dt = 2.0 * turning[0]
@@ -137,7 +137,7 @@ def restitution(series: Series, radius: float, mass: float, velocity: float, wei
 
 
 def rows(path: Path) -> Array:
-    """Numbers of a CSV file below its header."""
+    """Numbers of a CSV file without its header."""
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     return np.array(list(csv.reader(lines))[1:], dtype=float)
 
@@ -161,7 +161,7 @@ def main() -> None:
         )
 
     soft = from_shear((2e6, np.array([20e6]), np.array([50e-6])), 2e9)
-    # The last of the polymers above, at 20 °C.
+    # polyisobutylene at 20 °C
     pair = in_line(soft, from_tension(tension, 3e9))
     radius = 1.0 / (1.0 / 0.01 + 1.0 / 0.02)
     masses = 1100.0 * 4.0 / 3.0 * math.pi * 0.01**3, 920.0 * 4.0 / 3.0 * math.pi * 0.02**3

@@ -2,7 +2,7 @@
 
 Install Tamaas beside this package with `pip install tamaas` (written for version 2.9.0) and run as
 `python validation/indentation.py`; prints tables and writes them to `indentation.md` beside this file. Without Tamaas
-its table says so. Takes two minutes.
+its section contains a note instead of a table. It takes two minutes.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import restitution as rs
 INTRODUCTION = """\
 # Prescribed indentation
 
-Made by `validation/indentation.py`. What the tests compare with closed forms and with direct quadrature of the
-integral equations (to 1e-11) is not repeated here.
+Made by `validation/indentation.py`. The tests compare further cases with closed forms and with direct quadrature of
+the integral equations, to 1e-11.
 
 ## Foundation of elements
 
@@ -35,7 +35,7 @@ the largest force, and the difference of the end of contact relative to its time
 {elements}
 
 The force converges to the exact one. In the last case it converges slowly in the first steps, in which many elements
-with a dashpot come into contact at once. The end of contact is known to one step.
+with a dashpot come into contact at once. The end of contact has an error of up to one step.
 
 ## Tamaas
 
@@ -60,8 +60,8 @@ The time from the history to the arrays of the result, on one thread, for 1000 t
 
 TAMAAS = """\
 Tamaas {version} (`MaxwellViscoelastic`, non-periodic, {n} x {n} points, free side {side:g}) presses a parabola (R = 1)
-with a prescribed force on an incompressible standard solid (shear modulus {equilibrium:g} in the end and {glass:g} at
-once, relaxation time {tau:g}). The table compares the root mean square radius of the pressure,
+with a prescribed force on an incompressible standard solid (equilibrium shear modulus {equilibrium:g}, instantaneous
+shear modulus {glass:g}, relaxation time {tau:g}). The table compares the root mean square radius of the pressure,
 `(int p r^2 dA/F)^(1/2)`, which is `2 int E*(t - t') a^3/3 dd/F` up to t1 for this package. The last columns
 extrapolate to steps of length zero, from three runs whose steps differ by factors of two.
 
@@ -108,7 +108,7 @@ def by_elements(series: rs.PronySeries, profile: Any, knots: Any, depths: Any, c
 
 
 def elements_table(counts: list[int]) -> str:
-    """Differences of the element method from the exact solution."""
+    """Table of the differences between the foundation of elements and the exact solution."""
     solid = rs.PronySeries(1.0, [4.0, 2.0], [0.05, 0.6])
     liquid = rs.PronySeries(0.0, [3.0, 1.0], [0.1, 2.0])
     damped = rs.PronySeries(1.0, [2.0], [0.5], parallel_viscosity=0.05)
@@ -123,7 +123,7 @@ def elements_table(counts: list[int]) -> str:
         result = rs.indent(half_space(series), profile, depth=depths, time=knots)
         for count in counts:
             times, forces, end = by_elements(series, profile, knots, depths, count)
-            # If a dashpot makes the force jump, the elements give the force before it.
+            # Where a dashpot makes the force jump, the elements give the force before the jump.
             known = result.sample(times, before=True).force.values
             worst = float(np.abs(forces - known).max()) / result.max_force
             late = abs(end - result.contact_end_time) / result.contact_end_time
@@ -168,7 +168,7 @@ def pressure_radius(result: rs.IndentationResult, series: rs.PronySeries, t: flo
     nodes, weights = np.polynomial.legendre.leggauss(20)
     half = 0.5 * 2.0 ** -np.arange(40.0)[::-1]
     edges = np.concatenate([[0.0], half, 1.0 - half[-2::-1], [1.0]])
-    # A force that begins with a step: a^3 d' = a^5/5 d'(a) at once, d = a^2.
+    # A force that begins with a step: the integral of a^3 dd over the step is (2/5) a^5 with d = a^2.
     first = result.sample([0.0]).contact_radius.item()
     total = float(series.relaxation_modulus(t)) * 2.0 / 15.0 * first**5
     for low, high in ((0.0, min(1.0, until)), (1.0, until)):
@@ -188,7 +188,7 @@ def pressure_radius(result: rs.IndentationResult, series: rs.PronySeries, t: flo
 
 
 def tamaas_section() -> str:
-    """Differences from Tamaas, or why there are none."""
+    """Table of the differences from Tamaas, or a note if Tamaas is absent."""
     try:
         import tamaas as tm
     except ImportError as error:
@@ -269,7 +269,7 @@ REPEATS = 50
 
 
 def best(call: Callable[[], Any]) -> float:
-    """Shortest duration [ms] of several calls."""
+    """Shortest time [ms] of several calls."""
     shortest = math.inf
     for _ in range(REPEATS):
         begin = time.perf_counter()
@@ -279,7 +279,7 @@ def best(call: Callable[[], Any]) -> float:
 
 
 def speed_table() -> str:
-    """Durations of whole calls."""
+    """Table of the times of whole calls."""
     t = np.linspace(0.0, 2.0, 1000)
     triangle = 1e-6 * (1.0 - np.abs(t - 1.0))
     tip = rs.Parabola(2.5e-6)

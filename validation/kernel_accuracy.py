@@ -1,6 +1,6 @@
 """Error of the exact method over its tolerance, for the paper's plane, wider domains and random materials.
 
-The materials and profiles are those of `endurance.py`. It takes some five minutes on two cores.
+The materials and profiles are those of `endurance.py`. It takes about five minutes on two cores.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -19,7 +19,7 @@ DOMAINS = {
     "middle: nu -0.9..0.5, p2 1e-5..1e2, p3 1e-4..1e4": (-0.9, -5.0, 2.0, -4.0, 4.0),
     "whole: nu -1..0.5, p2 1e-5..1e3, p3 1e-5..1e5": (-1.0, -5.0, 3.0, -5.0, 5.0),
 }
-# Not those that the tolerances were measured with.
+# Seeds that were not used to choose the constants of the kernel.
 FIRST_SEED, MATERIALS, BATCH = 5000, 20_000, 100
 TOLERANCES = (1e-6, 1e-8, 1e-9)
 
@@ -35,7 +35,7 @@ def material_errors(seed: int) -> list[tuple[str, list[float]]]:
             wanted = float(result.restitution_coefficient)
             sinks = result.status is Status.SINKS_IN
         except SolverError:
-            # The finest tolerance is beyond what rounding allows here: not one of those that are judged.
+            # Rounding does not permit the tightest tolerance here, which is not one of those in the table.
             continue
         for rtol in TOLERANCES:
             try:
@@ -74,7 +74,7 @@ def main() -> None:
     lines = [
         f"{POINTS:,} random points of each domain (nu = 1/2 for a third of them), against the same method at "
         "rtol = 1e-12.",
-        "Errors of e over `rtol max(e, 1e-3)`: a value below 1 meets the tolerance.",
+        "Errors of e over `rtol max(e, 1e-3)`: a value below 1 is within the tolerance.",
         "",
         "| domain | rtol | largest | 99 % | median | largest absolute | failed |",
         "|---|---|---|---|---|---|---|",

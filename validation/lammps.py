@@ -27,7 +27,7 @@ if Path(__file__).parent == Path(sys.path[0]).resolve():
 SHEAR_MODULUS, RADIUS, DENSITY, VELOCITY = 1.0e6, 0.005, 1100.0, 1.0
 MASS = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
 STEPS = 10_000
-"""Time steps of LAMMPS in an elastic contact; another run takes twice as many, for the extrapolation to none."""
+"""Time steps of LAMMPS in an elastic contact; a second run with twice as many serves the extrapolation."""
 
 INTRODUCTION = """\
 # LAMMPS: Hertz with viscoelastic damping
@@ -190,10 +190,10 @@ def by_lammps(coefficient: float, damping: str, steps: int, velocity: float = VE
 
 
 def extrapolated(coefficient: float, damping: str, velocity: float = VELOCITY) -> Motion:
-    """Motion in LAMMPS for vanishing time step, on the times of the coarser of two runs that both have."""
+    """Motion in LAMMPS, extrapolated to a vanishing time step, at the common times of two runs."""
     coarse = by_lammps(coefficient, damping, STEPS, velocity)
     fine = by_lammps(coefficient, damping, 2 * STEPS, velocity)
-    # Velocity Verlet hands the damping the velocity of half a step ago: first order.
+    # Velocity Verlet evaluates the damping with the velocity half a step earlier: first order.
     count = min(coarse.time.size, (fine.time.size + 1) // 2) - 1
     columns = [
         2.0 * finer[: 2 * count : 2] - coarser[:count] for coarser, finer in zip(coarse[1:4], fine[1:4], strict=True)
@@ -202,10 +202,10 @@ def extrapolated(coefficient: float, damping: str, velocity: float = VELOCITY) -
 
 
 def by_scipy(tau: float) -> tuple[Motion, float]:
-    """Motion by the law without memory until zero overlap, and e where it ends at zero force."""
+    """Motion by the law without memory until zero overlap, and e for an end at zero force."""
     modulus, radius, mass = reduced_numbers()
     stiffness = 4.0 / 3.0 * modulus * math.sqrt(radius)
-    # Units in which stiffness, mass and velocity are 1.
+    # In units in which stiffness, mass and velocity are 1.
     time = (mass**2 / (stiffness**2 * VELOCITY)) ** 0.2
     length, loss = time * VELOCITY, 1.5 * tau / time
 
@@ -242,7 +242,7 @@ def by_scipy(tau: float) -> tuple[Motion, float]:
 
 
 def by_package(tau: float) -> Any:
-    """The same pair through `rs.collision` and `rs.solve`."""
+    """Motion of the same pair by `rs.collision` and `rs.solve`."""
     rubber = rs.kelvin_voigt(SHEAR_MODULUS, SHEAR_MODULUS * tau, poisson_ratio=0.5, density=DENSITY)
     ball = rs.Body(rubber, radius=RADIUS)
     return rs.solve(rs.collision(ball, ball, velocity=VELOCITY))
@@ -279,7 +279,7 @@ def restitution_table(losses: list[float]) -> str:
 
 
 def history_table(losses: list[float]) -> str:
-    """Lines of the table of the motion, approach and rebound apart."""
+    """Lines of the table of the motion, with separate columns for approach and rebound."""
     lines = [
         "| b | approach: depth | velocity | force | largest depth | rebound: depth | velocity | force |"
         " pull from d/d_max | exact end at d/d_max | zero overlap at t/t_exact |",
@@ -311,7 +311,7 @@ def history_table(losses: list[float]) -> str:
 
 
 def step_table(counts: list[int], b: float) -> str:
-    """Lines of the table of the error that the time step of LAMMPS makes."""
+    """Lines of the table of the error due to the time step of LAMMPS."""
     tau = retardation_time(b)
     limit = by_scipy(tau)[0].restitution
     lines = ["| steps in a contact | e by LAMMPS | error |", "|---|---|---|"]
@@ -323,10 +323,10 @@ def step_table(counts: list[int], b: float) -> str:
 
 
 def wanted_table(wanted: list[float]) -> str:
-    """Lines of the table of the restitution that is asked for and the one that comes back."""
+    """Lines of the table of the prescribed and the resulting coefficient of restitution."""
     ways = ["coeff_restitution", "coeff_restitution limit_damping", "tsuji", "tsuji limit_damping"]
     lines = [
-        "| asked for | " + " | ".join(f"`{way}`" for way in ways) + " | `coeff_restitution`, v0/100 "
+        "| prescribed e | " + " | ".join(f"`{way}`" for way in ways) + " | `coeff_restitution`, v0/100 "
         "| exact, tau fitted at v0 | exact, v0/100 |",
         "|---" * (len(ways) + 4) + "|",
     ]
@@ -340,7 +340,7 @@ def wanted_table(wanted: list[float]) -> str:
 
 
 def fitted(e: float) -> tuple[float, float]:
-    """Restitution at v0, where its loss is chosen to make it e, and at v0/100 of a Kelvin-Voigt pair."""
+    """Restitution coefficient of a Kelvin-Voigt pair at v0, with the loss fitted to e, and at v0/100."""
 
     def returned(b: float) -> float:
         return by_package(retardation_time(b)).restitution_coefficient

@@ -1,4 +1,4 @@
-"""The element scheme against the exact method: e for every profile, over the number of elements.
+"""The element scheme against the exact method: e of every profile for several numbers of elements.
 
 Run as `python validation/profiles_elements.py`; prints a table and writes it to `profiles_elements.md` beside
 this file. Takes about two minutes.

@@ -63,7 +63,7 @@ the contact force over time from `result.sample`.
 
 
 class Touches(NamedTuple):
-    """Times [s] of the touches and the greatest height [m] after each."""
+    """Times [s] of the touches and the largest height [m] after each."""
 
     times: Any
     heights: Any
@@ -71,7 +71,7 @@ class Touches(NamedTuple):
 
 @cache
 def rebound_module() -> Any:
-    """The package REBOUND; ends the script with one line where it is absent."""
+    """The package REBOUND; ends the script with one line if it is absent."""
     try:
         import rebound
     except ImportError as error:
@@ -109,7 +109,7 @@ def by_rebound(count: int) -> Touches:
         known = len(touches)
         simulation.steps(1)
         if len(touches) > known:
-            # From here on it flies freely.
+            # The ball flies freely from here on.
             heights.append(ball.z - RADIUS + ball.vz**2 / (2.0 * GRAVITY))
     return Touches(np.array(touches), np.array(heights))
 
@@ -159,7 +159,7 @@ def pair_table(velocities: list[float]) -> str:
         simulation.coefficient_of_restitution = lambda _, v, e=result.restitution_coefficient: e
         simulation.integrate(1e-3)
         found = [particle.vx for particle in simulation.particles]
-        # Gauss' rule on many pieces, for the force has a root at each end.
+        # Gauss's rule on many pieces, because the force has a root at both ends.
         edges = result.contact_time * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))
         nodes, weights = np.polynomial.legendre.leggauss(8)
         times = edges[:-1, None] + np.diff(edges)[:, None] * (0.5 + 0.5 * nodes)

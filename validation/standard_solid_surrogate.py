@@ -1,7 +1,7 @@
 """Make the data of `restitution.standard_solid_surrogate` and measure their error.
 
-Run as `python validation/standard_solid_surrogate.py [FILE]`; takes half a minute. The data are written to FILE, or to
-where the package has them, unless the error at 200 000 random points is larger than stated.
+Run as `python validation/standard_solid_surrogate.py [FILE]`. It takes half a minute. It writes the data to FILE, by
+default to the file of the package, unless the error at 200 000 random points is larger than stated.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ Box = tuple[Triple, Triple]
 
 DATA = Path(standard_solid.__file__).parent / "data" / "standard_solid.npz"
 TOLERANCE = 5e-7
-"""Of boxes, at the points where they are tested; what is stated is seen at many more."""
+"""Tolerance of the boxes at their test points. The stated error is measured at many more points."""
 
 RTOL = 1e-9
 POINTS = 200_000
 SEED = 11
 HALVED = (1, 0, 0)
-"""How often each variable is halved to begin with: the coordinates change where x has been halved once."""
+"""Initial number of halvings of each variable; the coordinates change at the middle of x."""
 
 # A box that only touches the plane belongs to it.
 _MARGIN = 1e-6
@@ -99,12 +99,12 @@ def _in_the_plane(points: Array) -> NDArray[np.bool_]:
 
 
 def _test_points() -> Array:
-    """Corners, where series through Chebyshev points are worst, and random points, some of them at the faces."""
+    """Test points: corners, where interpolation in Chebyshev points is worst, and random points, also on the faces."""
     at_corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     rng = np.random.default_rng(3)
     anywhere, faces = rng.uniform(-1.0, 1.0, (64, 3)), rng.uniform(-1.0, 1.0, (64, 3))
     faces[np.arange(64), np.arange(64) % 3] = np.where(np.arange(64) % 2, 1.0, -1.0)
-    # Not beyond the faces by rounding, for another function may begin there.
+    # Rounding must not move a point beyond a face, because another function may begin there.
     return np.clip(np.vstack([at_corners, anywhere, faces]), -_EDGE, _EDGE)
 
 
@@ -122,7 +122,7 @@ def _half(level: Triple, place: Triple, axis: int, side: int) -> Box:
 
 
 def random_groups(n: int, seed: int) -> tuple[Array, Array, Array]:
-    """Draw nu, p2, p3 in the plane: a third of nu uniform, a third close to 1/2, a third spread in x."""
+    """Draw nu, p2, p3 in the plane: nu is uniform, close to 1/2, or uniform in x for a third of the points each."""
     rng = np.random.default_rng(seed)
     p2, p3 = (10.0 ** rng.uniform(np.log10(ends[0]), np.log10(ends[1]), n) for ends in (P2, P3))
     close = 0.5 - 0.5 * 10.0 ** rng.uniform(-7.0, 0.0, n)
@@ -140,7 +140,7 @@ def measured_error(series: Series, n: int, seed: int) -> float:
 
 
 def write_file(path: Path, series: Series, error: float) -> None:
-    """Write the data, whole or not at all; the bytes depend on the numbers alone."""
+    """Write the data in one step; the bytes depend on the numbers only."""
     content: dict[str, Any] = {
         "levels": series.levels.astype(np.int8),
         "places": series.places.astype(np.int16),

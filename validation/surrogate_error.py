@@ -1,7 +1,7 @@
 """Stated error of surrogates over the velocity, against the exact method at 10 000 other velocities.
 
 Run as `python validation/surrogate_error.py`; prints a table and writes it to `surrogate_error.md` beside this file.
-Takes a minute.
+It takes a minute.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Random indentations against a direct solution of Ting's equations, which shares no step with the package.
+"""Random indentations against a direct solution of Ting's equations by another method.
 
-Run as `python validation/ting.py`; prints a table and writes it to `ting.md` beside this file. Takes a minute or two.
+Run as `python validation/ting.py`; prints a table and writes it to `ting.md` beside this file. It takes one to two
+minutes.
 
 The prescribed history is a chain of straight lines and steps. E*(t) is the Prony series itself, and J*(t) its inverse
 by the roots of the characteristic function (`brentq`). Integrals of sums of exponentials are closed forms, the others
@@ -68,7 +69,7 @@ class Creep:
         self.glass, self.flow = 1.0 / glass, 0.0 if equilibrium > 0.0 else 1.0 / np.sum(moduli / rates)
 
     def at(self, t: Any) -> Any:
-        """J(t), 0 before."""
+        """J(t), zero for negative times."""
         t = np.asarray(t, dtype=float)[..., None]
         value = self.glass + self.flow * t[..., 0] - np.expm1(-np.maximum(t, 0.0) * self.rates) @ self.amplitudes
         return np.where(t[..., 0] >= 0.0, value, 0.0)
@@ -94,7 +95,7 @@ def relaxed(series: rs.PronySeries, low: float, high: float) -> float:
 
 
 class UnderDepth:
-    """Force and radius under a prescribed depth, which only rises before it falls."""
+    """Force and radius under a prescribed depth that rises first and then falls."""
 
     def __init__(self, series: rs.PronySeries, profile: Any, time: Any, depth: Any) -> None:
         self.series, self.profile, self.dashpot = series, profile, series.parallel_viscosity
@@ -113,7 +114,7 @@ class UnderDepth:
             yield (a, t, x, x + (y - x) * (t - a) / (b - a)) if b > t else (a, b, x, y)
 
     def rate(self, t: float) -> float:
-        """Rate of the depth; after a kink."""
+        """Rate of the depth, at a kink the rate after it."""
         n = min(int(np.searchsorted(self.time, t, side="right")), self.time.size - 1)
         return (self.depth[n] - self.depth[n - 1]) / (self.time[n] - self.time[n - 1])
 
@@ -138,7 +139,7 @@ class UnderDepth:
         return 2.0 * total
 
     def end(self) -> float:
-        """Time at which the load of the innermost element is zero; infinite where it stays in tension."""
+        """Time at which the load of the innermost element is zero; infinite if there is none."""
         later = self.time[self.time > self.turning]
         for a, b in pairwise([self.turning, *later]):
             if self.load(a * (1.0 + 1e-15)) <= 0.0:

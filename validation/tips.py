@@ -1,7 +1,7 @@
-"""Random measured tips of 20 to 2000 points under the exact method: does its tolerance hold?
+"""Errors of the exact method over its tolerance for random measured tips of 20 to 2000 points.
 
-The error is that against `rtol = 1e-12`, and of the first tips against SciPy (`method="reference"`). Solved tips are
-kept in a file: an interrupted run goes on from there, and a run with another `NUMBA_CPU_NAME` adds a table.
+The reference is `rtol = 1e-12`, for the first tips also SciPy (`method="reference"`). A file keeps the solved tips:
+it resumes an interrupted run, and a run with another `NUMBA_CPU_NAME` adds a table.
 
 Usage: python validation/tips.py [--tips 10000] [--depths 20] [--compared 10] [--workers 2] [--rows tips.csv]
 """
@@ -39,7 +39,7 @@ class Row(NamedTuple):
 
 
 def draw_tip(seed: int) -> rs.Tabulated:
-    """Draw a tip close to a paraboloid of radius 1, as an instrument would see it."""
+    """Draw a tip close to a paraboloid of radius 1, with the errors of an instrument."""
     random = np.random.default_rng([seed, 7])
     kind = seed % len(KINDS)
     count = int(10.0 ** random.uniform(np.log10(20), np.log10(2000)))
@@ -65,7 +65,7 @@ def draw_tip(seed: int) -> rs.Tabulated:
 
 
 def draw_impacts(seed: int, depths: int) -> rs.Impact | None:
-    """Draw impacts of one tip on one standard solid, for depths over 1.7 decades; None for a tip that is refused."""
+    """Draw impacts of one tip on one standard solid, for depths over 1.7 decades; None for a refused tip."""
     try:
         tip = draw_tip(seed)
     except (InputError, ValueError):
@@ -79,7 +79,7 @@ def draw_impacts(seed: int, depths: int) -> rs.Impact | None:
 
 
 def errors(seed: int, depths: int) -> list[Row]:
-    """Errors of e of one tip at each tolerance; no rows for a tip that is refused."""
+    """Errors of e of one tip at each tolerance; no rows for a refused tip."""
     impact = draw_impacts(seed, depths)
     if impact is None:
         return [Row(PROCESSOR, seed, math.nan, 0, 0, 0, 0.0)]
