@@ -4,7 +4,7 @@
     dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma,  F = E Pi + eta a v + sum E_k Y_k.
 
 Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is
-unknown. Stored elements hold s, v, t, F and, of each mode, Y_k and W_k.
+unknown. Stored elements contain s, v, t, F and, for each mode, Y_k and W_k.
 """
 
 import math
@@ -50,53 +50,54 @@ from restitution.kernel.workspace import (
     Work,
 )  # fmt: skip
 
-# Newton's method: size of a step below which it may be rounding, length of an element over a relaxation time from
-# which a mode is fast and is refined twice a round, rounds in all, share of its tolerance to which W_k is refined, and
-# rounds of that.
-ROUNDING = 1e-9
-LAG = 0.05
+# Newton's method.
+ROUNDING = 1e-9  # relative size of a step below which it may be rounding
+LAG = 0.05  # length over a relaxation time from which a mode is updated twice per round
 _MOST_ITERATIONS = 12
-_REFINEMENT, _MOST_REFINEMENTS = 0.1, 6
-# First guess: longest element, over the last one, that continues that one's polynomial (beyond, it diverges), least s
-# over the s at the start that is believed, and velocity over that at the start with which to guess where none is.
-_FARTHEST, _LEAST_GUESS, _SLOW_GUESS = 2.5, 0.2, 0.1
-# Length of an element: the first over the scale of s, its factor where a(s) is not smooth at s = 0, the shortest over
-# sigma and by itself, the longest over the length at which a body that brakes as at its start would turn, and how far
-# beyond the end of a table, over that end, its polynomials still mean something.
-FIRST, _ROUGH_START = 0.35, 0.1
-_SHORTEST, _SHORTEST_FIRST = 1e-15, 1e-150
-_PAST_TURNING, _PAST_TABLE = 1.35, 0.01
-# Attempts over the room for elements.
-ATTEMPTS = 4
-# Error of an element: weight of the force, times the scale of the depth; factor by which the tail counts more where
-# fast modes carry all of the force, and the length over their relaxation time at which they count half; factor of the
-# tail of a first element that is no better at its end than inside; least tolerance, over Newton's and by itself, since
-# rounding leaves no more digits.
-FORCE_WEIGHT = 0.1
-STIFF, _HALF_STIFF = 15.0, 10.0
-_NO_GAIN = 20.0
-_LEAST_ALLOWED, _ROUNDED = 0.02, 1e-13
-# Kinks: velocity that one inside an element may take, and tail of an element that begins at one, over the tolerance of
-# Newton's method, which is a twentieth of rtol; solves that may miss the end at a kink; largest factors with which the
-# length to one is predicted; share of the longest element that counts as all of it.
-KINK_EFFECT, KINK_TAIL = 1.0, 4.0
-_MOST_MISSED, _CORRECTION, _WHOLE = 6, (0.5, 2.0), 0.999
-# Rough tables: velocity that an element may miss where a(s) is rough between its nodes, over Newton's tolerance; error
-# of the table itself, over that tolerance and at least.
-ROUGH = 0.1
-TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12
-# End without a turning point. Net force over the constant force below which a body hangs in balance, and below which
-# it creeps; share of s that it creeps within an element; velocity of a body in balance that is at rest. In a liquid,
-# velocity over Newton's tolerance, and by itself, that the tolerance of e cannot tell from none.
-_BALANCED, _CREEPING, _CREPT, _AT_REST = 1e-7, 1e-4, 0.01, 1e-6
-_FADED, _STOPPED = 0.02, 1e-14
+_REFINEMENT = 0.1  # error of W_k, over `accept`, at which its refinement ends
+_MOST_REFINEMENTS = 6
+# First guess of s.
+_FARTHEST = 2.5  # length over that of the last element up to which its polynomial is continued; beyond it diverges
+_LEAST_GUESS = 0.2  # smallest accepted guess over s at the start
+_SLOW_GUESS = 0.1  # velocity of the last resort over that at the start
+# Length of an element.
+FIRST = 0.35  # first element over the scale of s
+_ROUGH_START = 0.1  # factor of the first element if a(s) is not smooth at s = 0
+_SHORTEST = 1e-15  # over sigma
+_SHORTEST_FIRST = 1e-150
+_PAST_TURNING = 1.35  # longest element over the length to the turning point at constant deceleration
+_PAST_TABLE = 0.01  # range beyond the end of a table, over that end, in which its polynomials may be used
+ATTEMPTS = 4  # largest number of attempts over the room for elements
+# Error of an element.
+FORCE_WEIGHT = 0.1  # weight of the force, times the scale of the depth
+STIFF = 15.0  # additional weight of the tail where fast modes carry all of the force
+_HALF_STIFF = 10.0  # length over the relaxation time of a mode from which half of its force counts as fast
+_NO_GAIN = 20.0  # factor of the tail of a first element that is no more accurate at its end than inside
+_LEAST_ALLOWED = 0.02  # smallest tolerance over `accept`; at most `_ROUNDED`, below which there is only rounding
+_ROUNDED = 1e-13
+# Kinks, over `accept`, which is a twentieth of rtol.
+KINK_EFFECT = 1.0  # error of the velocity due to a kink inside an element
+KINK_TAIL = 4.0  # tail of an element that begins at a kink
+_MOST_MISSED = 6  # solves that may miss the end at a kink
+_CORRECTION = (0.5, 2.0)  # smallest and largest factor of the predicted length to a kink
+_WHOLE = 0.999  # share of the longest element that counts as all of it
+# Rough tables, over `accept`.
+ROUGH = 0.1  # velocity that an element may miss where a(s) is rough between its nodes
+TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12  # error of the table, and a constant part of it
+# End without a turning point.
+_BALANCED = 1e-7  # net force over the constant force below which a body is in balance
+_CREEPING = 1e-4  # the same below which it creeps
+_CREPT = 0.01  # smallest share of s that a creeping body covers within an element
+_AT_REST = 1e-6  # velocity below which a body in balance is at rest
+_FADED = 0.02  # velocity over `accept` below which a body has stopped in a liquid if the force fades with it
+_STOPPED = 1e-14  # velocity below which it has stopped in any case
 
 
 @inlined
 def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, accept: float) -> int:
-    """Solve one element of length h from the first column of `table`; fill the others.
+    """Solve one element of length h from the first column of `table`; fill the other columns.
 
-    `work.vectors[UNKNOWN]` holds the predicted s at the nodes. Returns the number of Newton iterations, or -1 where
+    `work.vectors[UNKNOWN]` contains the predicted s at the nodes. Returns the number of Newton iterations, or -1 if
     they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
@@ -133,7 +134,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
             start = Pi + (table[MODES_ + 2 * k, 0] - Pi0)
             if refactor:
                 Yk = matvec(B[k], start)
-                # dY/ds: B depends on s too, and (h/tau) B^-1 A diag(r) = 1 - B^-1.
+                # dY/ds, as B depends on s: (h/tau) B^-1 A diag(r) = 1 - B^-1.
                 mode_slope = E * Yk / s
                 weight = (E * a) * r + mode_slope
                 for j in range(WIDTH):
@@ -141,7 +142,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
                 slope = slope - mode_slope
             else:
                 Yk = read8(Y, k, 0)
-                # After one round fast modes lag behind s by as much as the chord step, which then says nothing.
+                # After a single update, fast modes lag behind s by the size of the chord step, which would be useless.
                 lags = not final_round and h * r[WIDTH - 1] > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
                     defect = start - Yk - (h / problem.times[k]) * matvec(A, r * Yk)
@@ -178,7 +179,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         if verdict == DIVERGED:
             return -1
         if verdict == CONVERGED:
-            # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
+            # One more round refines the modes with the final unknowns. Without it the error of e is 2e-8.
             final_round = True
             refactor = False
             continue
@@ -190,7 +191,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
     write8(table, V_, 1, v)
     write8(table, T_, 1, table[T_, 0] + h * matvec(A, r))
     write8(table, F_, 1, F)
-    # The inverses are those of s before it moved: each round takes a power of that off.
+    # The inverses belong to an earlier s: each refinement multiplies the error by the drift since then.
     rounds = 1
     power = drift * drift
     while power > _REFINEMENT * accept and rounds < _MOST_REFINEMENTS:
@@ -208,7 +209,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
 
 @inlined
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
-    """Predict s at the nodes: the last element continued, or a parabola after a jump of the step."""
+    """Predict s at the nodes by extrapolation of the last element, or by a parabola if the length jumps."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
     slope = -2.0 * s0 * (table[F_, 0] - problem.external_force)
@@ -229,7 +230,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
 def _length_to(
     problem: Problem, scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float
 ) -> float:
-    """Length, at most h, of an element that ends at s = end, as predicted."""
+    """Predicted length, at most h, of an element that ends at s = end."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
     inside = v0 * v0 + 2.0 * slope * (end - s0)
@@ -244,16 +245,17 @@ def _length_to(
 
 @compiled
 def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
-    """Solve the approach to the turning point; write it to `work.approach`, the turning state to `work.turning`."""
+    """Solve the approach up to the turning point; store it in `work.approach` and `work.turning`."""
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
-    # a(s) of parabola, cone and flat punch is smooth at s = 0; elsewhere the first element is no better than its tail.
+    # a(s) of parabola, cone and flat punch is smooth at s = 0. For other profiles the end of the first element is only
+    # as accurate as its inside.
     exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
     force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
     if not exact_start:
         h *= _ROUGH_START
-    # Read back, as numba would compile for a constant 0 what it compiles for all numbers.
+    # Read back from the array: for a constant 0 numba would compile the loop a second time.
     work.counts[N_APPROACH] = 0
     element = work.counts[N_APPROACH]
     table = work.approach[0]
@@ -262,15 +264,14 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     table[V_, 0] = 1.0
     for n in range(MODES_ + 1, rows, 2):
         table[n, 0] = 1.0
-    # A flat face meets a dashpot at once.
+    # A dashpot under a flat face has a force at once.
     table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
     sigma, attempts = 0.0, 0
     glass = problem.equilibrium
     for k in range(problem.moduli.shape[0]):
         glass += problem.moduli[k]
     kinks = problem.path.kinks
-    # First kink ahead, the one at which the element starts, the one at which it is to end; solves that missed the
-    # last.
+    # First kink ahead, kink at the start of the element, kink at its intended end, and solves that missed this end.
     ahead, behind, target, missed = 0, -1, -1, 0
     unhindered = h
     while True:
@@ -285,7 +286,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             if slope < 0.0:
                 h = min(h, _PAST_TURNING * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
-            # Never far beyond the end of the table, where its polynomials mean nothing.
+            # Elements must not extend far beyond the table, where its polynomials are meaningless.
             end = problem.path.end
             if table[S_, 0] > end:
                 return TOO_DEEP
@@ -305,11 +306,11 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             h *= ON_FAILURE
             missed = 0
             continue
-        # What may come back, down to where the tolerance of e asks for no more digits, or rounding leaves none.
+        # The tolerance refers to the recoverable part of the motion, down to a limit set by `accept` and rounding.
         amplitude = min(math.sqrt(table[V_, S] ** 2 + max(table[F_, S], 0.0) * table[S_, S] ** 2), 1.0)
         allowed = max(tolerance * amplitude, min(_LEAST_ALLOWED * accept, _ROUNDED))
-        # Where modes faster than the step carry the force, the order of the method falls to that of its stages, and
-        # the error at the end of the element is as large as inside: measured, the tail then is 1/10 of it.
+        # Where modes faster than the step carry the force, the order falls to that of the stages, and the error at the
+        # end of the element is as large as inside: about ten times the tail, by measurement.
         stiff = 0.0
         for k in range(problem.moduli.shape[0]):
             z = 2.0 * h * table[S_, S] / problem.times[k]
@@ -320,7 +321,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
             error *= _NO_GAIN * tolerance / accept
         if behind >= 0:
             error *= max(tolerance / (KINK_TAIL * accept), 1.0)
-        # The velocity alone does not tell where the force between the nodes is rough, as at the edge of a flat end.
+        # The velocity alone does not show a rough force between the nodes, as at the edge of a flat end.
         error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
         if problem.path.exponent < 0.0:
             rough = missed_approach(problem, scheme, work, table, h, TABLE_NOISE * accept + LEAST_NOISE)
@@ -348,15 +349,15 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         element += 1
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
-        # A constant force that the foundation balances all along an element: what moves on is creep, which never
-        # turns. An oscillation that looks balanced over a hundredth of the depth has more kinetic energy than the
-        # force has given it.
+        # If the foundation balances the constant force along the whole element, the body creeps and never turns. An
+        # oscillation that seems balanced over a hundredth of the depth has more kinetic energy than the work of the
+        # force.
         external_force = problem.external_force
         unbalanced = max(abs(table[F_, 0] - external_force), abs(table[F_, S] - external_force))
         balanced = unbalanced < _BALANCED * external_force
         creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > _CREPT * table[S_, S]
         creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
-        # What the tolerance of e cannot tell; a force that does not fade with the velocity would drive the body back.
+        # The velocity is below the tolerance of e. A force that does not fade with it would drive the body back.
         least = _FADED * accept
         fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least
         slow = table[V_, S] < _STOPPED or (fades and 2.0 * table[V_, S] < least)
@@ -372,7 +373,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         if target >= 0:
             h = max(h, unhindered)
             ahead = target + 1
-        # An element may end a little beyond a kink; the next one, and the rebound, begins and ends there all the same.
+        # An element may end slightly beyond a kink. The next element and the rebound then treat its end as the kink.
         before = ahead
         ahead = passed(kinks, ahead, table[S_, S])
         if ahead > before:

@@ -17,14 +17,14 @@ from numba.core import caching, config
 from restitution.errors import RestitutionWarning
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
-# `contract` alone: full fastmath removes the NaN checks that the status codes rest on and gains nothing more.
+# Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
 _FLAGS: dict[str, Any] = {"_nrt": False, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 @cache
 def source_hash(folder: Path = Path(__file__).parent) -> str:
-    """Hash of all kernel sources: numba's own cache misses an edit in a callee of another file."""
+    """Hash of all kernel sources, because numba's own cache misses an edit of a function in another file."""
     digest = hashlib.sha256()
     for source in sorted(folder.glob("*.py")):
         digest.update(source.name.encode())
@@ -33,14 +33,14 @@ def source_hash(folder: Path = Path(__file__).parent) -> str:
 
 
 def _user_cache() -> Path | None:
-    """Folder for caches in the home directory; None where there is no home."""
+    """Folder for caches in the home directory, or None without a home."""
     if sys.platform == "win32":
         stated, beside_home = os.environ.get("LOCALAPPDATA"), "AppData/Local"
     elif sys.platform == "darwin":
         stated, beside_home = None, "Library/Caches"
     else:
         stated, beside_home = os.environ.get("XDG_CACHE_HOME"), ".cache"
-    # The XDG standard says that a relative path must be ignored.
+    # By the XDG standard a relative path must be ignored.
     if stated and Path(stated).is_absolute():
         return Path(stated) / "restitution"
     try:
@@ -50,9 +50,9 @@ def _user_cache() -> Path | None:
 
 
 def _is_mine_alone(folder: Path) -> bool:
-    """Whether a folder belongs to the user of this process and nobody else may write it."""
+    """Whether a folder belongs to the user of this process and nobody else may write to it."""
     if not hasattr(os, "geteuid"):
-        # Windows has access control lists; the home directory is closed to others by default.
+        # Windows has access control lists, by which other users cannot write to the home directory by default.
         return True
     status = folder.stat()
     return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
@@ -60,9 +60,9 @@ def _is_mine_alone(folder: Path) -> bool:
 
 @cache
 def cache_folder() -> str | None:
-    """First folder for machine code that the user alone may write; None where the kernel must be compiled anew.
+    """First folder for machine code to which only the user may write; None if the kernel must be compiled every time.
 
-    The cache holds pickles: whoever may write it can run code as the user that reads it.
+    The cache contains pickles: anyone who can write them can run code as the user who reads them.
     """
     own = os.environ.get("NUMBA_CACHE_DIR")
     candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", _user_cache()]
@@ -96,8 +96,8 @@ class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
         return source_hash(self._sources)
 
     def get_disambiguator(self) -> str:
-        # The name of the file holds the hash: numba unpickles an index before it compares the stamp, and the
-        # classes of another version may be gone.
+        # The name of the file contains the hash, because numba unpickles an index before it compares the stamp, and
+        # classes of another version may be missing.
         return f"{self._line}-{source_hash(self._sources)[:12]}"
 
     @classmethod
@@ -114,15 +114,15 @@ class _KernelCache(caching.FunctionCache):
     _impl_class = _CacheImpl
 
 
-# Words of a frame, half of the piece of memory that it comes with.
+# Size of a frame in words, half of the piece of memory that CPython allocates for it.
 _ROOM = 2**15
 
 
 def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Call a function in a way that gives room to the frames of all that it calls.
+    """Wrap a function such that all frames of its calls lie in one large piece of memory.
 
-    CPython keeps frames in pieces of 16 kB. If the end of one falls on a call that numba makes a million times, each
-    call allocates and frees a piece: the kernel compiles in 10 to 16 s, depending on the depth of the caller.
+    CPython stores frames in pieces of 16 kB. If a call that numba makes a million times crosses the end of a piece,
+    each call allocates and frees one: compilation takes 10 to 16 s, depending on the depth of the call stack.
     """
 
     def call(*arguments: Any, **named: Any) -> Any:
@@ -133,34 +133,34 @@ def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def entry_point(function: Callable[..., Any]) -> Any:
-    """Compile an entry point of the kernel on its first call, and keep its machine code where that is possible."""
+    """Compile an entry point of the kernel on its first call, and cache its machine code if possible."""
     dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
-        # Numba's own code calls this for new types of arguments.
+        # Numba calls this for new types of arguments.
         dispatcher._compile_for_args = _with_room(dispatcher._compile_for_args)
     return dispatcher
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Compile a stage of an impact, which only the kernel calls, as a function of its own.
+    """Compile a stage of an impact, which only the kernel calls, as a separate function.
 
-    One giant function takes twice as long to compile; so do wrappers for calls from Python.
+    One large function takes twice as long to compile, and so do wrappers for calls from Python.
     """
     return cached(numba.njit(**_INNER, **_FLAGS)(function), function)
 
 
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
-    """Keep the machine code of a compiled function until a source in its folder changes."""
+    """Cache the machine code of a compiled function until a source in its folder changes."""
     if not config.DISABLE_JIT and cache_folder() is not None:
         dispatcher._cache = _KernelCache(function)
     return dispatcher
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a piece of the kernel into its callers, so that the sizes which they pass are constants in it."""
+    """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
     return numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
 
 
 def is_compiled(dispatcher: Any) -> bool:
-    """Whether an entry point has machine code in this process already (always true without compilation)."""
+    """Whether an entry point already has machine code in this process (always true without compilation)."""
     return bool(config.DISABLE_JIT) or bool(dispatcher.signatures)

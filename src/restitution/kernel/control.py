@@ -1,20 +1,20 @@
-"""Control of Newton's method and of the length of elements, the same for approach and rebound."""
+"""Control of Newton's method and of the length of elements, for approach and rebound."""
 
 import math
 
 from restitution.kernel.compile import inlined
 
-# What follows a step of Newton's method: a chord step, one with new inverses, or the end.
+# Verdict on a step of Newton's method: next a chord step, next a step with new inverses, or the end.
 CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
 
-# Contraction from which new inverses are cheaper than more chord steps, and the worst that is believed.
-_SLOW, _WORST = 0.25, 0.9
-# A chord step so much longer than the last, and of such a size, will not come back.
+_SLOW = 0.25  # contraction from which new inverses cost less than more chord steps
+_WORST = 0.9  # largest contraction for the estimate of the remaining error
+# A chord step diverges if it is longer than the last by the first factor and larger than the second number.
 _GROWTH, _LARGE = 2.0, 1e-3
-# Share of the length that the tail asks for; the most that a length grows or shrinks by at once; least error.
-_SAFETY, _MOST, _LEAST, _NO_ERROR = 0.75, 6.0, 0.1, 1e-30
-# Factor of the length where Newton's method fails.
-ON_FAILURE = 0.3
+_SAFETY = 0.75  # factor on the length according to the tail
+_MOST, _LEAST = 6.0, 0.1  # largest and smallest change of the length at once
+_NO_ERROR = 1e-30
+ON_FAILURE = 0.3  # factor of the length if Newton's method fails
 
 
 @inlined
@@ -23,9 +23,9 @@ def newton_verdict(
 ) -> int:
     """Judge a step of relative size `size` after one of size `previous`.
 
-    Chord steps, with old inverses, contract no faster than the unknown has drifted since these were made, which the
-    first one may hide. After a full step its size alone is known. Steps below `rounding` that do not shrink, although
-    the inverses were renewed there, are rounding.
+    Chord steps with old inverses contract no faster than the drift of the unknown since the inverses were computed,
+    which the first step may hide. After a full step only its size is available. Steps below `rounding` that do not
+    shrink with renewed inverses are rounding.
     """
     contraction = max(size / previous, drift)
     remaining = size if full_step else size * contraction / (1.0 - min(contraction, _WORST))
@@ -41,11 +41,11 @@ def newton_verdict(
 
 @inlined
 def shrunk(error: float, exponent: float) -> float:
-    """Factor of the length of an element whose error, over what is allowed, is above 1 or not a number."""
+    """Factor of the length of an element whose error over the tolerance is above 1 or not a number."""
     return max(_LEAST, _SAFETY * error**exponent) if error < math.inf else _LEAST
 
 
 @inlined
 def grown(error: float, exponent: float) -> float:
-    """Factor from an element that was accepted to the next."""
+    """Factor of the length from an accepted element to the next."""
     return min(_MOST, _SAFETY * max(error, _NO_ERROR) ** exponent)

@@ -1,4 +1,4 @@
-"""Dashpot in parallel in an element of the approach, where its force eta a v makes the velocity implicit."""
+"""Parallel dashpot in an element of the approach; its force eta a v makes the velocity implicit."""
 
 from restitution.kernel.compile import compiled
 from restitution.kernel.dense import invert, matvec
@@ -10,9 +10,9 @@ from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SPEED
 
 @compiled
 def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
-    """Add the force eta a v of a parallel dashpot, which makes v implicit; leave the inverse in `matrices[DASHPOT]`.
+    """Add the force eta a v of a parallel dashpot to F and solve for v; store the inverse in `matrices[DASHPOT]`.
 
-    (I + h A diag(eta r a)) v = v0 - h A r (F - w), F without the dashpot's own part.
+    (I + h A diag(eta r a)) v = v0 - h A r (F - w), with F without the dashpot.
     """
     A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
     F, a = read8(vectors, FORCE, 0), read8(vectors, RADIUS, 0)
@@ -28,7 +28,7 @@ def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: floa
 
 @compiled
 def dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
-    """Write A M^-1 A, which takes the place of A^2, and into `vectors[RADIUS]` the slope of eta a v at fixed v."""
+    """Write A M^-1 A, which replaces A^2, and the slope of eta a v at fixed v into `vectors[RADIUS]`."""
     A, vectors = scheme.columns, work.vectors
     inverse, coupling = work.matrices[DASHPOT], work.matrices[COUPLING]
     for j in range(WIDTH):

@@ -1,4 +1,4 @@
-"""Dense algebra on the 8 x 8 matrices of one element, and interpolation on its nodes.
+"""Algebra of the dense 8 x 8 matrices of one element, and interpolation on its nodes.
 
 A matrix is an array of its columns, so that its product with lanes is a sum of columns.
 """
@@ -29,16 +29,17 @@ from restitution.kernel.lanes import (
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import BASIS, LENGTH, START, Work
 
-# Weight of the second to last Legendre coefficient of an element in its tail, since the last may vanish by accident.
+# Weight of the second to last Legendre coefficient of an element in its tail, because the last may vanish by chance.
 _SECOND_TO_LAST = 0.05
-# Search for a crossing: distance that is kept from the ends of the interval over its length, rounds, size of the
-# function and of the interval at which it ends.
-_MARGIN, _ROUNDS, _NO_VALUE, _NO_LENGTH = 0.01, 100, 1e-17, 1e-15
+# Search for a crossing.
+_MARGIN = 0.01  # distance from the ends of the interval over its length
+_ROUNDS = 100
+_NO_VALUE, _NO_LENGTH = 1e-17, 1e-15  # size of the function and of the interval at the end
 
 
 @inlined
 def matvec(columns: Any, x: Any) -> Any:
-    """Product of a matrix and lanes, in two sums that do not wait for each other."""
+    """Product of a matrix and lanes, as two independent sums."""
     even = read8(columns, 0, 0) * x[0]
     odd = read8(columns, 1, 0) * x[1]
     for j in range(2, WIDTH, 2):
@@ -51,13 +52,13 @@ def invert(matrices: Any, first: int) -> None:
     """Replace matrices[first] by its inverse: Gauss-Jordan on blocks of two, without pivoting.
 
     The matrices of the collocation, `I + h A diag(x)` with x > 0, need no pivoting. Blocks of two halve the number of
-    divisions that wait for each other. The inverse of the array of columns, read as rows, is that of the transpose.
+    consecutive divisions. The inverse of the array of columns, read as rows, is that of the transpose.
     """
     matrices[first] = np.linalg.inv(matrices[first])
 
 
 def invert_two(matrices: Any, first: int) -> None:
-    """Replace matrices[first] and the next by their inverses, side by side: while one waits, the other goes on."""
+    """Replace matrices[first] and the next one by their inverses, with interleaved independent operations."""
     matrices[first : first + 2] = np.linalg.inv(matrices[first : first + 2])
 
 
@@ -94,7 +95,7 @@ def _inverter(function: Any, count: int) -> None:
 
 
 def _pivot_rows(builder: Any, rows: list[Any], p: int) -> tuple[Any, Any]:
-    """Rows p and p + 1 times the inverse of their own block, which takes the place of the block."""
+    """Rows p and p + 1 times the inverse of their block; the inverse replaces the block."""
     upper, lower = rows[p], rows[p + 1]
     a, b, c, d = (shuffled(builder, row, [lane] * WIDTH) for row in (upper, lower) for lane in (p, p + 1))
     zero = ir.Constant(ir.IntType(32), 0)
@@ -136,7 +137,7 @@ def lagrange(nodes: Any, weights: Any, points: int, x: float, basis: Any) -> Non
 
 @inlined
 def lagrange_lanes(nodes: Any, weights: Any, points: int, x: Any, basis: Any) -> None:
-    """Write the same at eight places into the rows of `basis`."""
+    """Write the Lagrange basis at eight places into the rows of `basis`."""
     product = broadcast(1.0)
     for j in range(points):
         write8(basis, j, 0, weights[j] * product)
@@ -149,7 +150,7 @@ def lagrange_lanes(nodes: Any, weights: Any, points: int, x: Any, basis: Any) ->
 
 @inlined
 def combine(basis: Any, points: int, values: Any) -> Any:
-    """Eight interpolated values: rows of `basis` weighted with the values at the nodes."""
+    """Eight interpolated values: sum of the rows of `basis` times the values at the nodes."""
     even = read8(basis, 0, 0) * values[0]
     odd = read8(basis, 1, 0) * values[1]
     for j in range(2, points - 1, 2):
@@ -162,13 +163,13 @@ def combine(basis: Any, points: int, values: Any) -> Any:
 
 @inlined
 def product(weights: Any, row: Any) -> float:
-    """Product of weights with a row: its value at the start of an element, then those at the nodes."""
+    """Product of weights and a row, which contains the value at the start of an element and those at the nodes."""
     return weights[0] * row[0] + total(read8(weights, 1) * read8(row, 1))
 
 
 @inlined
 def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> None:
-    """Write the rows of an element at x into `row`."""
+    """Write the values of all rows of an element at x into `row`."""
     basis = work.vectors[BASIS]
     lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
     for n in range(row.shape[0]):
@@ -177,7 +178,7 @@ def interpolate(scheme: Scheme, work: Work, table: Any, x: float, row: Any) -> N
 
 @inlined
 def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint: int, rows: Any) -> int:
-    """Write the rows of the approach at eight falling sigma into `rows`; return the element of the last.
+    """Write the approach at eight falling sigma into `rows`; return the element of the last.
 
     `tables` holds the elements of the approach. The search for the element of the first starts at `hint`.
     """
@@ -201,7 +202,7 @@ def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint:
 
 @inlined
 def seek(places: Any, element: int, sigma: float) -> int:
-    """Element of the approach that holds sigma, searched from `element` down."""
+    """Element of the approach that contains sigma, searched downwards from `element`."""
     while element > 0 and sigma < places[START, element]:
         element -= 1
     return element
@@ -209,7 +210,7 @@ def seek(places: Any, element: int, sigma: float) -> int:
 
 @inlined
 def interpolate_at(scheme: Scheme, work: Work, hint: int, sigma: float, row: Any) -> int:
-    """Write the rows of the approach at sigma into `row`; return the element, which is searched from `hint` down."""
+    """Write the approach at sigma into `row`; return its element, which is searched downwards from `hint`."""
     place = seek(work.places, hint, sigma)
     x = (sigma - work.places[START, place]) / work.places[LENGTH, place]
     interpolate(scheme, work, work.approach[place], x, row)
@@ -232,7 +233,7 @@ def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
 
 @compiled
 def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
-    """Where in [0, end] a row of an element passes a level once (bracketed secant)."""
+    """Place in [0, end] at which a row of an element crosses a level (bracketed secant method)."""
     low, high = 0.0, end
     f_low, f_high = row[0] - level, value(scheme, work, row, end) - level
     rising = f_high > f_low

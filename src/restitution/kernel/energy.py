@@ -1,4 +1,4 @@
-"""Energy budget of an impact: dissipation in the dashpots of the foundation, and energy stored in what leaves contact.
+"""Energy budget of an impact: dissipation in the dashpots of the foundation, and energy stored at separation.
 
 Quadrature over the foundation from the stored halves of a solved impact, in the generalised Maxwell form of the
 reduced modulus. An element at x, touched at t0(x), carries in mode k the elongation
@@ -11,13 +11,13 @@ By parts, so that da/dsigma, singular at blunt tips, does not appear: `P_k = a H
 
     dH_k = -(H_k/tau_k) dt + dd,  dY_k = -(Y_k/tau_k) dt + a dd,  dZ_k = -(2 Z_k/tau_k) dt + 2 a H_k dd.
 
-In the rebound P_k and Q_k are those of the instant t1 with the same contact radius, times X_k and X_k^2, which gives
+In the rebound P_k and Q_k are those at the instant t1 of equal contact radius, times X_k and X_k^2. Hence
 
     int_0^a w_k^2 dx = 2 H_k Y_k - Z_k                                     in the approach,
     int_0^a w_k^2 dx = a (H_k - X_k H1_k)^2 + X_k (2 H_k Y1_k - X_k Z1_k)  in the rebound.
 
-H_k is integrated here by itself: taken from the kernel's W_k it would lose digits for slow modes. Mode 0 is the spring
-in parallel: it never decays, and its H is the depth. All is kept along both halves, for histories and fields.
+H_k is integrated separately, because it would lose digits for slow modes if computed from W_k. Mode 0 is the parallel
+spring: it never decays, and its H is the depth. All values are stored along both halves, for histories and fields.
 """
 
 from typing import Any, NamedTuple
@@ -48,7 +48,7 @@ from restitution.kernel.workspace import (
 
 
 class Ledger(NamedTuple):
-    """Memory and energies along an impact of N modes, E elements in each half, of S = 8 stages."""
+    """Memory and energies along an impact with N modes and E elements of S = 8 stages in each half."""
 
     approach: Any  # (E, 3 (N + 1) + 1, S + 1): H_k, Y_k, Z_k of each mode in turn; last the energy dissipated
     # (E, N + 4, S + 1): H_k; then the energy dissipated, the energy per length of an element that leaves, and `int a`
@@ -73,7 +73,7 @@ def allocate_ledger(N: int, elements: int) -> Ledger:
 
 @inlined
 def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> None:
-    """Leave in `matrices[COUPLING]` what solves y' = -rate pace y + source over an element."""
+    """Write the matrix that solves y' = -rate pace y + source over an element into `matrices[COUPLING]`."""
     B = work.matrices[COUPLING]
     step = (h * rate) * pace
     for j in range(WIDTH):
@@ -83,7 +83,7 @@ def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> N
 
 @inlined
 def _propagated(scheme: Any, work: Any, source: Any, h: float, start: float) -> Any:
-    """Solution at the nodes, from `start`, with the matrix left by `_decay_matrix`."""
+    """Solution at the nodes from `start`, with the matrix of `_decay_matrix`."""
     return matvec(work.matrices[COUPLING], start + h * matvec(scheme.columns, source))
 
 
@@ -102,11 +102,11 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
         source = pace * v
         power = problem.viscosity * (a * v * source)
         if element == 0:
-            # At the first touch a(s) may have an infinite slope: int v dPi by parts, and Y below.
+            # a(s) may have an infinite slope at first touch: int v dPi by parts, and so Y below.
             power = (problem.viscosity * Pi) * (pace * (read8(table, F_, 1) - problem.external_force))
         for k in range(N + 1):
             rows = memory[3 * k : 3 * k + 3]
-            # H of source dd, Y of a dd, Z of 2 a H dd, which decays at twice the rate.
+            # Sources: dd of H, a dd of Y, 2 a H dd of Z, which decays at twice the rate.
             rate = 1.0 / problem.times[k - 1] if k > 0 else 0.0
             _decay_matrix(scheme, work, pace, rate, h)
             H = _propagated(scheme, work, source, h, rows[0, 0])
@@ -135,10 +135,10 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
 def _last_element(
     problem: Problem, scheme: Scheme, work: Work, ledger: Ledger, sigma: float, h: float
 ) -> tuple[float, float]:
-    """Energy dissipated and stored along the last element, which begins at `sigma`.
+    """Energy dissipated and stored in the last element, which begins at `sigma`.
 
-    It ends where a(s) of a blunt tip has an infinite slope and is divided towards there. H_k, X_k, the velocity and
-    the density are smooth and are interpolated from the nodes; the contact radius is evaluated at each place.
+    At its end a(s) of a blunt tip has an infinite slope, and panels shrink towards it. H_k, X_k, the velocity and the
+    density are smooth and are interpolated from the nodes; the contact radius is evaluated at each place.
     """
     N = problem.moduli.shape[0]
     past = ledger.past
@@ -226,7 +226,7 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
         write8(leaving, 1, density)
         for i in range(WIDTH + 1):
             ledger.slope[i] = product(scheme.derivative[i], leaving)
-        # Leaving elements store - int density da = int a d(density): no singular a'(s), and with a flat core.
+        # Elements store - int density da = int a d(density) at separation, without the singular a'(s), core included.
         write8(lost, 1, lost[0] + h * matvec(scheme.columns, power * pace))
         write8(released, 1, released[0] + matvec(scheme.columns, a * read8(ledger.slope, 1)))
         if element == last:
@@ -237,10 +237,10 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
 
 @entry_point
 def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during an impact and stored at its end, in units of m v0^2; the ledger holds both halves.
+    """Energy dissipated during an impact and stored at its end, in units of m v0^2; fills the ledger.
 
-    `work` holds the stored halves of an impact that ended in separation. A separate entry point from `solve_block`, so
-    that it is compiled only if the energy is requested.
+    `work` contains an impact that ended in separation. The function is a separate entry point, so that it is compiled
+    only if the energy is requested.
     """
     _approach(problem, scheme, work, ledger)
     _rebound(problem, scheme, work, ledger)

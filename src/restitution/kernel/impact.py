@@ -1,4 +1,4 @@
-"""Blocks of impacts: approach, rebound, what they leave, and what is tried where they fail."""
+"""Blocks of impacts: approach, rebound, outcome, and further trials after a failure."""
 
 import math
 from typing import Any
@@ -41,23 +41,24 @@ from restitution.kernel.workspace import (
 )
 
 MAX_ELEMENTS = 2000
-# Trials of a solve that fails, factor of the tolerance from one to the next, and the same of a first trial whose
-# tolerance was below so many times Newton's: there rounding may have been in the way.
-_TRIALS, _FINER, _COARSER, _NEAR_ROUNDING = 5, 0.1, 5.0, 3.0
-# Tolerance of an element over Newton's, and at least, where the order of the elements is lost: where modes follow the
-# force that a dashpot makes at once, and where a flat face meets fast modes at full width.
+_TRIALS = 5
+_FINER = 0.1  # factor of the tolerance after a failed trial
+# Factor after a failed first trial whose tolerance was below `_NEAR_ROUNDING` times Newton's, perhaps due to rounding.
+_COARSER, _NEAR_ROUNDING = 5.0, 3.0
+# Largest tolerance of an element over Newton's, and its lower limit, where elements lose their order: where modes
+# follow the immediate force of a dashpot, and where a flat face touches material with fast modes.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
-# Work of a constant force: least e and largest factor of its error that need no second solve; least tolerances of
-# that.
+# Impacts under a constant force: smallest e, largest amplification of the error without a second solve, and smallest
+# tolerances of a second solve.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-14, 2e-14)
-# Rounds of the search for the largest force (a round divides its interval by about three), rounds of the bisection for
-# the depth of rest, and the factor by which its interval grows before.
-_PEAK_ROUNDS, _BISECTIONS, _GROWTH = 12, 60, 1.5
+_PEAK_ROUNDS = 12  # of the search for the largest force; each divides the interval by about three
+_BISECTIONS = 60  # of the search for the depth at rest
+_GROWTH = 1.5  # factor by which its interval grows before
 
 
 @compiled
 def _peak_force(scheme: Scheme, work: Work) -> float:
-    """Largest force of the approach: the best node, then its polynomial at eight places at a time."""
+    """Largest force of the approach: the largest value at a node, then a search on the polynomial."""
     S = WIDTH
     last = work.counts[N_APPROACH]
     best = 0.0
@@ -97,7 +98,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
 
 @compiled
 def _resting_place(problem: Problem, s: float) -> float:
-    """Where the foundation alone carries the load, at s or deeper; 0 beyond the end of a table."""
+    """Place, not before s, at which the foundation alone carries the load; 0 if it is beyond the end of a table."""
     low, high = s, s
     while problem.equilibrium * radius_and_integral(problem.path, high)[1] < problem.external_force:
         low, high = high, _GROWTH * high
@@ -128,11 +129,11 @@ def solve_block(
     work: Work,
     outcomes: Any,
 ) -> None:
-    """Solve a block of impacts that share a profile; row n has the modes offsets[n] to offsets[n + 1].
+    """Solve a block of impacts with one profile; row n has the modes offsets[n] to offsets[n + 1].
 
-    `tolerance` is that of the tail of an element, `accept` the largest last step of Newton's method, `firsts` the
-    scale of s of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN where there is no
-    result. `work` has room for the largest number of modes and holds the stored halves of the last impact afterwards.
+    `tolerance` limits the tail of an element and `accept` the last step of Newton's method; `firsts` contains the
+    scale of s of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN if there is no
+    result. `work` has room for the largest number of modes; afterwards it contains the last impact.
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
@@ -152,7 +153,7 @@ def solve_block(
         while trial < _TRIALS:
             trial += 1
             status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n])
-            # A constant force drives a body into a liquid for ever; without one it comes to rest.
+            # In a liquid a constant force moves the body for ever; without a force it comes to rest.
             if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and external_forces[n] == 0.0):
                 s = work.turning[S_]
                 outcome[MAX_FORCE] = _peak_force(scheme, work)
@@ -168,7 +169,7 @@ def solve_block(
             if status == SEPARATED:
                 status = rebound(problem, scheme, work, finer, sharper)
             if status == SEPARATED and not weighed:
-                # The work of a weight passes through the velocity in between, whose error e feels enlarged.
+                # The work of the force makes the velocity in between larger than e, and so its relative error in e.
                 weighed = True
                 e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
                 enlarged = (1.0 + 2.0 * external_forces[n] * outcome[MAX_DEPTH]) / (e * e)
@@ -179,7 +180,7 @@ def solve_block(
                     continue
             if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
-            # Coarse elements may leave a turning point from which no rebound starts; finer ones do not.
+            # From a turning point of coarse elements a rebound may fail to start; finer ones succeed.
             finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
@@ -190,7 +191,7 @@ def solve_block(
                 speed = read8(work.slopes, element, 0) * read8(work.rebound, element, V_, 1)
                 depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A, WIDTH - 1, 0) * speed)
             outcome[RESIDUAL_DEPTH] = depth
-            # By what an elastic body exceeds what the force has given it, is error.
+            # More than the velocity of an elastic body under this force is a numerical error.
             outcome[RESTITUTION] = min(
                 outcome[RESTITUTION], math.sqrt(max(1.0 + 2.0 * external_forces[n] * depth, 0.0))
             )

@@ -1,8 +1,8 @@
-"""Kinks of a profile: an element ends at each kink that matters.
+"""Kinks of a profile: elements end at the kinks that matter.
 
 Beyond a kink `a = smooth + strength z^p` with z = s - kink and a half-integer p >= 3/2. The force has a term z^(p+1),
-or z^p under a dashpot, and the velocity one of z^(p+2). An element that spans it loses its order; one that begins
-there is only as good at its end as it is inside.
+or z^p with a dashpot, and the velocity one of z^(p+2). An element that contains the kink loses its order. The end of
+an element that begins there is only as accurate as its inside.
 """
 
 from typing import Any
@@ -14,21 +14,19 @@ from restitution.kernel.path import cells_between, radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Problem, Work
 
-# Distance between nodes over the length of an element, about: as far beyond a kink an element does not see it.
+# Approximate distance between nodes over the length of an element, which does not resolve a kink within it.
 SPACING = 1.0 / 6.0
-# Tail of z^(p+2) over its value at the end of an element, at most.
-_TAIL = 2e-5
-# Ends of cells of the table within an element up to which a(s) counts as smooth.
-_FEW_CELLS = 1
-# Share of the acceleration in the first estimate of a path; path to the turning point of a braking body over
-# v^2/|dv/dsigma|, with a margin; share of the allowed effect below which the distance to a kink does not matter; least
-# tail.
-_MEAN, _TURNING, _NEGLIGIBLE, _NO_TAIL = 0.5, 0.6, 0.1, 1e-300
+_TAIL = 2e-5  # bound of the tail of z^(p+2) over its value at the end of an element
+_FEW_CELLS = 1  # ends of cells of the table within an element up to which a(s) counts as smooth
+_MEAN = 0.5  # share of the acceleration in the first estimate of a path
+_TURNING = 0.6  # path of a decelerating body to its turning point over v^2/|dv/dsigma|, with a margin
+_NEGLIGIBLE = 0.1  # share of the allowed effect below which the distance to a kink does not matter
+_NO_TAIL = 1e-300
 
 
 @inlined
 def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h: float) -> float:
-    """Velocity that a kink takes until z beyond it, at velocity v and within a length h of sigma, at most."""
+    """Bound of the change of velocity due to a kink up to z beyond it, at velocity v within a length h of sigma."""
     path = problem.path
     s, p = path.kinks[kink], path.power
     radius = abs(path.strengths[kink]) * z**p
@@ -40,7 +38,7 @@ def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h
 def next_kink(
     problem: Problem, glass: float, first: int, s: float, v: float, slope: float, h: float, allowed: float
 ) -> int:
-    """First kink, from `first` on, that matters to an element of length h from s; -1 where there is none."""
+    """First kink, from `first` on, that matters to an element of length h from s; -1 if there is none."""
     kinks = problem.path.kinks
     reach = h * v + max(_MEAN * slope, 0.0) * h * h
     if slope < 0.0:
@@ -56,7 +54,7 @@ def next_kink(
 
 @inlined
 def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float, allowed: float) -> float:
-    """Length of an element that begins at a kink: at most h, and such that its tail is `allowed`, about."""
+    """Length, at most h, of an element that begins at a kink, such that its tail is about `allowed`."""
     tail = _TAIL * kink_effect(problem, glass, kink, v, h * v, h)
     p = problem.path.power
     power = 1.0 / (p + 1.0) if problem.viscosity > 0.0 else 1.0 / (p + 2.0)
@@ -83,7 +81,7 @@ def length_correction(
     h: float,
     allowed: float,
 ) -> float:
-    """Factor of the length of a solved element with which it ends at a kink; 1 where that does not matter."""
+    """Factor of the length with which a solved element ends at a kink; 1 if the difference does not matter."""
     end = problem.path.kinks[target]
     s, v = table[S_, WIDTH], table[V_, WIDTH]
     top = 1.0
@@ -101,7 +99,7 @@ def length_correction(
 
 @inlined
 def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float) -> float:
-    """Errors of the integral of a rate over the early and the late part of an element, less the noise of the table."""
+    """Errors of the integral of a rate over the two parts of an element, less the noise of the table."""
     early, late = read8(scheme.missed, 0, 0) * at_nodes, read8(scheme.missed, 1, 0) * between
     last = total(read8(scheme.c, 1) * early + read8(scheme.between, 0) * late)
     missed = abs(last) + abs(total(early + late) - last)
@@ -110,9 +108,9 @@ def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float)
 
 @compiled
 def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, noise: float) -> float:
-    """Velocity that an element of the approach misses where a(s) is rough between nodes, less the noise of the table.
+    """Error of the velocity in an element of the approach due to a rough a(s), less the noise of the table.
 
-    A mode that relaxes within the element acts as a dashpot.
+    Modes that relax within the element act as a dashpot.
     """
     if cells_between(problem.path, table[S_, 0], largest(read8(table, S_, 1))) <= _FEW_CELLS:
         return 0.0
@@ -134,7 +132,7 @@ def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h:
 def missed_rebound(
     problem: Problem, scheme: Scheme, work: Work, table: Any, left: float, h: float, hint: int, noise: float
 ) -> float:
-    """Velocity that an element of the rebound misses so; it starts at the place `left` of the approach."""
+    """The same error in an element of the rebound, which starts at the place `left` of the approach."""
     if cells_between(problem.path, table[S_, WIDTH], table[S_, 0]) <= _FEW_CELLS:
         return 0.0
     phi = problem.equilibrium

@@ -1,7 +1,7 @@
-"""Eight numbers as one register: the values of a quantity at the nodes of an element.
+"""Vectors of eight numbers: the values of a quantity at the nodes of an element.
 
-Compiled, a `Lanes` is an LLVM vector of eight doubles: one AVX-512 register, or two or four smaller ones. Without
-compilation it is a NumPy array of length 8. docs/development/lanes.md explains how to add an operation.
+In compiled code a `Lanes` is an LLVM vector of eight doubles: one AVX-512 register, or two or four smaller ones.
+Without compilation it is a NumPy array of length 8. docs/development/lanes.md explains how to add an operation.
 """
 
 import inspect
@@ -45,7 +45,7 @@ def constant(value: float) -> Any:
 
 
 def unit(lane: int, size: int = 1) -> Any:
-    """Truth values of LLVM: true in `size` lanes from `lane` on."""
+    """Mask in LLVM, true in `size` lanes from `lane` on."""
     return ir.Constant(ir.VectorType(ir.IntType(1), WIDTH), [int(lane <= n < lane + size) for n in range(WIDTH)])
 
 
@@ -61,13 +61,13 @@ def repeated(builder: Any, number: Any) -> Any:
 
 
 def address(context: Any, builder: Any, array_type: Any, array: Any, offset: Any) -> Any:
-    """Address of the eight numbers of a contiguous array that begin `offset` numbers after its start, in LLVM."""
+    """Address of eight numbers of a contiguous array, `offset` numbers after its start, in LLVM."""
     data = cgutils.create_struct_proxy(array_type)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [offset], inbounds=True), _VECTOR.as_pointer())
 
 
 def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
-    """Address of the eight numbers that begin at these indices, in LLVM."""
+    """Address of eight numbers from the element with these indices on, in LLVM."""
     shape = cgutils.unpack_tuple(builder, cgutils.create_struct_proxy(kinds[0])(context, builder, array).shape)
     numbers = [context.cast(builder, i, kind, types.intp) for i, kind in zip(indices, kinds[1:], strict=True)]
     offset = numbers[0]
@@ -77,14 +77,14 @@ def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> 
 
 
 def read(builder: Any, pointer: Any) -> Any:
-    """Eight numbers from memory, in LLVM."""
+    """Load eight numbers, in LLVM."""
     value = builder.load(pointer)
     value.align = 8
     return value
 
 
 def write(builder: Any, value: Any, pointer: Any) -> None:
-    """Eight numbers to memory, in LLVM."""
+    """Store eight numbers, in LLVM."""
     builder.store(value, pointer).align = 8
 
 
@@ -95,12 +95,12 @@ def _folded(builder: Any, value: Any, combine: Callable[[Any, Any], Any]) -> Any
 
 
 def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
-    """Declare the result for these kinds of arguments; decorates the function that writes the LLVM code."""
+    """Decorate a function that writes the LLVM code of an operation, and declare the types of the operation."""
 
     def declared(context: Any) -> Any:
         def typer(*given: Any) -> Any:
             fits = all(map(isinstance, given, kinds))
-            # Rows are addressed by their distance from the start of the array, which strides would change.
+            # Addresses are offsets in a contiguous array; strides are not supported.
             return (
                 result if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array)) else None
             )
@@ -140,7 +140,7 @@ def _lane(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def read8(array: Any, *indices: int) -> Any:
-    """Eight numbers of a row of an array, from the element with these indices on."""
+    """Read eight numbers of a row of an array, from the element with these indices on."""
     *row, start = indices
     return array[(*row, slice(start, start + WIDTH))].copy()
 
@@ -191,7 +191,7 @@ def _absolute(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 
 
 def at_least(x: Any, least: float) -> Any:
-    """Values, and `least` where they are smaller or NaN."""
+    """Values, replaced by `least` where they are smaller or NaN."""
     return np.where(x > least, x, least)
 
 
@@ -288,7 +288,7 @@ def exp(x: Any) -> Any:
 
 @operation(exp, LANES, LanesType)
 def _exp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    # x = n ln 2 + r: n is read off the low bits of a number near 1.5 2^52; Taylor's series to r^13, |r| < 0.35.
+    # x = n ln 2 + r, with n from the low bits of a number close to 1.5 2^52; Taylor series up to r^13, |r| < 0.35.
     x = arguments[0]
     magic = constant(6755399441055744.0)
     shifted = builder.fadd(builder.fmul(x, constant(1.0 / math.log(2.0))), magic)
@@ -315,7 +315,7 @@ def _log(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     offset = builder.sub(x, bits(0x3FE6A09E667F3BCD))
     n = builder.ashr(offset, bits(52))
     m = builder.bitcast(builder.sub(x, builder.shl(n, bits(52))), _VECTOR)
-    # The integer n as a number: into the low bits of 1.5 2^52, which is then taken off.
+    # The integer n as a double: its bits are added to those of 1.5 2^52, which is then subtracted.
     magic = constant(6755399441055744.0)
     number = builder.fsub(builder.bitcast(builder.add(n, builder.bitcast(magic, _LONGS)), _VECTOR), magic)
     f = builder.fsub(m, constant(1.0))

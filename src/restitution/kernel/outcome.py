@@ -1,6 +1,6 @@
-"""How an impact ended: the codes of its status, and the columns of an outcome. Plain numbers, which load nothing."""
+"""Codes of the status of an impact and columns of an outcome, as plain numbers without imports."""
 
-# `restitution.impact.status.Status` gives the codes names and words.
+# `restitution.impact.status.Status` contains their names and messages.
 (
     SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, NOT_ACCURATE, TOO_DEEP, INADMISSIBLE,
 ) = range(9)  # fmt: skip

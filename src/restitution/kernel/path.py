@@ -1,4 +1,4 @@
-"""The profile as the kernel sees it: contact radius over the square root of the depth."""
+"""Profile in the form of the kernel: contact radius over the square root of the depth."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,10 +19,10 @@ from restitution.kernel.lanes import (
     write8,
 )
 
-# Places in one cell from which all eight lanes are quicker than one after another.
+# Places in one cell from which a calculation of all eight lanes is faster than one after another.
 _FEW = 2
 
-# Least rho, over the width of a cell, at which da/ds is its slope over rho: closer to a kink both vanish.
+# Smallest rho over the width of a cell for which da/ds is the slope over rho; closer to a kink both vanish.
 _AT_KINK = 1e-6
 
 
@@ -65,12 +65,12 @@ def table_path(table: Any) -> Path:
 
 @inlined
 def _cell(path: Path, s: float) -> int:
-    """Cell of the table that holds s."""
+    """Cell of the table that contains s."""
     bins = path.finder.shape[0] - 1
     place = int(min(max(0.0, s * (bins / path.end)), bins - 1.0))
     cell = path.finder[place]
     above = path.finder[place + 1] + 1
-    # A bin may hold many of the narrow cells around a kink.
+    # A bin may contain many of the narrow cells around a kink.
     while above - cell > 1:
         middle = (cell + above) // 2
         if s >= path.edges[middle]:
@@ -88,19 +88,19 @@ def cells_between(path: Path, low: float, high: float) -> int:
 
 @compiled
 def _table(path: Path, s: float) -> tuple[float, float, float]:
-    """Contact radius a, Pi and da/ds at s from the table; not inlined, which keeps the code of power laws short."""
+    """Contact radius a, Pi and da/ds at s from the table; not inlined, to keep the code of power laws short."""
     return _cell_values(path, _cell(path, s), s)
 
 
 @inlined
 def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
-    """The same where the cell is known."""
+    """Contact radius a, Pi and da/ds at s in a given cell."""
     origin, low, width = path.cells[cell, 0], path.cells[cell, 1], path.cells[cell, 2]
     rho = max(s, 0.0)
     steepness = 1.0
     if origin >= 0.0:
         rho = math.sqrt(max(s - origin, 0.0))
-        # At a kink the slope over rho vanishes and da/ds is finite.
+        # At a kink the slope vanishes together with rho, and da/ds is finite.
         steepness = 0.5 / max(rho, _AT_KINK * width)
     y = (rho - low) / width
     a = 0.0
@@ -146,7 +146,7 @@ def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
 
 @compiled
 def _tables(path: Path, s: Any, scratch: Any) -> Any:
-    """The same from the table; all that follow each other in one cell at once."""
+    """Contact radii a and Pi at eight s from the table; consecutive places in one cell are evaluated together."""
     lane = 0
     while lane < WIDTH:
         first, cell = lane, _cell(path, s[lane])

@@ -4,8 +4,8 @@ At the time t of the approach, at the radius r = a(t_r), in units of m v0^2/(2 p
 
     p(r, t) = int_(t_r)^t E(t - t') dd(t')/sqrt(a(t')^2 - r^2),   E(t) = equilibrium + sum moduli_k exp(-t/times_k).
 
-On the way back the pressure only falls: elements leave, and the modulus relaxes. Places in sigma stand for time and
-radius. Finite without a dashpot in parallel, and where the profile has neither a sharp tip nor a sharp edge.
+In the rebound the pressure only falls, because the depth falls and the modulus relaxes. Places in sigma represent time
+and radius. The pressure is finite without a parallel dashpot if the profile has neither a sharp tip nor a sharp edge.
 """
 
 import math
@@ -19,14 +19,14 @@ from restitution.kernel.path import radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import N_APPROACH, S_, T_, V_, Problem, Work
 
-# Logarithms of the first sigma and of the least age, over sigma and its square at the turning point.
+# Logarithms of the smallest sigma and age, over sigma and its square at the turning point.
 _EARLIEST, _YOUNGEST = math.log(1e-4), math.log(1e-12)
 # Points of the first grid in each direction; rounds of each search around its best point, and their ratio.
 _GRID, _ROUNDS, _GOLDEN = 18, 11, 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 class Rule(NamedTuple):
-    """A quadrature rule on [0, 1], from the end to the start, and a place for the motion at a node."""
+    """A quadrature rule on [0, 1], from the end to the start, and scratch space for the motion at a node."""
 
     places: Any
     weights: Any
@@ -34,10 +34,10 @@ class Rule(NamedTuple):
 
 
 def graded_rule(n: int) -> Rule:
-    """Rule of n nodes a cell, with shorter and shorter cells towards both ends.
+    """Rule with n nodes per cell and shorter cells towards both ends.
 
-    Near a cone with a power-law exponent m -> 1 the integrand rises as sigma^(1 - 2/m) towards 0 on the axis: hence
-    the eighth power there.
+    For power laws close to a cone, with an exponent m -> 1, the integrand on the axis rises as sigma^(1 - 2/m) towards
+    0: hence the eighth power there.
     """
     nodes, weights = np.polynomial.legendre.leggauss(n)
     edges = np.concatenate(
@@ -50,9 +50,9 @@ def graded_rule(n: int) -> Rule:
 
 @compiled
 def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, age: float) -> float:
-    """Pressure at the logarithms of sigma and of the age of the contact at the radius, which is about that of sigma^2.
+    """Pressure at the logarithms of sigma and of the age of the contact at the radius, a difference of sigma^2.
 
-    A peak next to the edge keeps its age as the contact grows. An age above that of the contact means the axis.
+    A peak close to the edge has a constant age as the contact grows. An age above that of the contact means the axis.
     """
     now = work.turning_place[0] * math.exp(time)
     touch = math.sqrt(max(now * now - work.turning_place[0] ** 2 * math.exp(age), 0.0))
@@ -77,7 +77,7 @@ def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: fl
 
 @compiled
 def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, window: Any) -> float:
-    """Largest pressure at a time over a window of ages, by sections in the golden ratio."""
+    """Largest pressure at a time over a window of ages, by golden-section search."""
     low, high = window
     left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     of_left = _pressure(problem, scheme, work, rule, min(time, 0.0), left)
@@ -96,10 +96,10 @@ def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: f
 
 @entry_point
 def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fine: Rule) -> float:
-    """Return the largest pressure of an impact whose approach is stored.
+    """Return the largest pressure of an impact from its stored approach.
 
-    A grid, dense towards the turning point and towards the axis there, finds the place, and a search
-    around its best point the value.
+    A grid, dense towards the turning point and the axis, locates the maximum, and a search around its best point
+    gives the value.
     """
     largest, time, age = 0.0, 0.0, 0.0
     i_best, j_best = 0, 0
@@ -111,7 +111,7 @@ def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fi
                 largest, time, age, i_best, j_best = found, here[0], here[1], i, j
     step_time = -_EARLIEST * (2.0 * i_best + 1.0) / (_GRID - 1.0) ** 2
     step_age = -_YOUNGEST * (2.0 * j_best + 1.0) / (_GRID - 1.0) ** 2
-    # The pressure may be a narrow ridge: for each time, the best age.
+    # The maximum may lie on a narrow ridge: search for the best age at each time.
     window = age - step_age - 2.0 * step_time, age + step_age + 2.0 * step_time
     low, high = time - step_time, time + step_time
     left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)

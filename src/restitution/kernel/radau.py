@@ -1,4 +1,4 @@
-"""Radau IIA collocation on S nodes: the numbers of the method, exact to rounding, computed once."""
+"""Coefficients of Radau IIA collocation with S nodes, accurate to rounding and computed once."""
 
 from functools import cache
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Scheme(NamedTuple):
-    """Numbers of the S-stage Radau IIA method on the unit element."""
+    """Coefficients of the S-stage Radau IIA method on the unit element."""
 
     c: Array  # (S + 1,): zero and the S nodes; the last node is 1
     A: Array  # (S, S): Butcher matrix, `A_ij = int_0^c_i l_j`
@@ -62,7 +62,7 @@ def _lagrange_weights(x: Array) -> Array:
 
 
 def _interpolation(x: Array, places: Array) -> NDArray[np.floating[Any]]:
-    """Columns of the matrix that takes values at x to those of their interpolant at some places."""
+    """Columns of the matrix that maps values at x to those of their interpolant at given places."""
     degree = len(x) - 1
     basis = legendre.legvander(2.0 * x - 1.0, degree)
     return np.linalg.solve(basis.T, legendre.legvander(2.0 * places - 1.0, degree).T)
@@ -79,7 +79,7 @@ def _differentiation(x: Array, weights: Array) -> Array:
 
 
 def _aligned(array: NDArray[np.floating[Any]]) -> Array:
-    """Copy that begins on a line of the processor's cache, as the kernel's scratch space does."""
+    """Copy that is aligned to the processor's cache lines, like the scratch space of the kernel."""
     copy = aligned(*array.shape)
     copy[...] = array
     return copy
@@ -87,7 +87,7 @@ def _aligned(array: NDArray[np.floating[Any]]) -> Array:
 
 @cache
 def radau(stages: int) -> Scheme:
-    """Numbers of the Radau IIA method with S = `stages`, from 2 to 12.
+    """Coefficients of the Radau IIA method with S = `stages`, from 2 to 12.
 
     Its order is 2 S - 1 at the end of an element and S + 1 inside, and it is A-stable and stiffly accurate (E. Hairer,
     G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5).
@@ -100,7 +100,7 @@ def radau(stages: int) -> Scheme:
     if not 2 <= stages <= 12:
         raise ValueError(f"stages = {stages}: must be in [2, 12]")
     nodes = _nodes(stages)
-    # A in the Legendre basis: well conditioned where the monomial one loses digits.
+    # A in the Legendre basis, because the monomial basis is ill conditioned.
     values = legendre.legvander(2.0 * nodes - 1.0, stages - 1)
     integrals = np.empty_like(values)
     for degree in range(stages):
@@ -110,7 +110,7 @@ def radau(stages: int) -> Scheme:
     points = np.concatenate([[0.0], nodes])
     tail = np.linalg.inv(legendre.legvander(2.0 * points - 1.0, stages))[stages - 1 :]
     weights = _lagrange_weights(points)
-    # Halfway in the angle, as the nodes are almost equally spaced there.
+    # Halfway in the angle, in which the nodes are almost equally spaced.
     angle = np.arccos(1.0 - 2.0 * points)
     between = 0.5 - 0.5 * np.cos(0.5 * (angle[1:] + angle[:-1]))
     both = np.concatenate([nodes, between])

@@ -1,11 +1,11 @@
-"""Rebound of the body (Graham, Ting): the stored approach is walked backwards in lambda, index 1 on its values.
+"""Rebound of the body (Graham, Ting) over lambda, along the stored approach backwards; index 1 marks its values.
 
     dt/dlambda = u,  u psi + 2 s1 v1 phi = 0,  phi = E + sum E_k X_k,  X_k = exp(-(t - t1)/tau_k),
     psi = E v - eta (F - w) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
     dv/dlambda = -(F - w) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
-The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where no node lies.
-Stored elements hold s1, v, t, F and, of each mode, X_k and W_k.
+The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where there is no node.
+Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
 """
 
 import math
@@ -45,42 +45,45 @@ from restitution.kernel.workspace import (
     Work,
 )  # fmt: skip
 
-# Newton's method: size of a step below which it may be rounding, at most and over the velocity of the approach, of
-# which little is left at the turning point, and the least such velocity; rounds in all; largest step and least u over
-# the largest u.
-ROUNDING, NOISE, _LEAST_VELOCITY = 1e-9, 1e-14, 1e-12
+# Newton's method.
+ROUNDING = 1e-9  # relative size of a step below which it may be rounding
+NOISE = 1e-14  # further part of it over the velocity of the approach, which vanishes at the turning point
+_LEAST_VELOCITY = 1e-12  # smallest velocity for this part
 _MOST_ITERATIONS = 14
-_LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9
-# First guess: least s1; longest element over the last one that continues the polynomial of u/s1; factor to both sides
-# by which u/s1 may change.
-_LEAST_S, _FARTHEST, _MOST_CHANGE = 1e-12, 2.0, 10.0
-# Share of the elastic amplitude at the turning point to which the tolerance of the rebound refers at least: of a body
-# whose elastic energy there is below `_LOSSY` of the kinetic energy before, and of one where it is above
-# `_NEARLY_ELASTIC`.
+_LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9  # largest step and smallest u, over the largest u
+# First guess of u.
+_LEAST_S = 1e-12
+_FARTHEST = 2.0  # length over that of the last element up to which the polynomial of u/s1 is continued
+_MOST_CHANGE = 10.0  # largest factor by which u/s1 may change
+# Smallest share of the elastic amplitude at the turning point to which the tolerance refers: `KAPPA` if the elastic
+# energy there is below `_LOSSY` of the initial kinetic energy, `KAPPA_ELASTIC` if it is above `_NEARLY_ELASTIC`, and
+# in between by linear interpolation.
 KAPPA, KAPPA_ELASTIC = 0.03, 0.3
 _LOSSY, _NEARLY_ELASTIC = 0.6, 0.9
-# Weight of an error of the time, as F dt, beside that of the velocity; rounding of a place over the length of an
-# element.
-TIME_WEIGHT, _PLACE_ROUNDING = 0.4, 1e-14
-# Length of an element: the first, over the shortest relaxation time that matters and the share of the force's
-# tolerance from which a mode matters; the shortest over sigma at the turning point; share of the rest from which it is
-# one element, and share from which it is two halves; factor to which a length beyond a kink is exceeded.
-_OF_RELAXATION, _MATTERS = 0.7, 0.1
-_SHORTEST, _WHOLE, _HALVED, _BEYOND_KINK = 1e-15, 0.999, 0.6, 1.01
-# Capture: dt/dlambda over s at the turning point, and length of an element over sigma there, where the edge turns
-# outwards.
-_PAUSE, _PAUSE_LENGTH = 1e3, 1e-9
+# Error of an element.
+TIME_WEIGHT = 0.4  # weight of an error of the time, as F dt
+_PLACE_ROUNDING = 1e-14  # rounding of a place over sigma at the turning point
+# Length of an element.
+_OF_RELAXATION = 0.7  # first element over the shortest relaxation time that matters
+_MATTERS = 0.1  # share of the tolerance of the force from which a mode matters
+_SHORTEST = 1e-15  # over sigma at the turning point
+_WHOLE = 0.999  # share of the rest from which an element covers all of it
+_HALVED = 0.6  # share of the rest from which it is divided into two elements
+_BEYOND_KINK = 1.01  # factor by which an element may exceed that of the approach beyond a kink
+# Capture, where the edge of contact turns outwards.
+_PAUSE = 1e3  # dt/dlambda over s at the turning point
+_PAUSE_LENGTH = 1e-9  # length of an element over sigma at the turning point
 
 
 @inlined
 def rebound_element(
     problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, delay: float, accept: float
 ) -> int:
-    """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the others.
+    """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the other columns.
 
-    `work.vectors[UNKNOWN]` holds the predicted u at the nodes, `work.past` the stored approach there and
+    `work.vectors[UNKNOWN]` contains the predicted u at the nodes, `work.past` the stored approach there and
     `work.vectors[INTEGRAL]` its Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or
-    -1 where they do not converge.
+    -1 if they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]
@@ -90,7 +93,7 @@ def rebound_element(
     eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
     v1, r1 = read8(past, V_, 0), 2.0 * read8(past, S_, 0)
     past_depth_slope = r1 * v1
-    # Integrated by itself: as a difference of times it would lose the digits that fast modes feel.
+    # The delay is integrated: a difference of times would lose digits that matter for fast modes.
     elapsed = delay + h * matvec(A, r1)
     Pi = read8(work.vectors, INTEGRAL, 0)
     u = read8(work.vectors, UNKNOWN, 0)
@@ -152,7 +155,7 @@ def rebound_element(
                 mode_slope = mode_slope + weight
             else:
                 Wk = read8(W, k, 0)
-                # After one round fast modes lag behind u by as much as the chord step, which then says nothing.
+                # After a single update, fast modes lag behind u by the size of the chord step, which would be useless.
                 lags = not final_round and h * largest_u > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
                     defect = start - Wk - (h / problem.times[k]) * matvec(A, u * Wk)
@@ -184,7 +187,7 @@ def rebound_element(
         if verdict == DIVERGED:
             return -1
         if verdict == CONVERGED:
-            # One more round refines the modes with the final unknowns: left out, e is off by 2e-8.
+            # One more round refines the modes with the final unknowns. Without it the error of e is 2e-8.
             final_round = True
             refactor = False
             continue
@@ -205,7 +208,7 @@ def rebound_element(
 
 @compiled
 def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
-    """Solve the rebound from the turning state to separation; leave it in `work.rebound`."""
+    """Solve the rebound from the turning state to separation; store it in `work.rebound`."""
     S = WIDTH
     N = problem.moduli.shape[0]
     rows = work.turning.shape[0]
@@ -224,7 +227,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
         glass += problem.moduli[k]
-    # Elastic energy at the turning point over the kinetic energy before: near 1 where little is lost.
+    # Elastic energy at the turning point over the initial kinetic energy: close to 1 for small losses.
     recoverable = 0.8 * table[F_, 0] * s_m * s_m
     elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
     amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
@@ -240,8 +243,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         attempts += 1
         if element >= work.rebound.shape[0] - 1 or attempts > ATTEMPTS * work.rebound.shape[0]:
             return TOO_MANY_STEPS
-        # Under a constant force the edge of contact may turn outwards again: psi vanishes, dt/dlambda diverges as the
-        # inverse root of the distance to that place. Rounding would stop the elements in front of it.
+        # Under a constant force the contact may grow again. There psi vanishes, dt/dlambda diverges as the inverse
+        # root of the distance in lambda, and rounding would stop the elements before that instant.
         paused = element > 0 and work.slopes[element - 1, S - 1] > _PAUSE * s_m
         if problem.external_force > 0.0 and paused and h < _PAUSE_LENGTH * sigma_m:
             return CAPTURED
@@ -253,7 +256,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             kink -= 1
         ahead = left - work.places[START, kink] if kink > 0 else left
         if kink > 0 and h > ahead - work.places[LENGTH, kink]:
-            # What the approach could not do in one element beyond a kink cannot be done here either.
+            # Beyond a kink, elements are no longer than those of the approach.
             beyond = work.places[LENGTH, kink]
             h = min(h, ahead) if ahead <= _BEYOND_KINK * beyond else min(h, max(0.5 * ahead, ahead - beyond))
         ends = h >= _WHOLE * ahead
@@ -276,12 +279,12 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             h *= ON_FAILURE
             continue
         scale = max(abs(table[V_, S]), amplitude)
-        # Taken from the pace: as a difference of times it would be rounding after a long contact.
+        # The duration follows from the pace: after a long contact a difference of times would be rounding.
         duration = work.vectors[VALUES]
         duration[0] = 0.0
         write8(duration, 1, h * matvec(scheme.columns, read8(work.vectors, UNKNOWN, 0)))
-        # An error of the time shifts all that follows, which the force now turns into velocity. The time itself is
-        # known to what rounding leaves of a place in a short element.
+        # An error of the time shifts the rest of the rebound, which changes the velocity by F dt. The time itself has
+        # the rounding of a place over the length of the element.
         late = tail(scheme, duration)
         weight = max(tolerance / (KINK_TAIL * accept), 1.0) if ends and kink > 0 else 1.0
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
@@ -316,7 +319,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
 
 @inlined
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
-    """Predict u = dt/dlambda at the nodes: u/s1 of the last element continued.
+    """Predict u = dt/dlambda at the nodes by extrapolation of u/s1 from the last element.
 
     At the turning point, where X_k = 1: -psi = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
     """
@@ -340,7 +343,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
         lagrange_lanes(scheme.c[1:], scheme.extrapolation, WIDTH, x, work.basis)
         ratio = combine(work.basis, WIDTH, ratios)
     else:
-        # After a jump of the step: a parabola through the ends and the middle.
+        # After a large change of the length: a parabola through the ends and the middle.
         middle = WIDTH // 2
         x0, x1 = scheme.c[1], scheme.c[middle + 1]
         first = (ratios[middle] - ratios[0]) / (x1 - x0)

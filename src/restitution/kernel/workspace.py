@@ -1,4 +1,4 @@
-"""Scratch space of one element and the stored halves of an impact: few arrays, for each costs the compiler time."""
+"""Scratch space of one element and the stored halves of an impact, in few arrays, as each costs compile time."""
 
 from typing import Any, NamedTuple
 
@@ -7,23 +7,22 @@ import numpy as np
 from restitution.kernel.lanes import WIDTH
 from restitution.kernel.path import Path
 
-# Rows of a stored element: s, v, t, F, then two numbers of each mode (see `approach` and `rebound`).
+# Rows of a stored element: s, v, t, F, then two rows per mode (see `approach` and `rebound`).
 S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 
 # Rows of `vectors`, values at the nodes. UNKNOWN is s in the approach and u = dt/dlambda in the rebound.
 UNKNOWN, RADIUS, INTEGRAL, SPEED, FORCE, DELAY, BASIS, VALUES, N_VECTORS = 0, 1, 2, 3, 4, 5, 6, 7, 9
-# Members of `matrices`: the inverse of the Jacobian, sums over the modes, what couples them, and the dashpot's
-# inverse.
+# Members of `matrices`: inverse of the Jacobian, sums over the modes, coupling of the modes, inverse of the dashpot.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
-# Rows of `places`: where an element starts and how long it is, in sigma and in lambda; whether one of the approach
-# starts at a kink.
+# Rows of `places`: start and length of an element in sigma and in lambda; whether one of the approach starts at a
+# kink.
 START, LENGTH, BACK_START, BACK_LENGTH, AT_KINK, N_PLACES = range(6)
 # Members of `counts`: last element of the approach and of the rebound, factorisations.
 N_APPROACH, N_REBOUND, N_FACTOR = range(3)
 
 
 class Problem(NamedTuple):
-    """One impact in units in which mass and impact velocity are 1, d = s^2 and a = a(s).
+    """One impact in units with mass and impact velocity 1, d = s^2 and a = a(s).
 
     F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - external_force).
     """
@@ -37,7 +36,7 @@ class Problem(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch space and stored halves for N modes and E elements of S = 8 stages."""
+    """Scratch space and stored halves for N modes and E elements with S = 8 stages."""
 
     vectors: Any  # (9, 2 S): values at the nodes; the basis of an interpolation has S + 1
     basis: Any  # (S + 1, S)
@@ -57,7 +56,7 @@ class Work(NamedTuple):
 
 
 def aligned(*shape: int) -> Any:
-    """Zeros that begin on a line of the processor's cache, so that no row of eight is torn between two."""
+    """Zeros aligned to the processor's cache lines, so that no row of eight numbers crosses one."""
     size = int(np.prod(shape))
     memory = np.zeros(size + WIDTH)
     start = -(memory.ctypes.data // 8) % WIDTH
@@ -65,7 +64,7 @@ def aligned(*shape: int) -> Any:
 
 
 def allocate(N: int, elements: int) -> Work:
-    """Scratch space for N modes and that many stored elements in each half."""
+    """Scratch space for N modes and a number of stored elements in each half."""
     S, rows = WIDTH, MODES_ + 2 * N
     return Work(
         aligned(N_VECTORS, 2 * S),
