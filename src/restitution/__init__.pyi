@@ -13,6 +13,10 @@ from .contact.profile import Parabola as Parabola
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .files import write_table as write_table
+from .identification.identify import identify as identify
+from .identification.observations import Noise as Noise
+from .identification.rebounds import Rebounds as Rebounds
+from .identification.result import Identification as Identification
 from .impact import closed_forms as closed_forms
 from .impact.bounces import Bounces as Bounces
 from .impact.bounces import bounces as bounces

@@ -130,6 +130,10 @@ class Observations(ABC):
         """Approximate storage and loss reduced modulus E* that the data show, for a start; None where unknown."""
         return None
 
+    def assumed_moduli(self, modulus: float) -> DynamicTable | None:
+        """The same where the data show the loss tangent alone, at an assumed size [Pa]; None where they show none."""
+        return None
+
     def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
         """Unknowns that were projected out, for the first row: value and SI unit by name."""
         return {}

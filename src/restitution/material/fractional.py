@@ -180,7 +180,7 @@ class FractionalModel:
         # A bounded spectrum has its peak at u = 0.
         deepest = (min(first, 0.0) if bounded else first) - _LN_EPS / alpha
         u, steps = _log_grid(alpha, bounded, coarseness * math.pi**2 / digits, deepest, last + _LN_EPS / (1.0 - alpha))
-        logs = np.log(steps) + _log_spectrum(alpha, bounded, u)
+        logs = np.log(steps) + log_spectrum(alpha, bounded, u)
         slow, fast = u < first, u > last
         inside = ~(slow | fast)
         rates, shares = _gauss(np.exp(u[slow] - first), np.exp(logs[slow]))
@@ -191,20 +191,20 @@ class FractionalModel:
         return PronySeries(self.equilibrium_modulus, modulus * weights, unit * times).simplified()
 
 
-def _log_spectrum(exponent: float, bounded: bool, log_rates: Array) -> Array:
+def log_spectrum(exponent: Any, bounded: bool, log_rates: Array) -> Array:
     """Logarithm of the spectrum H, with R(t) = int H exp(-lambda t) dln(lambda), at ln(lambda).
 
     With x = lambda^alpha the bounded spectrum, H = sin(pi alpha)/pi x/(1 + 2x cos(pi alpha) + x^2), is that of
     E_alpha(-t^alpha) (Mainardi, appendix E), and the other, H = sin(pi alpha)/pi x, of t^-alpha/Gamma(1 - alpha).
     """
     angle = math.pi * exponent
-    scale = math.log(math.sin(angle) / math.pi)
+    scale = np.log(np.sin(angle) / math.pi)
     if not bounded:
         return scale + exponent * log_rates
     # H is even in ln(lambda): 1/(4 sinh^2 + 4 cos^2), where nothing cancels as alpha nears 1.
     half = np.abs(0.5 * exponent * log_rates)
     growth = -np.expm1(-2.0 * half)
-    return scale - 2.0 * half - np.log(growth * growth + 4.0 * math.cos(0.5 * angle) ** 2 * np.exp(-2.0 * half))
+    return scale - 2.0 * half - np.log(growth * growth + 4.0 * np.cos(0.5 * angle) ** 2 * np.exp(-2.0 * half))
 
 
 def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> tuple[Array, Array]:
@@ -239,7 +239,7 @@ def _mittag_leffler(time: Array, exponent: float) -> Array:
             late = math.log(t)
             top = min(reach, math.log(45.0) - late)
             u, steps = _log_grid(exponent, True, math.pi**2 / _LN_EPS, min(-reach - max(late, 0.0), top), top)
-            result[index] = steps @ np.exp(_log_spectrum(exponent, True, u) - np.exp(np.minimum(u + late, 7.0)))
+            result[index] = steps @ np.exp(log_spectrum(exponent, True, u) - np.exp(np.minimum(u + late, 7.0)))
     return result
 
 

@@ -1,0 +1,340 @@
+"""Least squares: starts from the data, bounds, steps with forward differences, one central Jacobian at the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.errors import InputError
+from restitution.identification.observations import Observations
+from restitution.identification.parameters import Parameters, penalties, start_and_bounds
+from restitution.material.columns import MaterialColumns
+from restitution.material.fit import DynamicTable
+
+Array = NDArray[np.float64]
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+
+# Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
+_STEP, _NUISANCE_STEP = 1e-4, 1e-2
+_N_STARTS, _N_FITS = 9, 3
+# Starts spread over factors of 10 in a modulus and of 30 in a time to both sides of the effective ones.
+_SPREAD = math.log(10.0)
+# Error of the formulas for effective moduli: of the logarithm, and of the phase.
+_MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
+# The modulus [Pa], and the angular frequency [rad/s], of data that show none.
+_ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
+# Factor by which a shift may move times, for fractional models.
+_SHIFTED = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Data and unknowns: coordinates are the logarithms of the parameters, then the nuisances over their steps.
+
+    Attributes
+    ----------
+    data : tuple of Observations
+        Sets of data.
+    space : Parameters
+        Unknowns of the model.
+    low, high : array, shape (n_unknown,)
+        Bounds of the coordinates.
+    window : tuple of float
+        Shortest and longest time [s] for which fractional models must hold.
+    factors : tuple of float
+        Factor of the noise of each set of data; other than 1 only where its size is unknown.
+    """
+
+    data: tuple[Observations, ...]
+    space: Parameters
+    low: Array
+    high: Array
+    window: tuple[float, float]
+    factors: tuple[float, ...]
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of parameters of the model."""
+        return len(self.space.free)
+
+    @property
+    def n_data(self) -> int:
+        """Number of measured values, without priors."""
+        return sum(one.size for one in self.data)
+
+    @property
+    def steps(self) -> Array:
+        """Steps of the coordinates for differences."""
+        return np.array([_STEP] * self.n_parameters + [_NUISANCE_STEP] * (self.low.size - self.n_parameters))
+
+    def columns(self, coordinates: Array) -> MaterialColumns:
+        """Materials at coordinates of shape (m, n_unknown)."""
+        return self.space.columns(coordinates[:, : self.n_parameters], self.window)
+
+    def nuisances(self, coordinates: Array) -> list[Array]:
+        """Nuisances of each set of data, shape (m, n_nuisance) each."""
+        found, at = [], self.n_parameters
+        for one in self.data:
+            scale = np.array([nuisance.step for nuisance in one.nuisances])
+            found.append(coordinates[:, at : at + scale.size] * scale)
+            at += scale.size
+        return found
+
+    def residuals(self, coordinates: Array) -> Array:
+        """Residuals over their standard deviations, shape (m, n_data + n_prior); NaN where a material fails."""
+        materials = self.columns(coordinates)
+        parts = [
+            one.residuals(materials, nuisances) / factor
+            for one, nuisances, factor in zip(self.data, self.nuisances(coordinates), self.factors, strict=True)
+        ]
+        return np.hstack([*parts, penalties(self.space, coordinates[:, : self.n_parameters])])
+
+    def jacobian(self, coordinates: Array, base: Array | None = None) -> Array:
+        """Derivatives of the residuals, shape (n, n_unknown): forward differences, or central ones without a base."""
+        step = np.diag(self.steps)
+        if base is None:
+            both = self.residuals(np.concatenate([coordinates + step, coordinates - step]))
+            up, down = both[: len(step)], both[len(step) :]
+            slopes = (up - down) / (2.0 * self.steps[:, None])
+            if not np.all(np.isfinite(slopes)):
+                here = self.residuals(coordinates[None])
+                one_sided = np.where(np.isfinite(up), up - here, here - down) / self.steps[:, None]
+                slopes = np.where(np.isfinite(slopes), slopes, one_sided)
+        else:
+            slopes = (self.residuals(coordinates + step) - base) / self.steps[:, None]
+            if not np.all(np.isfinite(slopes)):
+                backward = (base - self.residuals(coordinates - step)) / self.steps[:, None]
+                slopes = np.where(np.isfinite(slopes), slopes, backward)
+        return np.nan_to_num(slopes, posinf=0.0, neginf=0.0).T
+
+
+class Fit(NamedTuple):
+    """Minimum of the sum of squares."""
+
+    coordinates: Array  # shape (n_unknown,)
+    cost: float  # sum of the losses of all residuals, priors included
+
+
+def minimise(
+    problem: Problem, start: Array, loss: Loss = "linear", held: int | None = None, tolerance: float = 1e-9
+) -> Fit:
+    """Local minimum from a start, perhaps with one coordinate held."""
+    from scipy.optimize import least_squares
+
+    free = np.arange(start.size) != (-1 if held is None else held)
+    point = start.copy()
+    kept: dict[bytes, Array] = {}
+
+    def residuals(part: Array) -> Array:
+        point[free] = part
+        kept.clear()
+        kept[part.tobytes()] = found = problem.residuals(point[None])[0]
+        return found
+
+    def jacobian(part: Array) -> Array:
+        base = kept.get(part.tobytes())
+        if base is None:
+            base = residuals(part)
+        point[free] = part
+        return problem.jacobian(point, base)[:, free]
+
+    low, high = problem.low[free], problem.high[free]
+    inside = np.clip(start[free], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+    first = residuals(inside)
+    if not np.all(np.isfinite(first)):
+        return Fit(start, math.inf)
+    if not inside.size:
+        return Fit(start, 2.0 * _cost(first, loss))
+    bounds: Any = (low, high)
+    found = least_squares(
+        residuals,
+        inside,
+        jacobian,
+        bounds,
+        method="trf",
+        loss=loss,
+        ftol=tolerance,
+        xtol=1e-9,
+        gtol=1e-9,
+        max_nfev=100,
+    )
+    point[free] = found.x
+    return Fit(point.copy(), 2.0 * float(found.cost))
+
+
+def _cost(residuals: Array, loss: Loss) -> float:
+    z = residuals**2
+    if loss == "soft_l1":
+        z = 2.0 * (np.sqrt(1.0 + z) - 1.0)
+    elif loss == "cauchy":
+        z = np.log1p(z)
+    elif loss == "huber":
+        z = np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0)
+    return 0.5 * float(z.sum())
+
+
+def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem, Array, list[DynamicTable]]:
+    """Problem with its bounds, the start without data, and the effective moduli of the data."""
+    tables = _tables(data, space)
+    modulus = float(
+        np.exp(np.mean([np.log(np.hypot(one.storage_modulus, one.loss_modulus)).mean() for one in tables]))
+    )
+    ends = [end for one in data for end in one.window() if math.isfinite(end)]
+    ends += [float(end) for one in tables for end in (one.angular_frequency[0], one.angular_frequency[-1])]
+    low, high = min(ends), max(ends)
+    start, least, most = start_and_bounds(space, modulus, math.pi / math.sqrt(low * high))
+    nuisances = [nuisance for one in data for nuisance in one.nuisances]
+    step = np.array([one.step for one in nuisances])
+    parts = [np.array([getattr(one, name) for one in nuisances]) / step for name in ("start", "low", "high")]
+    start, least, most = (np.append(own, more) for own, more in zip((start, least, most), parts, strict=True))
+    # A shift moves the times of the data against those of the columns.
+    wider = 1.0 if space.shift is None else _SHIFTED
+    window = math.pi / (high * wider), math.pi / (low / wider)
+    problem = Problem(tuple(data), space, least, most, window, (1.0,) * len(data))
+    if problem.n_data + len(space.prior) < start.size:
+        wanted = f"must hold at least as many values as there are unknowns ({start.size})"
+        raise InputError("data", problem.n_data, wanted)
+    return problem, start, tables
+
+
+def _tables(data: Sequence[Observations], space: Parameters) -> list[DynamicTable]:
+    """Effective moduli of the data; of an arbitrary size where no datum shows one."""
+    found = [table for one in data if (table := one.effective_moduli()) is not None]
+    if not found:
+        known = [float(np.nanmax(value)) for name, value in space.fixed.items()
+                 if "modul" in name and name != "bulk_modulus"]  # fmt: skip
+        size = 4.0 * known[0] if known else _ARBITRARY
+        found = [table for one in data if (table := one.assumed_moduli(size)) is not None]
+    one = np.ones(1)
+    return found or [DynamicTable(_ARBITRARY_FREQUENCY * one, _ARBITRARY * one, 0.1 * _ARBITRARY * one)]
+
+
+def starts(problem: Problem, centre: Array, tables: Sequence[DynamicTable]) -> Array:
+    """Coordinates of the best few starts, best first: fits of the complex moduli of the model to effective ones."""
+    n, p = problem.n_parameters, centre.size
+    spread = np.array([0.0 if one.name in problem.space.start else _SPREAD for one in problem.space.free])
+    # Points of an additive lattice fill the cube evenly.
+    root = _lattice_root(n)
+    lattice = np.mod(0.5 + np.outer(np.arange(_N_STARTS), root ** -np.arange(1.0, n + 1.0)), 1.0)
+    points = np.tile(centre, (_N_STARTS, 1))
+    points[:, :n] += (2.0 * lattice - 1.0) * spread * 1.5
+    low, high = problem.low, problem.high
+    points = np.clip(points, low + 1e-6, high - 1e-6)
+
+    def misfit(coordinates: Array) -> Array:
+        materials, parts = problem.columns(coordinates), list[Array]()
+        for table in tables:
+            series = materials.reduced if table.deformation is None else materials.modulus(table.deformation)
+            model = series.complex_modulus(table.angular_frequency)
+            ratio = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
+            phase = np.arctan2(table.loss_modulus, table.storage_modulus)
+            parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
+        return np.hstack([*parts, penalties(problem.space, coordinates[:, :n])])
+
+    with np.errstate(all="ignore"):
+        points, costs = descend(misfit, points, low, high, np.arange(p) < n)
+    order = [k for k in np.argsort(costs, kind="stable") if math.isfinite(costs[k])]
+    chosen: list[int] = []
+    for k in order:
+        if all(np.abs(points[k] - points[other]).max() > 0.1 for other in chosen):
+            chosen.append(int(k))
+    return points[chosen[:_N_FITS]] if chosen else centre[None]
+
+
+def _lattice_root(n: int) -> float:
+    """Positive root of x^(n + 1) = x + 1."""
+    x = 1.5
+    for _ in range(40):
+        x = (1.0 + x) ** (1.0 / (n + 1.0))
+    return x
+
+
+def descend(
+    residuals: Callable[[Array], Array], points: Array, low: Array, high: Array, free: NDArray[np.bool_],
+    rounds: int = 25,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Levenberg-Marquardt steps from many points at once, shape (s, p); the last points and their sums of squares."""
+    s = len(points)
+    places = np.flatnonzero(free)
+    damping = np.full(s, 1e-2)
+    values = residuals(points)
+    costs = np.where(np.all(np.isfinite(values), axis=1), (values**2).sum(axis=1), np.inf)
+    for _ in range(rounds):
+        moved = np.repeat(points, places.size, axis=0)
+        moved[np.arange(len(moved)), np.tile(places, s)] += _STEP
+        slopes = (residuals(moved).reshape(s, places.size, -1) - values[:, None]) / _STEP
+        slopes = np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
+        normal = np.einsum("spn,sqn->spq", slopes, slopes)
+        gradient = np.einsum("spn,sn->sp", slopes, np.nan_to_num(values))
+        scale = np.einsum("spp->sp", normal) + 1e-12
+        matrix = normal + np.einsum("sp,pq->spq", damping[:, None] * scale, np.eye(places.size))
+        change = -np.linalg.solve(matrix, gradient[..., None])[..., 0]
+        trial = points.copy()
+        trial[:, places] += np.clip(change, -2.0, 2.0)
+        trial = np.clip(trial, low + 1e-6, high - 1e-6)
+        tried = residuals(trial)
+        cost = np.where(np.all(np.isfinite(tried), axis=1), (tried**2).sum(axis=1), np.inf)
+        better = cost < costs
+        small = better & (costs - cost < 1e-3 * costs + 1e-6)
+        points, values = np.where(better[:, None], trial, points), np.where(better[:, None], tried, values)
+        costs = np.where(better, cost, costs)
+        damping = np.clip(np.where(better, 0.2 * damping, 10.0 * damping), 1e-9, 1e9)
+        if np.all(small | (damping > 1e8)):
+            break
+    return points, costs
+
+
+class Estimation(NamedTuple):
+    """Best fit, the others, and the Jacobian there."""
+
+    problem: Problem
+    loss: Loss
+    fit: Fit
+    fits: tuple[Fit, ...]
+    jacobian: Array  # central, shape (n_data + n_prior, n_unknown)
+
+
+def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "linear") -> Estimation:
+    """Fit a model to data from starts of the data."""
+    problem, centre, tables = problem_of(data, space)
+    fits = sorted((minimise(problem, one, loss) for one in starts(problem, centre, tables)), key=lambda fit: fit.cost)
+    if not math.isfinite(fits[0].cost):
+        raise InputError("start", wanted="no start leads to materials from which all bodies rebound; give start")
+    best = fits[0]
+    for _ in range(5):
+        rescaled = _rescaled(problem, best, loss)
+        if rescaled is None:
+            break
+        scale = 1.0 if len(data) > 1 or loss != "linear" or space.prior else 1.0 / rescaled.factors[0] ** 2
+        problem = rescaled
+        if scale == 1.0:
+            best = minimise(problem, best.coordinates, loss)
+        else:  # the minimum stays where it is
+            fits = [one._replace(cost=one.cost * scale) for one in fits]
+            best = fits[0]
+            break
+    return Estimation(problem, loss, best, (best, *fits[1:]), problem.jacobian(best.coordinates))
+
+
+def _rescaled(problem: Problem, fit: Fit, loss: Loss) -> Problem | None:
+    """Problem with the noise of unknown size estimated set by set; None where none changes by more than a percent."""
+    if not any(one.scaled for one in problem.data):
+        return None
+    residuals, at, factors = problem.residuals(fit.coordinates[None])[0], 0, list[float]()
+    share = problem.n_data / max(problem.n_data - fit.coordinates.size, 1)
+    for one, factor in zip(problem.data, problem.factors, strict=True):
+        own = residuals[at : at + one.size]
+        at += one.size
+        if one.scaled:
+            # The median is that of a normal distribution also beside outliers.
+            size = float(np.mean(own**2)) if loss == "linear" else (float(np.median(np.abs(own))) / 0.6745) ** 2
+            factor *= math.sqrt(max(size * share, 1e-12))
+        factors.append(factor)
+    if all(abs(math.log(new / old)) < 0.01 for new, old in zip(factors, problem.factors, strict=True)):
+        return None
+    return replace(problem, factors=tuple(factors))

@@ -1,0 +1,142 @@
+"""Identification of a material from measured impacts, indentations and moduli."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.checks import one_of, whole
+from restitution.errors import InputError
+from restitution.identification.estimation import Loss, estimate
+from restitution.identification.observations import Observations
+from restitution.identification.parameters import parameters
+from restitution.identification.result import Identification
+from restitution.identification.tables import as_observations
+from restitution.identification.uncertainty import Estimate, Uncertainty
+
+Array = NDArray[np.float64]
+
+_LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+
+
+def identify(
+    data: Any,
+    model: Any,
+    *,
+    fixed: Mapping[str, Any] | None = None,
+    bounds: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    prior: Mapping[str, Any] | None = None,
+    shift: Any = None,
+    terms: int = 2,
+    loss: Loss = "linear",
+    profiles: bool | None = None,
+) -> Identification:
+    """Material that fits measured data, with honest errors.
+
+    Parameters
+    ----------
+    data : observations, table of moduli, or list of them
+        `Rebounds`, `ForceHistory`, `BounceTimes`, `IndentationCurve`, `RelaxationTable`, `DynamicTable`, in any
+        mixture.
+    model : callable or str
+        Function that returns a `Material` or a `FractionalMaterial`, such as `standard_solid`, or the name of a model
+        of the package. Its arguments are the unknowns. Positive ones enter as logarithms.
+    fixed : dict
+        Known arguments by name, such as ``{"poisson_ratio": 0.47}``.
+    bounds, start : dict
+        Pairs of ends, and first values, by name. Both follow from the data where left out.
+    prior : dict
+        `Normal`, `LogNormal`, `Uniform` or `LogUniform` by name.
+    shift : type or Shift, optional
+        Time-temperature shift: `WLF` or `Arrhenius` with unknown constants, or a shift with its numbers.
+    terms : int
+        Number of terms of a model with lists, such as `generalised_maxwell`.
+    loss : {"linear", "soft_l1", "huber", "cauchy"}
+        Loss function of the residuals; all but the first reduce the weight of outliers.
+    profiles : bool, optional
+        Whether intervals come from profiles: of all parameters, of none, or by default of those whose standard error
+        exceeds 5 %.
+
+    Returns
+    -------
+    Identification
+        Estimates with intervals; `None` in place of a number that the data do not determine.
+
+    Raises
+    ------
+    InputError
+        If the data have fewer values than there are unknowns, or an argument is wrong.
+
+    Notes
+    -----
+    Least squares in the logarithms of the parameters from starts that the data show. A parameter counts as determined
+    if both ends of its interval lie within a factor of 1000 of the estimate. A small chi2 proves nothing: compare
+    several models with `identify.compare`.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> v = np.geomspace(0.01, 0.2, 8)
+    >>> solid = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
+    >>> exact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, v))
+    >>> balls = rs.Rebounds(
+    ...     v, exact.restitution_coefficient, radius=0.01, mass=0.033, contact_time=exact.contact_time,
+    ...     noise=rs.Noise(restitution_coefficient="1 %", contact_time="1 %"),
+    ... )
+    >>> found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    >>> print(round(found.parameters["branch_modulus"].value / 1e7, 4))
+    1.0
+    """
+    one_of("loss", loss, _LOSSES)
+    sets = _observations(data)
+    space = parameters(
+        model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift, terms=whole("terms", terms),
+        temperature=_middle_temperature(sets),
+    )  # fmt: skip
+    if not any(one.fixes_time for one in sets):
+        bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
+        if bulk and bulk[0] not in space.prior:
+            raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
+    uncertainty = Uncertainty(estimate(sets, space, loss))
+    found = {one.name: uncertainty.estimate(k, profiles) for k, one in enumerate(space.free)}
+    return Identification(uncertainty, found, _nuisances(uncertainty), _warnings(uncertainty))
+
+
+def _observations(data: Any) -> list[Observations]:
+    single = not isinstance(data, Sequence)
+    sets = [as_observations(one, n) for n, one in enumerate([data] if single else data)]
+    if not sets:
+        raise InputError("data", wanted="must hold at least one set of data")
+    return sets
+
+
+def _middle_temperature(sets: Sequence[Observations]) -> float | None:
+    """Median of the temperatures of the data [K]."""
+    given = [np.ravel(one.temperature) for one in sets if getattr(one, "temperature", None) is not None]
+    return float(np.median(np.concatenate(given))) if given else None
+
+
+def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
+    """Unknowns of the measurements: those of the fit with errors, then those that were projected out."""
+    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
+    columns, found, at = problem.columns(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
+    quantile = uncertainty.quantile()
+    for n, (one, own) in enumerate(zip(problem.data, problem.nuisances(fit.coordinates[None]), strict=True)):
+        prefix = f"{one.label or n}: " if len(problem.data) > 1 else ""
+        for k, nuisance in enumerate(one.nuisances):
+            value, error = float(own[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
+            at += 1
+            reach = quantile * error
+            found[prefix + nuisance.name] = Estimate(value, error, (value - reach, value + reach), True, nuisance.unit)
+        for name, (value, unit) in one.linear_estimates(columns, own).items():
+            found[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
+    return found
+
+
+def _warnings(uncertainty: Uncertainty) -> tuple[str, ...]:
+    return ()

@@ -1,0 +1,112 @@
+"""Profiles: the least sum of squares for each value of one unknown, and the interval that follows."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.identification.estimation import Estimation, Fit, minimise
+
+Array = NDArray[np.float64]
+
+FAR = math.log(1e3)
+"""An end farther than this from the estimate, a factor of 1000, is open."""
+
+_LONGEST = 0.7
+_ROUNDS = 12
+_CLOSE = 0.01
+_TOLERANCE = 1e-7
+
+
+class Profile(NamedTuple):
+    """Profile of one coordinate, the logarithm of a parameter."""
+
+    coordinates: Array  # in ascending order, shape (n,)
+    excess: Array  # least sum of squares there above the minimum, shape (n,)
+    low: float  # ends of the interval; infinite where open
+    high: float
+    best: Fit  # the best fit met, which may be better than that of the estimation
+
+
+def profile(estimation: Estimation, k: int, standard_error: Array, covariance: Array, quantile: float) -> Profile:
+    """Profile of coordinate k, walked from the minimum to both sides until the excess passes the quantile squared.
+
+    Each step is at most 0.7. It starts from the point to which the last two lead. The end is then found by the secant
+    rule in the root of the excess. An end beyond a factor of 1000, or at a bound, is open.
+    """
+    best = estimation.fit
+    points: list[tuple[float, float]] = [(float(best.coordinates[k]), 0.0)]
+    ends: list[float] = []
+    for sign in (-1.0, 1.0):
+        end, walked, best = _side(estimation, k, sign, standard_error, covariance, quantile, best)
+        ends.append(end)
+        points += walked
+    points.sort()
+    z, excess = np.array(points).T
+    return Profile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
+
+
+def _side(
+    estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit
+) -> tuple[float, list[tuple[float, float]], Fit]:
+    """End of the interval on one side, the points of the walk, and the best fit met."""
+    problem, least = estimation.problem, estimation.fit.cost
+    origin = estimation.fit.coordinates
+    bound = float(problem.low[k] if sign < 0 else problem.high[k])
+    open_end = sign * math.inf
+    slope = covariance[:, k] / covariance[k, k]
+    walked: list[tuple[float, float]] = []
+    # Distance, root of the excess, and coordinates of the last two points.
+    last, before = (0.0, 0.0, origin), None
+    step = min(_LONGEST, quantile * float(standard_error[k]))
+
+    def at(distance: float) -> tuple[float, float, Array]:
+        nonlocal best
+        if before is None:
+            guess = origin + slope * sign * distance
+        else:
+            share = (distance - last[0]) / (last[0] - before[0])
+            guess = last[2] + share * (last[2] - before[2])
+        guess = np.clip(guess, problem.low, problem.high)
+        guess[k] = origin[k] + sign * distance
+        fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+        if not math.isfinite(fit.cost) and before is not None:
+            guess = last[2].copy()
+            guess[k] = origin[k] + sign * distance
+            fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+        if fit.cost < best.cost:
+            best = fit
+        walked.append((float(origin[k] + sign * distance), fit.cost - least))
+        return distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates
+
+    room = abs(bound - float(origin[k]))
+    while True:
+        if last[0] >= min(FAR, 0.999 * room):
+            return open_end, walked, best
+        distance = min(last[0] + step, FAR, 0.999 * room)
+        new = at(distance)
+        if new[1] >= quantile:
+            break
+        before, last = last, new
+        # To the end at once where the root of the excess is a straight line.
+        pace = (last[1] - before[1]) / (last[0] - before[0])
+        step = min(_LONGEST, 1.05 * (quantile - last[1]) / pace if pace > 0.0 else _LONGEST)
+        step = max(step, 0.02 * _LONGEST * min(1.0, float(standard_error[k])))
+    # Bracketed: the secant rule, kept within by halving.
+    inner, outer = last, new
+    for n in range(_ROUNDS):
+        if outer[1] - quantile < _CLOSE:
+            return float(origin[k] + sign * outer[0]), walked, best
+        share = (quantile - inner[1]) / (outer[1] - inner[1]) if math.isfinite(outer[1]) else 0.5
+        share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
+        new = at(inner[0] + share * (outer[0] - inner[0]))
+        if abs(new[1] - quantile) < _CLOSE:
+            return float(origin[k] + sign * new[0]), walked, best
+        if new[1] > quantile:
+            outer = new
+        else:
+            inner = new
+    return float(origin[k] + sign * outer[0]), walked, best

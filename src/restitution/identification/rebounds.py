@@ -1,0 +1,292 @@
+"""Measured rebounds: restitution coefficients, contact times and peak forces of impacts."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks, quantities
+from restitution.contact.profile import Parabola, Profile
+from restitution.errors import InputError, InputTypeError
+from restitution.identification.observations import Curve, Noise, Observations
+from restitution.impact.batch import Batch
+from restitution.impact.status import Status
+from restitution.material.columns import MaterialColumns, PronyColumns
+from restitution.material.fit import DynamicTable
+
+Array = NDArray[np.float64]
+
+_RTOL = 1e-9
+# Relative change of the velocity for the slopes over it.
+_STEP = 1e-3
+_NAMES = ("restitution_coefficient", "contact_time", "max_force")
+# Noise of unknown size: the ratios of these are kept.
+_UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 %")
+
+
+class Rebounds(Observations):
+    """Rebounds of rigid bodies from a viscoelastic half-space.
+
+    Parameters
+    ----------
+    velocity : array_like
+        Impact velocities v [m/s], > 0, shape (n,).
+    restitution_coefficient : array_like
+        Measured e [-] in (0, 1].
+    radius : float or array_like, optional
+        Radius R [m] of a ball; or give a `profile`.
+    mass : float or array_like
+        Mass m [kg].
+    profile : Profile, optional
+        Profile of all bodies, instead of the radius.
+    contact_time, max_force : array_like, optional
+        Measured contact times [s] and peak forces [N], NaN where there is none. One of them makes moduli and times
+        known; see Notes.
+    temperature : float or array_like, optional
+        Temperatures [K], for a model with a `shift`.
+    external_force : float or array_like
+        Constant force [N] during contact, such as the weight.
+    noise : Noise, optional
+        Standard deviations of `restitution_coefficient`, `contact_time`, `max_force` and `velocity`. An absolute one
+        belongs to the value, a relative one to the logarithm. Without it the size of the noise is estimated. With
+        that of the velocity, e counts as v'/v, and its own noise is that of v'/v at a known v.
+    label : str
+        What messages call the data.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or the arrays do not broadcast to one shape (n,).
+
+    Notes
+    -----
+    All arrays broadcast to the shape (n,). For balls on a material at one temperature, without weight, e stays the
+    same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time.
+
+    Examples
+    --------
+    >>> balls = Rebounds([0.5, 1.0], [0.82, 0.79], radius=0.01, mass=0.033, contact_time=[2e-3, 1.8e-3])
+    >>> balls.size
+    4
+    """
+
+    def __init__(
+        self,
+        velocity: Any,
+        restitution_coefficient: Any,
+        *,
+        radius: Any = None,
+        mass: Any,
+        profile: Profile | None = None,
+        contact_time: Any = None,
+        max_force: Any = None,
+        temperature: Any = None,
+        external_force: Any = 0.0,
+        noise: Noise | None = None,
+        label: str = "",
+    ) -> None:
+        self.label, self.noise = label, noise or Noise()
+        given: dict[str, Any] = {
+            name: quantities.check(name, value)
+            for name, value in (("velocity", velocity), ("mass", mass), ("external_force", external_force))
+        }
+        e = checks.number("restitution_coefficient", restitution_coefficient)
+        measured = {"restitution_coefficient": _refused_unless("restitution_coefficient", e, (e > 0.0) & (e <= 1.0))}
+        for name, values, unit in (("contact_time", contact_time, "s"), ("max_force", max_force, "N")):
+            if values is not None:
+                measured[name] = _measured(name, values, unit)
+        if (radius is None) == (profile is None):
+            raise InputError("radius, profile", wanted="exactly one must be given")
+        if profile is None:
+            given["radius"] = quantities.check("radius", radius)
+        elif not isinstance(profile, Profile):
+            raise InputTypeError("profile", profile, "must be a Profile, such as Parabola(radius)")
+        elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.contact_radius(0.0)):
+            raise InputError("profile", wanted="must be a single profile; give several as several sets of data")
+        if temperature is not None:
+            given["temperature"] = quantities.check("temperature", temperature)
+        columns = _broadcast(given | measured)
+        self.velocity, self.mass = columns["velocity"], columns["mass"]
+        self.external_force, self.temperature = columns["external_force"], columns.get("temperature")
+        self.radius = columns.get("radius")
+        self.profile = Parabola(self.radius) if profile is None else profile  # pyright: ignore[reportArgumentType]
+        self.measured = {name: columns[name] for name in _NAMES if name in measured}
+        self.restitution_coefficient = self.measured["restitution_coefficient"]
+        self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")
+        if "radius" in columns and "contact_time" in columns:
+            strain = columns["contact_time"] * self.velocity / columns["radius"]
+            if np.any(strain > 3.0):  # an elastic body sinks in by a third of that
+                worst = int(np.nanargmax(strain))
+                wanted = "must be in s: the body would move by more than its radius during contact"
+                raise InputError("contact_time", float(columns["contact_time"][worst]), wanted, "s", index=(worst,))
+        self._set_noise()
+
+    def _set_noise(self) -> None:
+        known = [name in self.noise.deviations for name in self.measured]
+        for name in self.noise.deviations:
+            if name not in (*self.measured, "velocity"):
+                raise InputError(f"noise.{name}", wanted=f"belongs to no datum; known are {', '.join(self.measured)}")
+        if any(known) and not all(known):
+            missing = list(self.measured)[known.index(False)]
+            raise InputError(f"noise.{missing}", wanted="must be given, as that of another quantity is")
+        self.scaled = not any(known)
+        noise = _UNKNOWN if self.scaled else self.noise
+        self._relative = [isinstance(noise.deviations[name], str) for name in self.measured]
+        sizes: list[Array] = []
+        for (name, values), relative in zip(self.measured.items(), self._relative, strict=True):
+            size = noise.of(name, np.ones(values.size) if relative else values)
+            assert size is not None
+            sizes.append(_broadcast({f"noise.{name}": size, name: values})[f"noise.{name}"])
+        self._deviations = np.array(sizes)
+        blur = self.noise.of("velocity", self.velocity)
+        self._blur = None if blur is None else np.broadcast_to(blur, self.velocity.shape) / self.velocity
+        self.fixes_time = len(self.measured) > 1
+        self._there = np.isfinite(np.array(list(self.measured.values())))
+
+    @property
+    def size(self) -> int:
+        """Number of measured values."""
+        return int(self._there.sum())
+
+    def predicted(
+        self, materials: MaterialColumns, velocity_factor: float = 1.0, external_force: Array | None = None
+    ) -> dict[str, Array]:
+        """Restitution coefficients, contact times and peak forces by name, shape (m, n); NaN without separation."""
+        m, n = materials.size, self.velocity.size
+        if self.temperature is None:
+            # Shape (m, n, n_branch) and (m, n) without a copy.
+            series = [np.broadcast_to(part[:, None], (m, n, *part.shape[1:])) for part in materials.reduced]
+        else:
+            levels, where = np.unique(self.temperature, return_inverse=True)
+            each = [materials.at(float(level)).reduced for level in levels]
+            series = [np.stack(parts, axis=1)[:, where] for parts in zip(*each, strict=True)]
+        equilibria, viscosities, moduli, times = series
+        force = self.external_force if external_force is None else external_force
+        bodies = self.mass, velocity_factor * self.velocity, force
+        flat = [np.broadcast_to(one, (m, n)).ravel() for one in bodies]
+        exponent, profile = self.profile.path_exponent, self.profile
+        power = exponent is not None
+        batch = Batch(
+            equilibria.ravel(), viscosities.ravel(), moduli.reshape(m * n, -1), times.reshape(m * n, -1), *flat,
+            coefficients=np.broadcast_to(np.asarray(profile.path_coefficient), (m, n)).ravel() if power else None,
+            exponent=float(np.asarray(exponent)) if power else None, profile=None if power else profile,
+        )  # fmt: skip
+        found = batch.solve(_RTOL, workers=1)
+        good = found["status"] == Status.SEPARATED
+        return {name: np.where(good, found[name], np.nan).reshape(m, n) for name in _NAMES}
+
+    def residuals(self, materials: MaterialColumns, nuisances: Array) -> Array:
+        """Residuals of e, then of the contact times, then of the peak forces."""
+        predicted = self._in_metric(self.predicted(materials))
+        data = self._in_metric(self.measured)
+        residuals = (predicted - data) / self._deviations
+        if self._blur is not None:
+            shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
+            slopes = (shifted - predicted) / _STEP
+            # A velocity that is too high by the share x lowers e = v'/v by the same share.
+            slopes[:, 0] += 1.0 if self._relative[0] else self.measured["restitution_coefficient"]
+            shares = np.where(self._there, slopes * self._blur / self._deviations, 0.0)
+            # Inverse root of the covariance 1 + h h^T of one impact.
+            square = (shares * shares).sum(axis=1, keepdims=True)
+            along = (shares * np.where(self._there, residuals, 0.0)).sum(axis=1, keepdims=True)
+            factor = (1.0 - 1.0 / np.sqrt(1.0 + square)) / np.maximum(square, 1e-300)
+            residuals = residuals - np.where(square > 0.0, factor * along, 0.0) * shares
+        return residuals[:, self._there]
+
+    def _in_metric(self, columns: dict[str, Array]) -> Array:
+        """Values, or their logarithms where the noise is relative, shape (..., n_measured, n)."""
+        pairs = zip(self.measured, self._relative, strict=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.stack([np.log(columns[name]) if log else columns[name] for name, log in pairs], axis=-2)
+
+    def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
+        """Measured and fitted values over the velocity."""
+        found = self.predicted(materials)
+        curves: list[Curve] = []
+        for name, values, sd, log in zip(self.measured, self.measured.values(), self._deviations, self._relative,
+                                         strict=True):  # fmt: skip
+            deviation = None if self.scaled else sd * values if log else sd
+            curves.append(Curve(name, "velocity", self.velocity, values, found[name][0], deviation))
+        return curves
+
+    def window(self) -> tuple[float, float]:
+        """Lowest and highest pi/(contact time) [rad/s]; NaN where neither time nor force was measured."""
+        times = self._times()
+        known = times[np.isfinite(times)]
+        return (math.pi / float(known.max()), math.pi / float(known.min())) if known.size else (math.nan, math.nan)
+
+    def _times(self) -> Array:
+        """Contact times [s], measured or from the peak force on an elastic material, shape (n,)."""
+        times = np.full(self.velocity.size, np.nan) if self.contact_time is None else self.contact_time
+        if self.max_force is None:
+            return times
+        # The time and the force both follow from the depth, whatever the modulus.
+        elastic_time, elastic_force = self._elastic
+        return np.where(np.isnan(times), elastic_time * elastic_force / self.max_force, times)
+
+    def effective_moduli(self) -> DynamicTable | None:
+        """E* from the contact times, and tan delta = -0.815 ln e; None where neither time nor force was measured."""
+        times = self._times()
+        return self._moduli(times) if np.any(np.isfinite(times)) else None
+
+    def assumed_moduli(self, modulus: float) -> DynamicTable:
+        """E* of an assumed size [Pa], and tan delta = -0.815 ln e."""
+        return self._moduli(self._elastic[0] * modulus ** (-1.0 / self._power))
+
+    @property
+    def _power(self) -> float:
+        """The depth of an elastic body, and so its contact time, is E*^-(1/power): 2/5 for a parabola."""
+        return 2.0 + 0.5 * float(self.profile.path_exponent if self.profile.path_exponent is not None else 1.0)
+
+    def _moduli(self, times: Array) -> DynamicTable:
+        known = np.isfinite(times)
+        loss = -np.log(self.restitution_coefficient[known])
+        storage = (self._elastic[0][known] / times[known]) ** self._power * np.exp(-0.213 * loss - 0.061 * loss**2)
+        omega = 1.13 * math.pi / times[known]
+        order = np.argsort(omega)
+        return DynamicTable(omega[order], storage[order], (0.815 * loss * storage)[order], source=self.label)
+
+    @cached_property
+    def _elastic(self) -> tuple[Array, Array]:
+        """Contact times [s] and peak forces [N] on an elastic material of E* = 1 Pa without weight, shape (n,)."""
+        one = PronyColumns.springs(np.ones(1))
+        material = MaterialColumns(one, one, one, lambda temperature: np.ones(1))
+        found = self.predicted(material, external_force=np.zeros(1))
+        return found["contact_time"][0], found["max_force"][0]
+
+    def __repr__(self) -> str:
+        return f"Rebounds({self.velocity.size} impacts, {', '.join(self.measured)})"
+
+
+def _refused_unless(name: str, values: Array, good: NDArray[np.bool_]) -> Array:
+    if not np.all(good):
+        place = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
+        bad = float(np.atleast_1d(values)[place])
+        raise InputError(name, bad, "must be in (0, 1]", index=place if values.ndim else ())
+    return values
+
+
+def _measured(name: str, values: Any, unit: str) -> Array:
+    """Values > 0, or NaN where nothing was measured."""
+    numbers = checks.number(name, values, unit)
+    checks.positive(name, np.where(np.isnan(numbers), 1.0, numbers), unit)
+    if np.all(np.isnan(numbers)):
+        raise InputError(name, math.nan, "must hold at least one number", unit)
+    return numbers
+
+
+def _broadcast(columns: dict[str, Any]) -> dict[str, Array]:
+    """Columns of one shape (n,)."""
+    shapes = {name: np.shape(values) for name, values in columns.items()}
+    try:
+        shape = np.broadcast_shapes((1,), *shapes.values())
+    except ValueError:
+        shape = (0, 0)
+    if len(shape) != 1:
+        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise InputError(", ".join(columns), wanted=f"must broadcast to one shape (n,): {listed}")
+    return {name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape) for name, values in columns.items()}

@@ -1,0 +1,163 @@
+"""Uncertainty of a fit: covariance, flat directions, intervals, and errors of what follows from the parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.identification.estimation import Estimation
+from restitution.identification.profiles import FAR, Profile, profile
+
+Array = NDArray[np.float64]
+
+# Directions whose singular value is below this share of the largest change no datum; the Jacobian errs by 1e-7.
+_EXACT = 1e-6
+# A coordinate has a part in a flat direction if its component is above this.
+_COMPONENT = 1e-3
+# With a smaller standard error of the logarithm the interval of the linearised problem is good enough.
+_LINEAR = 0.05
+_STEP = 1e-4
+_LEVEL = 0.95
+
+
+class Estimate(NamedTuple):
+    """Estimate of one unknown in SI."""
+
+    value: float | None  # None unless determined
+    standard_error: float | None
+    interval: tuple[float, float]  # 95 %; an open end is that of the admissible range
+    determined: bool  # whether both ends of the interval are closed
+    unit: str = ""
+    open_ends: tuple[bool, bool] = (False, False)  # whether the low and the high end are open
+
+    @property
+    def words(self) -> str:
+        """The estimate as text; without a number unless the data determine one."""
+        low, high = self.interval
+        unit = f" {self.unit}" if self.unit else ""
+        if self.determined:
+            return f"{self.value:.4g} +- {self.standard_error:.2g}{unit}"
+        if self.open_ends == (True, False):
+            return f"at most {high:.3g}{unit} (bounded above)"
+        if self.open_ends == (False, True):
+            return f"at least {low:.3g}{unit} (bounded below)"
+        return "not determined by these data"
+
+
+class FlatDirection(NamedTuple):
+    """Common change of the parameters that hardly changes any datum."""
+
+    exponents: dict[str, float]  # by parameter: each is multiplied by x to this power
+    exact: bool  # whether it changes no datum at all
+    standard_error: float  # of ln x
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """Uncertainty of the coordinates of a fit."""
+
+    estimation: Estimation
+
+    def quantile(self, level: float = _LEVEL) -> float:
+        """Half width of an interval over the standard error: Student's t where the size of the noise is unknown."""
+        from scipy.special import ndtri, stdtrit
+
+        problem = self.estimation.problem
+        freedom = problem.n_data - problem.low.size
+        if any(one.scaled for one in problem.data) and freedom > 0:
+            return float(stdtrit(freedom, 0.5 + 0.5 * level))
+        return float(ndtri(0.5 + 0.5 * level))
+
+    @cached_property
+    def _decomposed(self) -> tuple[Array, Array]:
+        """Singular values, and directions as columns, of all coordinates."""
+        return _directions(self.estimation.jacobian)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of all coordinates; huge along directions that no datum determines."""
+        s, v = self._decomposed
+        s = np.maximum(s, max(_EXACT * float(s[0]), 1e-150))
+        return (v / s**2) @ v.T
+
+    @cached_property
+    def standard_errors(self) -> Array:
+        """Standard errors of all coordinates."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def flat_directions(self) -> tuple[FlatDirection, ...]:
+        """Directions of the parameters along which a factor of e changes the data by less than their noise."""
+        n, jacobian = self.estimation.problem.n_parameters, self.estimation.jacobian
+        own, nuisance = jacobian[:, :n], jacobian[:, n:]
+        if nuisance.shape[1]:
+            basis = np.linalg.svd(nuisance, full_matrices=False)[0]
+            own = own - basis @ (basis.T @ own)
+        s, v = _directions(own)
+        found: list[FlatDirection] = []
+        for value, direction in zip(s, v.T, strict=True):
+            if value < 1.0:
+                direction = direction / direction[np.argmax(np.abs(direction))]
+                named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
+                exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
+                length = float(np.linalg.norm(direction))
+                exact = bool(value < _EXACT * s[0])
+                found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
+        return tuple(found)
+
+    def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
+        best = self.estimation.fit.coordinates
+        steps = np.diag(self.estimation.problem.steps)
+        found = functions(np.concatenate([best[None], best + steps, best - steps]))
+        n = best.size
+        with np.errstate(divide="ignore", invalid="ignore"):
+            logs = np.log(found[1:])
+        gradient = (logs[:n] - logs[n:]) / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
+        variance = np.einsum("i...,ij,j...->...", gradient, self.covariance, gradient)
+        return found[0], np.sqrt(np.maximum(variance, 0.0))
+
+    def profile(self, k: int, level: float = _LEVEL) -> Profile:
+        """Profile of one coordinate."""
+        return profile(self.estimation, k, self.standard_errors, self.covariance, self.quantile(level))
+
+    def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
+        """Estimate of parameter k; its profile is walked where it is asked for, or where its error is not small."""
+        problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
+        z, error = float(self.estimation.fit.coordinates[k]), float(self.standard_errors[k])
+        width = problem.high[k] - problem.low[k]
+        free = any(one.exact and parameter.name in one.exponents for one in self.flat_directions)
+        if free:
+            low, high = -math.inf, math.inf
+        elif profiled or (profiled is None and error > _LINEAR):
+            low, high = self.profile(k, level)[2:4]
+        else:
+            reach = self.quantile(level) * error
+            low, high = (z - reach, z + reach) if reach < FAR else (-math.inf, math.inf)
+        if z - problem.low[k] < 1e-6 * width or low < problem.low[k]:
+            low = -math.inf
+        if problem.high[k] - z < 1e-6 * width or high > problem.high[k]:
+            high = math.inf
+        ends = math.isinf(low), math.isinf(high)
+        with np.errstate(over="ignore"):
+            interval = float(parameter.outward(low)), float(parameter.outward(high))
+        determined = not any(ends)
+        step = 1e-6
+        slope = float(parameter.outward(z + step) - parameter.outward(z - step)) / (2.0 * step)
+        value = float(parameter.outward(z)) if determined else None
+        return Estimate(
+            value, error * slope if determined else None, interval, determined, parameter.quantity.unit, ends
+        )
+
+
+def _directions(jacobian: Array) -> tuple[Array, Array]:
+    """All singular values, those of missing rows as zeros, and directions as columns."""
+    n = jacobian.shape[1]
+    _, s, v = np.linalg.svd(np.vstack([jacobian, np.zeros((max(n - len(jacobian), 0), n))]), full_matrices=False)
+    return s, v.T
