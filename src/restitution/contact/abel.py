@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 _NEAR_NODES = 10
 _FAR_NODES = 8
 _FAR = 2.0
-# Most numbers held at a time: some tens of megabytes.
+# Largest number of values in memory at a time, some tens of megabytes.
 _BLOCK = 500_000
 _DEGREE = 20
-# Error of the series of g, its slope and Pi; Newton's method needs no better slope.
+# Error of the series of g, its slope and Pi; Newton's method needs no more accurate slope.
 _TAILS = np.array([1e-12, 1e-8, 1e-12])
 _MAX_SPLITS = 6
 
@@ -67,7 +67,7 @@ class AbelTransform:
         far = np.flatnonzero(~near)
         if far.size:
             piece, root = self._located(x[far])
-            # Just before a break the sum may round up to where the next piece begins.
+            # Just before a break the sum may round up into the next piece.
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
             cells, series = self._series
             cell = np.clip(np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1, 0, len(cells) - 1)
@@ -82,7 +82,7 @@ class AbelTransform:
         return np.sqrt(np.maximum((x - self.face) * (x + self.face), 0.0))
 
     def _radius(self, y: Array) -> Array:
-        # Where the hypotenuse rounds beyond the last break, its root would be missing from the integrals.
+        # The hypotenuse must not round beyond the last break, where the integrals would miss the root.
         return np.minimum(np.hypot(self.face, y), self._breaks[-1])
 
     def _located(self, x: Array) -> tuple[NDArray[np.intp], Array]:
@@ -91,12 +91,12 @@ class AbelTransform:
         return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
 
     def falls(self) -> Array:
-        """First y [m] from which g falls to the next one, among the breaks and their middles; empty where it rises."""
+        """First y [m], among the breaks and midpoints, from which g falls to the next one; empty if g rises."""
         edges = self.beyond_face(self._breaks)
         y = np.interp(np.arange(2 * len(edges) - 1), np.arange(0, 2 * len(edges), 2), edges)
         falls = self._falling(y)
         if falls.size:
-            # Again around that place, with eight samples of each piece.
+            # Search again around that place, with eight samples per piece.
             near = int(np.searchsorted(edges, falls[0], side="right"))
             ends = edges[max(near - 2, 0) : near + 2]
             closer = self._falling(np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends))
@@ -165,7 +165,7 @@ class AbelTransform:
         nodes, weights = np.polynomial.legendre.leggauss(_NEAR_NODES)
         start, end = self._breaks[piece], self._breaks[piece + 1]
         here = x[row]
-        # At the edge b of a face, y has the digits that x - b has lost.
+        # Near the edge b of a face, y has digits that are lost in x - b.
         opposite = np.where(piece == 0, y[row], np.sqrt((here - start) * (here + start)))
         upper = np.arctan2(opposite, start)
         beyond = np.maximum(here, end)
@@ -174,7 +174,7 @@ class AbelTransform:
         cosine = np.cos(lower[:, None] + half * (1.0 + nodes))
         r = here[:, None] * cosine
         offset = np.maximum(r - start[:, None], 0.0)
-        # The piece is known; a search for r could find its neighbour by rounding.
+        # The piece is given, because rounding could lead a search for r into its neighbour.
         first, second = (
             np.polynomial.polynomial.polyval(offset, slopes.c[::-1, piece, None], tensor=False)
             for slopes in (self._first, self._second)

@@ -20,7 +20,7 @@ from restitution.quantities import INPUTS, LENGTH, Quantity
 
 def sphere_mass(density: Any, radius: Any) -> Any:
     """Mass m = (4/3) pi rho R^3 [kg] of a solid sphere of density rho [kg/m^3] and radius R [m]."""
-    # A product has the same bits for numbers and arrays; a power has not.
+    # A product, unlike a power, gives the same bits for numbers and arrays.
     return 4.0 / 3.0 * math.pi * density * radius * radius * radius
 
 
@@ -89,7 +89,7 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
         # The root of L tanh(L) = d/R: unlike a = R tanh(L), L keeps its digits as a -> R.
         ratio = np.maximum(as_array(depth), 0.0) / self.radius
         rapidity = np.sqrt(ratio * (1.0 + ratio))
-        # From this start, at most 18 % off, the fifth Newton step is at rounding level for every depth.
+        # The start is within 18 %, and five Newton steps reach rounding level at every depth.
         for _ in range(5):
             tanh = np.tanh(rapidity)
             slope = tanh + rapidity * (1.0 - tanh * tanh)

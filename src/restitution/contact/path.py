@@ -12,10 +12,10 @@ from restitution.contact.profile import Array, Profile, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
-# Most halvings of a cell, and most cells beside those that begin at kinks.
+# Largest number of halvings of a cell, and of cells apart from those that begin at kinks.
 _MOST_HALVINGS = 36
 _MAX_CELLS = 4096
-# Kinks that change a(s) by less than this part of the tolerance, over an eighth of their own s, are left to the cells.
+# Kinks that change a(s) by less than this share of the tolerance within an eighth of their s get no cells of their own.
 _KINK_SHARE, _KINK_REACH = 0.1, 1.0 / 8.0
 
 
@@ -73,7 +73,7 @@ class PathTable(NamedTuple):
         return _rho(self.edges[:-1], self.origin), _rho(self.edges[1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
-        """Largest of the errors up to the end of the cell that holds a depth [m], and beyond."""
+        """Largest error for depths from that of the cell that contains a depth [m] on."""
         cell = np.searchsorted(self.edges[1:-1], np.sqrt(as_array(depth)), side="right")
         return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
 
@@ -112,7 +112,7 @@ def path_table(
     if depth_max > profile.max_depth:
         raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, where the profile ends")
     if np.ndim(profile.contact_radius(depth_max)):
-        raise ValueError("profile with arrays for parameters: a path table describes one profile")
+        raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
     least_integral = float(profile.force_integral_at_depth(least))
     kinks, strengths, power = _significant_kinks(profile, depth_max, rtol)

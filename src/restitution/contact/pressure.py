@@ -27,9 +27,9 @@ _NODES = 20
 # Terms x^n, x^2n, ... of a line load at the tip of a power law, and lengths over which they are integrated.
 _TIP_TERMS = 4
 _PANEL = 2.0
-# Most numbers held at a time: some tens of megabytes.
+# Largest number of values in memory at a time, some tens of megabytes.
 _BLOCK = 500_000
-# Relative error of the fit of a line load at an edge where it vanishes, and of its slope at x = 0 where that does.
+# Relative error of the fit of a line load at an edge where it vanishes, and of its slope at x = 0 if that vanishes.
 _NOISE = 1e-9
 
 
@@ -153,7 +153,7 @@ def evaluate(coefficients: Array, t: Array) -> Array:
 
 def _starting_cells(extent: float, breakpoints: Iterable[float]) -> Array:
     inner = np.unique(np.array([float(b) for b in breakpoints], dtype=np.float64))
-    # Closer to an end than rounding, a break is that end.
+    # A break within rounding of an end is that end.
     inner = inner[(inner > 1e-14 * extent) & (inner < (1.0 - 1e-14) * extent)]
     edges = [0.0]
     for edge in [*inner, extent]:
@@ -324,7 +324,7 @@ def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
 
 
 def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array:
-    """The same where q is a series in x^n: with x = r cosh(y), in which its terms are analytic."""
+    """The same integral for a q that is a series in x^n, over y with x = r cosh(y), in which its terms are analytic."""
     end = float(load.edges[1])
     t = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, load.coefficients.shape[1]) / (load.coefficients.shape[1] - 1))
     powers = exponent * np.arange(1, _TIP_TERMS + 1)

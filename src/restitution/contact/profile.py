@@ -46,7 +46,7 @@ class Kinks(NamedTuple):
 
 
 class Profile(ABC):
-    """Axisymmetric profile f(r) of a rigid indenter, f(0) = 0, never falling with r.
+    """Axisymmetric profile f(r) of a rigid indenter, with f(0) = 0, that never falls with r.
 
     All methods are vectorised, take lengths in [m] and broadcast against array parameters; f and g are even functions.
 
@@ -129,13 +129,13 @@ class Profile(ABC):
         return math.inf
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are the same profile with the same numbers."""
+        """Whether both are profiles of one type with equal parameters."""
         if type(other) is not type(self):
             return NotImplemented
         return all(np.array_equal(mine, theirs) for mine, theirs in zip(_values(self), _values(other), strict=True))
 
     def __hash__(self) -> int:
-        """Hash of the kind and the numbers."""
+        """Hash of the type and the parameters."""
         return hash((type(self), *(np.asarray(value).tobytes() for value in _values(self))))
 
 

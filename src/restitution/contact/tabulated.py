@@ -19,9 +19,9 @@ from restitution.quantities import LENGTH, Quantity
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-# Points between two of the table, at which g is checked to rise and from which its inverse starts.
+# Points per interval of the table at which g is checked to rise; its inverse starts from them.
 _SAMPLES = 8
-# Part of the depth by which g may fall: no tip is measured that well.
+# Share of the depth by which g may fall, far below the accuracy of measured tips.
 _LEVEL = 1e-7
 # A tip whose slope at r = 0 is below this fraction of its secant slope over the first interval is round.
 _ROUND_TIP = 0.1
@@ -47,9 +47,9 @@ class Tabulated(Profile, case_name="tabulated"):
     Notes
     -----
     Between the points f is a spline in r of degree five, or three where that is not monotone, or else the monotone
-    cubic of Fritsch and Carlson (1980); it starts at the edge of a flat face with a slope of its own. A tip whose
-    slope at r = 0 is nearly zero is taken as round (f even and smooth). g and Pi are the exact transform of this
-    interpolant (`AbelTransform`). Noise in the table is followed, not smoothed.
+    cubic of Fritsch and Carlson (1980). At the edge of a flat face its slope jumps. A tip whose slope at r = 0 is
+    nearly zero is taken as round (f even and smooth). g and Pi are the exact transform of this interpolant
+    (`AbelTransform`), which follows noise in the table and does not smooth it.
 
     Examples
     --------
@@ -140,7 +140,7 @@ class Tabulated(Profile, case_name="tabulated"):
         jump = slopes.c[-1, 1:] - ends
         beta = math.gamma(k) * math.gamma(0.5) / math.gamma(k + 0.5)
         strength = -jump * np.sqrt(0.5 * joints) * beta / math.gamma(k)
-        # Where g hardly rises this is no more than a scale.
+        # Where g hardly rises this is only an order of magnitude.
         y = self._transform.beyond_face(joints)
         slope = self._transform(y).slope * joints / y
         slope = np.maximum(slope, 1e-3 * np.max(slope, initial=0.0))
@@ -173,7 +173,7 @@ class Tabulated(Profile, case_name="tabulated"):
             above = residual > 0.0
             high[active[above]] = here[above]
             low[active[~above]] = here[~above]
-            # Newton in the logarithms: near the tip g is a power of y, over however many decades.
+            # Newton's method in the logarithms, because near the tip g is a power of y over many decades.
             reached = np.maximum(found.depth, 1e-300)
             power = np.where(found.slope > 0.0, here * found.slope / reached, np.inf)
             trial = here * (depth[active] / reached) ** (1.0 / power)
@@ -194,7 +194,7 @@ def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Arr
 
 
 def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
-    """Places y at which g falls between the samples: near the minima of its slope, searched three times closer."""
+    """Places y at which g falls between the samples, found near the minima of its slope in three refinements."""
     least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
     if not least.size:
         return y[least]
@@ -258,8 +258,8 @@ def _spline(r: Array, f: Array, degree: int) -> PPoly | None:
         mirrored = _free_spline(np.append(-r[:0:-1], r), np.append(f[:0:-1], f), degree)
         keep = np.flatnonzero(mirrored.x >= 0.0)
         pieces = type(mirrored)(mirrored.c[:, keep[:-1]].copy(), mirrored.x[keep])
-        # The odd derivatives that are continuous at r = 0 vanish there; rounding would leave a tiny cone. The
-        # highest jumps, as |r|^5 or |r|^3, and is kept.
+        # Odd derivatives that are continuous at r = 0 vanish there; rounding would leave a tiny cone. The highest one,
+        # of |r|^5 or |r|^3, jumps and is kept.
         pieces.c[-2:0:-2, 0] = 0.0
     pieces.c[-1, 0] = 0.0
     return pieces

@@ -31,8 +31,8 @@ Snapshot = tuple[int, NDArray[np.bool_], dict[str, Array]]
 MAX_STEPS = 500_000
 """Largest number of time steps; about half a minute with 800 elements."""
 
-# Time steps for each element in 3 d_m/v0, the contact time of an elastic sphere to 2 %. The error of e is then about
-# 1e-3 with 200 elements, nearly all of it from the time step.
+# Time steps per element in 3 d_m/v0, the contact time of an elastic sphere to 2 %. With 200 elements the error of e is
+# then about 1e-3, mostly from the time step.
 _STEPS_PER_ELEMENT = 25
 _FEWEST, _MOST, _SIZING = 16, 20_000, 64
 
@@ -40,7 +40,7 @@ _FEWEST, _MOST, _SIZING = 16, 20_000, 64
 class ElementsSolution(NamedTuple):
     """History, arrays of shape (n_step + 1,), and results of one impact in SI units.
 
-    The history ends when the last element leaves; that of a body that does not separate, where its status is decided.
+    The history ends when the last element leaves, or when the status of a body that does not separate is decided.
     """
 
     time: Array

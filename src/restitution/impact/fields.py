@@ -35,9 +35,9 @@ Kept = dict[float, LineFunction | None]
 _EDGE = 1e-10
 # Distance from the tip [m] at which only a cone has a noticeable depth.
 _NEAR_TIP = 1e-200
-# Error of the line load over its largest value: at least that of its fit, some 1000 rtol at early times.
+# Limits of the error of the line load over its largest value, which is about 1000 rtol at early times.
 _NOISE, _MOST_NOISE = 1e-9, 1e-3
-# Times whose line functions are kept, so that a second call does not fit them again.
+# Number of times whose line functions are kept, so that a second call does not fit them again.
 _KEPT = 64
 
 

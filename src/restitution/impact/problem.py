@@ -21,12 +21,12 @@ from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Any contact lasts less than a year and more than a picosecond; only its duration is wanted.
+# Window of the first solution, which gives the contact time only: from a picosecond to about four months.
 _WIDE = Window(1e-12, 1e7, 1e-2)
-# A second window has always been enough.
+# Largest number of windows; a second one has always been enough.
 _ROUNDS = 5
-# A process faster than the first share of a contact acts as a spring or a dashpot in it. A window is good for contacts
-# as short as the second share of the contact that it was made for.
+# Start of a window over the contact time: faster processes act as springs or dashpots. A window may be used for
+# contacts as short as the second share of the contact for which it was made.
 _SHORTEST, _MARGIN = 1e-6, 1e-2
 
 STANDARD_GRAVITY = 9.80665
@@ -56,9 +56,9 @@ class Impact:
     velocity : float or array
         Impact velocity v0 [m/s], > 0; of two bodies their relative velocity.
     counter_material : Material, optional
-        Material of the indenting body; rigid where left out. The compliances of both add.
+        Material of the indenting body, which is rigid by default. The compliances of both bodies add.
     external_force : float or array
-        Constant force [N] that presses the body on during contact, such as its weight m g; >= 0.
+        Constant force [N] on the body towards the half-space during contact, such as its weight m g; >= 0.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def _reduced(name: str, unit: str, problem: str, first: Any, second: Any) -> Any
 
 
 def _positive_or_infinite(name: str, value: Any, unit: str) -> Numeric:
-    """Return a float or array; refuse all that is not above zero."""
+    """Return a float or array; refuse values that are not above zero."""
     numbers = number(name, value, unit)
     positive(name, np.where(np.isposinf(numbers), 1.0, numbers), unit)
     numbers.setflags(write=False)
@@ -288,7 +288,7 @@ def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
     times = np.atleast_1d(np.asarray(contact_time, dtype=np.float64))
     finite = times[np.isfinite(times)]
     if not finite.size:
-        # A body that never leaves has no contact time.
+        # A captured body has no contact time.
         return _WIDE._replace(rtol=0.0)
     high = 2.0 * float(finite.max()) if finite.size == times.size else _WIDE.high
     return Window(_SHORTEST * float(finite.min()), max(high, longest))

@@ -28,7 +28,7 @@ _MAX_EVALUATIONS = 1_000_000
 class ReferenceSolution(NamedTuple):
     """History, arrays of shape (n_step,), and results of one impact in the units of `ScaledImpact`.
 
-    The history of a body that does not separate ends where its status is decided.
+    The history of a body that does not separate ends when its status is decided.
     """
 
     time: Array

@@ -64,14 +64,14 @@ class ImpactResult:
     contact_time : float or array
         Duration of contact [s]; infinite where the body does not separate.
     max_indentation_depth : float or array
-        Largest indentation depth d [m]; of a captured body, the static depth if that is larger than the depth of the
+        Largest indentation depth d [m]; for a captured body the static depth if that is larger than the depth of the
         first turning point.
     max_force : float or array
         Largest normal force F [N].
     max_contact_radius : float or array
         Largest contact radius a [m].
     residual_indentation_depth : float or array
-        Depth d [m] at separation, of an imprint that recovers. Of a body that does not separate, the static depth, at
+        Depth d [m] at separation, an imprint that recovers. For a body that does not separate, the static depth, at
         which the relaxed half-space carries the external force; infinite on a liquid.
     status : Status, or array of int
         End of the solve.
@@ -170,7 +170,7 @@ class ImpactResult:
 
     @property
     def zero_overlap_time(self) -> Numeric:
-        """Time [s] at which the body is back at the undeformed surface; infinite where it never returns.
+        """Time [s] at which the body is back at the undeformed surface; infinite if it never returns.
 
         After separation the body flies freely, or under the constant force, from the residual depth with the rebound
         velocity. The surface may still be indented then; see `surface_displacement`.
@@ -189,11 +189,11 @@ class ImpactResult:
     def max_pressure(self) -> Numeric:
         """Largest contact pressure [Pa] over the contact area and over time.
 
-        Under an elastic parabola that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the edge.
-        Of a captured body, that of the approach. Infinite under a sharp tip, at the edge of a flat face and with a
-        parallel dashpot; NaN for a body that sinks in and with methods other than "exact". The relative error is some
-        1e-5, and larger under a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. Computed on first
-        use, in some 3 ms for each impact; of several impacts, and of a captured body, by a second solve.
+        For an elastic parabola it is that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the edge.
+        For a captured body it is that of the approach. It is infinite under a sharp tip, at the edge of a flat face and
+        with a parallel dashpot; NaN for a body that sinks in and for other methods than "exact". The relative error is
+        about 1e-5, and larger for a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. The first use
+        computes it, in about 3 ms per impact; for several impacts and for a captured body by a second solve.
         """
         if self.method != "exact":
             return math.nan
@@ -204,7 +204,7 @@ class ImpactResult:
 
     @cached_property
     def energy(self) -> EnergyBudget:
-        """Energy budget [J] and the residual of its balance; of several impacts by a second solve."""
+        """Energy budget [J] and the residual of its balance; for several impacts by a second solve."""
         solution, shape = self._solution, np.shape(self.status)
         if shape:
             columns = solve_columns(self.impact, self.rtol or 0.0, energy=True)
@@ -334,7 +334,7 @@ class ImpactResult:
         Returns
         -------
         float or array
-            d - f(r) in contact, and the recovering imprint after separation. Of two deformable bodies, the sum of both
+            d - f(r) in contact, and the recovering imprint after separation. For two deformable bodies, the sum of both
             displacements.
 
         Raises
@@ -371,7 +371,7 @@ class ImpactResult:
         Parameters
         ----------
         times : array_like, optional
-            Times [s] within the contact, at most seven, at which to show the pressure; four where left out.
+            Times [s] within the contact, at most seven, at which the pressure is shown; by default four.
         """
         return draw("impact.overview", self, times)
 

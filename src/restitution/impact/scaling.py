@@ -197,8 +197,8 @@ def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tupl
     return time, np.where(np.all((units > _SMALLEST) & (units < 1.0 / _SMALLEST), axis=0), factor, np.nan)
 
 
-# Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve joints
-# that no impact feels, which costs small steps; coarser tables save nothing.
+# Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve kinks
+# that do not matter, at the cost of small steps; coarser tables save nothing.
 _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 
 
