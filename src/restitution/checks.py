@@ -1,4 +1,4 @@
-"""Checks of numbers: what is refused raises an `InputError` with the field, its value and the admissible range."""
+"""Checks of numbers: an invalid one raises an `InputError` with the field, its value and the admissible range."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NUMBER = "must be a real number or an array of real numbers"
 @cache
 def unit_registry() -> Any:
     """The registry of units that all parts of the package share."""
-    # Pint takes 0.4 s to import and to set up, which plain numbers need not pay.
+    # Pint takes 0.4 s to import and to set up, which plain numbers do not need.
     from pint import UnitRegistry
 
     return UnitRegistry()
@@ -54,7 +54,7 @@ def _without_unit(name: str, value: Any, unit: str) -> Any:
 
 
 def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
-    """Return `value` as an array of floats in the SI unit of the field, refusing all that is no real number."""
+    """Return `value` as an array of floats in the SI unit of the field, refusing everything but real numbers."""
     if isinstance(value, (bool, str, bytes)) or value is None:
         raise InputTypeError(name, value, _NUMBER)
     value = _without_unit(name, value, unit)
@@ -103,13 +103,13 @@ def finite(name: str, value: Any, unit: str = "") -> Numeric:
 
 
 def positive(name: str, value: Any, unit: str = "") -> Numeric:
-    """Return `value` as a float or array, refusing all that is not finite and above zero."""
+    """Return `value` as a float or array, refusing numbers that are not finite and above zero."""
     array = number(name, value, unit)
     return _checked(name, array, np.isfinite(array) & (array > 0), unit, "must be finite and > 0")
 
 
 def nonnegative(name: str, value: Any, unit: str = "") -> Numeric:
-    """Return `value` as a float or array, refusing all that is not finite and at least zero."""
+    """Return `value` as a float or array, refusing numbers that are not finite and at least zero."""
     array = number(name, value, unit)
     return _checked(name, array, np.isfinite(array) & (array >= 0), unit, "must be finite and >= 0")
 
@@ -122,31 +122,31 @@ def single(name: str, value: Numeric, unit: str = "") -> float:
 
 
 def single_positive(name: str, value: Any, unit: str = "") -> float:
-    """Return `value` as a float, refusing an array and all that is not finite and above zero."""
+    """Return `value` as a float, refusing arrays and numbers that are not finite and above zero."""
     return single(name, positive(name, value, unit), unit)
 
 
 def single_nonnegative(name: str, value: Any, unit: str = "") -> float:
-    """Return `value` as a float, refusing an array and all that is not finite and at least zero."""
+    """Return `value` as a float, refusing arrays and numbers that are not finite and at least zero."""
     return single(name, nonnegative(name, value, unit), unit)
 
 
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
-    """Return `value` as a float or array, refusing all outside the closed interval [low, high]."""
+    """Return `value` as a float or array, refusing numbers outside the closed interval [low, high]."""
     array = number(name, value, unit)
     wanted = f"must be in [{low:g}, {high:g}] {unit}".rstrip()
     return _checked(name, array, (array >= low) & (array <= high), unit, wanted)
 
 
 def between(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
-    """Return `value` as a float or array, refusing all outside the open interval (low, high)."""
+    """Return `value` as a float or array, refusing numbers outside the open interval (low, high)."""
     array = number(name, value, unit)
     wanted = f"must be > {low:g} and < {high:g} {unit}".rstrip()
     return _checked(name, array, (array > low) & (array < high), unit, wanted)
 
 
 def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
-    """Return `value` as an int, refusing all that is no whole number in [low, high]."""
+    """Return `value` as an int, refusing everything but whole numbers in [low, high]."""
     wanted = f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise InputTypeError(name, value, wanted)

@@ -1,4 +1,4 @@
-"""The assumptions of the theory over many impacts: how many exceed each limit, and the worst of them."""
+"""Assumptions of the theory over many impacts: the number that exceed each limit, and the worst."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", 
 
 
 class Tally:
-    """Counts of the impacts that exceed each limit, by kind, and the worst of them; tallies of chunks add up.
+    """Counts of the impacts that exceed each limit, by kind, and the worst impact; tallies of chunks add up.
 
     `sampled_out` of the `impacts` were compared without the assumptions on the material.
     """
@@ -48,7 +48,7 @@ class Tally:
                 self._keep(kind, float(values[place]), Numbers(*(one[place : place + 1] for one in numbers)))
 
     def merge(self, other: Tally) -> None:
-        """Count the impacts of another tally too; the order of tallies does not matter."""
+        """Add the counts of another tally; the order of tallies does not matter."""
         self.impacts += other.impacts
         self.sampled_out += other.sampled_out
         for kind, count in other.counts.items():
@@ -58,7 +58,7 @@ class Tally:
 
     def _keep(self, kind: str, value: float, row: Numbers) -> None:
         known = self._worst.get(kind)
-        # Of equal values the row decides, so that the order does not.
+        # Between equal values the row decides, so that the result does not depend on the order.
         if known is None or value > known[0] or (value == known[0] and _sorting(row) > _sorting(known[1])):
             self._worst[kind] = value, row
 

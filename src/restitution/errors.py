@@ -1,4 +1,4 @@
-"""Errors of the input, as objects: which field, its value, and what it must be."""
+"""Errors of the input as objects: the field, its value, and what it must be."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LONGEST = 60
 
 
 class InputError(ValueError):
-    """An input that is not admissible. Its parts are attributes for code; the message is for people alone.
+    """An input that is not admissible. Code reads the attributes; the message is for people only.
 
     Parameters
     ----------

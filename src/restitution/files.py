@@ -1,4 +1,4 @@
-"""Files that are whole or absent, also after a power cut: written beside their place, then renamed."""
+"""Files that are complete or absent, also after a power cut: written beside their place, then renamed."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ PARTIAL = ".*.part"
 
 @contextmanager
 def whole_file(path: Path | str) -> Generator[Path]:
-    """Yield the path of a partial file, which becomes `path` when the block ends and vanishes when it fails.
+    """Yield the path of a partial file, which becomes `path` at the end of the block and is removed on failure.
 
-    The folder must exist. An interrupt (Ctrl-C) counts as a failure: `path` is then what it was before, or absent. An
+    The folder must exist. An interrupt (Ctrl-C) counts as a failure: `path` is then unchanged or absent. An
     `OSError` names `path`.
     """
     path = Path(path)

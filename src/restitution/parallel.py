@@ -1,4 +1,4 @@
-"""Tasks on a pool of threads, which an interrupt ends at once."""
+"""Tasks on a pool of threads that an interrupt ends at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way from a result to its picture, which is in a layer above and so is loaded by name."""
+"""Access from results to their pictures, which belong to a higher layer and are therefore loaded by name."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ _FIRST_CELLS = 4
 # Largest number of halvings of a cell, and of cells apart from those that begin at kinks.
 _MOST_HALVINGS = 36
 _MAX_CELLS = 4096
-# Kinks that change a(s) by less than this share of the tolerance within an eighth of their s get no cells of their own.
+# Kinks that change a(s) by less than this share of the tolerance within an eighth of their s are not resolved.
 _KINK_SHARE, _KINK_REACH = 0.1, 1.0 / 8.0
 
 

@@ -324,7 +324,7 @@ def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
 
 
 def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array:
-    """The same integral for a q that is a series in x^n, over y with x = r cosh(y), in which its terms are analytic."""
+    """The same integral for a series q in x^n, over y with x = r cosh(y), in which the terms are analytic."""
     end = float(load.edges[1])
     t = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, load.coefficients.shape[1]) / (load.coefficients.shape[1] - 1))
     powers = exponent * np.arange(1, _TIP_TERMS + 1)

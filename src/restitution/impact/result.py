@@ -189,11 +189,12 @@ class ImpactResult:
     def max_pressure(self) -> Numeric:
         """Largest contact pressure [Pa] over the contact area and over time.
 
-        For an elastic parabola it is that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the edge.
-        For a captured body it is that of the approach. It is infinite under a sharp tip, at the edge of a flat face and
-        with a parallel dashpot; NaN for a body that sinks in and for other methods than "exact". The relative error is
-        about 1e-5, and larger for a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. The first use
-        computes it, in about 3 ms per impact; for several impacts and for a captured body by a second solve.
+        For an elastic parabola it is that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the
+        edge. For a captured body it is that of the approach. It is infinite under a sharp tip, at the edge of a flat
+        face and with a parallel dashpot, and NaN for a body that sinks in and for other methods than "exact". The
+        relative error is about 1e-5, and larger for a power law near a cone: 3e-4 with the exponent 1.05, 3e-2 with
+        1.02. The first use computes it in about 3 ms per impact; for several impacts and for a captured body by a
+        second solve.
         """
         if self.method != "exact":
             return math.nan
@@ -334,8 +335,8 @@ class ImpactResult:
         Returns
         -------
         float or array
-            d - f(r) in contact, and the recovering imprint after separation. For two deformable bodies, the sum of both
-            displacements.
+            d - f(r) in contact, and the recovering imprint after separation. For two deformable bodies, the sum of
+            both displacements.
 
         Raises
         ------

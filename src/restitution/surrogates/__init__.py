@@ -1,1 +1,1 @@
-"""Interpolants of a stated error in place of solves."""
+"""Interpolants with a stated error that replace solves."""

@@ -1,4 +1,4 @@
-"""Construction of surrogates over the velocity by Chebyshev series on pieces, halved down to a small error."""
+"""Construction of surrogates over the velocity by Chebyshev series on pieces, halved until the error is small."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ DEGREE = 12
 MOST = 512
 """Degree of the series, and the most pieces."""
 
-# Below this e its error is absolute, as that of the solver is.
+# Below this e its error is absolute, as for the solver.
 _SMALL = 1e-3
-# The solves are more accurate than `rtol` by this factor, down to the least tolerance.
+# The solves are more accurate than `rtol` by this factor, down to the smallest tolerance.
 _FINER = 1e-4
 _FINEST = 1e-12
 # The tolerance of a solve is that of e. The error of the largest force has narrow peaks of up to 14 tolerances over
@@ -38,10 +38,10 @@ _SOLVER_SHARE = 20.0
 # Velocities this far apart share the table of a profile.
 _TABLE_RATIO = 8.0
 
-# Random points in each piece that only measure the error, and a factor for the error between them.
+# Random points in each piece for the measurement of the error, and a factor for the error between them.
 _FRESH = 16
 _BETWEEN_POINTS = 2.0
-# The ends are nodes, so that neighbours agree where they meet. Half-way between the nodes the error is largest.
+# The ends are nodes, so that neighbouring pieces join. The error is largest half-way between the nodes.
 _NODES, _BETWEEN = chebpts2(DEGREE + 1), chebpts1(DEGREE)
 _TO_COEFFICIENTS = np.linalg.inv(chebvander(_NODES, DEGREE))
 
@@ -63,16 +63,16 @@ def surrogate(
     velocity : tuple of float
         Lowest and highest impact velocity v0 [m/s], > 0.
     rtol : float
-        Largest error: of e relative to max(e, 1e-3), of the others relative; from 1e-10 to 1e-2.
+        Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2.
     workers : int, optional
-        Threads; all cores where left out. The result does not depend on it.
+        Number of threads, by default that of the cores. The result does not depend on it.
     progress : callable, optional
-        Called with (pieces that meet the tolerance, all pieces).
+        Called with (pieces within the tolerance, all pieces).
 
     Returns
     -------
     Surrogate
-        Call it with velocities. Its `.error` is twice the error measured at velocities that did not build it, plus
+        Call it with velocities. Its `.error` is twice the error at velocities that were not used to build it, plus
         that of the solves.
 
     Raises
@@ -135,7 +135,7 @@ def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None
     """Outputs of an impact at an array of speeds."""
     if impacts.profile.path_exponent is not None:
         return Batch.from_impact(impacts).solve(accuracy, workers=workers)
-    # The error of a profile's table is relative to its deepest impact: 1e-7 of a shallow one beside one far deeper.
+    # The error of the table of a profile is relative to the deepest impact and could be 1e-7 for a shallow one.
     place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
     columns: dict[str, Array] = {}
     for part in (np.flatnonzero(place == k) for k in np.unique(place)):
@@ -179,7 +179,7 @@ def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, fl
 
 
 class NotMet(Exception):
-    """512 pieces, or one halved twelve times, miss the tolerance: number of the function, place, error there."""
+    """Error of 512 pieces, or of a piece halved twelve times, above the tolerance: function, place and error."""
 
     def __init__(self, function: int, place: float, error: float) -> None:
         super().__init__(f"error {error:.2g} of function {function} at {place:g}")
@@ -197,10 +197,10 @@ def build_pieces(
     """Interpolate functions on pieces of an interval, halved until the error is at most the tolerance.
 
     `sample` returns values, shape (n_function, n), at n points, and `deviation` the error of each from approximate and
-    exact values. The second result is twice the largest error of each function at points that built no interpolant.
+    exact values. The second result is twice the largest error of each function at points that are no nodes.
     """
     rng = np.random.default_rng(20)
-    # Pieces as (level, place): place times 2^-level of the interval is where they begin.
+    # Pieces as (level, place); they begin at the share place 2^-level of the interval.
     open_: list[Piece] = [(0, 0)]
     done: dict[Piece, tuple[Array, Array]] = {}
     while open_:
@@ -211,7 +211,7 @@ def build_pieces(
         drawn = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
         fixed = np.broadcast_to(np.concatenate([_NODES, _BETWEEN]), (len(open_), 2 * DEGREE + 1))
         local = np.hstack([fixed, drawn])
-        # Rounding must not carry a point out of the interval.
+        # Rounding must not move a point out of the interval.
         points = np.clip(left[:, None] + 0.5 * width[:, None] * (local + 1.0), low, high)
         values = sample(points.ravel()).reshape(-1, *points.shape)
         coefficients = values[:, :, : DEGREE + 1] @ _TO_COEFFICIENTS.T

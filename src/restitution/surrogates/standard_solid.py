@@ -7,9 +7,9 @@ q = 1 + 1/p2, the glassy over the equilibrium shear modulus (nu = -1). In these 
     y = log10 p2
     z = log10(p2 p3) + (2/5 + c x) log10 q
 
-Here p2 p3 is tau over a time scale of the impact at the equilibrium modulus, and q^(2/5) turns that into one at the
-glassy modulus. Where p2 is small, e has all but a kink at a certain value of that ratio, and q^(c x) follows it as x
-changes: c = 1/2, half-way from tau to tau r, for x < 1/2; beyond, where the other branch makes the kink, c = 0.07.
+Here p2 p3 is tau over a time scale of the impact at the equilibrium modulus, and q^(2/5) converts this scale to the
+glassy modulus. For small p2, e nearly has a kink at a certain value of that ratio, and q^(c x) follows the kink as x
+changes: c = 1/2, half-way from tau to tau r, for x < 1/2; beyond, where the other branch causes the kink, c = 0.07.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ P3 = (1e-2, 100.0)
 """Ends of the plane."""
 
 STATED_ERROR = 1e-6
-"""The error of e does not exceed this."""
+"""Bound of the error of e."""
 
 # Powers of ten at the ends of the plane may be off by rounding.
 _SLACK = 1e-12
@@ -45,7 +45,7 @@ def standard_solid_surrogate(nu: ArrayLike, p2: ArrayLike, p3: ArrayLike) -> Any
     """Restitution coefficient e(p1, p2, p3) of a rigid sphere on a compressible standard solid, by interpolation.
 
     The same as `standard_solid_restitution` to an absolute error of 1e-6, over the plane of the paper's figures and
-    for all Poisson ratios, in some 0.1 us a point.
+    for all Poisson ratios, in about 0.1 us per point.
 
     Parameters
     ----------

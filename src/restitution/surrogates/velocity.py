@@ -54,20 +54,20 @@ class Surrogate:
     velocity : tuple of float
         Range of the impact velocity v0 [m/s].
     rtol : float
-        Tolerance that it was built for.
+        Requested tolerance.
     error : dict of str to float
-        Error of each output: of e relative to max(e, 1e-3), of the others relative.
+        Error of each output, relative to max(e, 1e-3) for e and relative for the others.
     validity : Validity
         The assumptions of the theory beside their limits, at the worst velocity of the range.
     problem : dict
-        What was solved, as plain numbers and text.
+        The impact, as plain numbers and text.
     pieces : Pieces
         Logarithms of the outputs as Chebyshev series over the logarithm of the velocity, piece by piece.
 
     Notes
     -----
-    The error is twice the largest difference from the exact method at velocities that built no interpolant, plus 20
-    times the tolerance of the solves: a measurement, not a bound (docs/surrogates.md,
+    The error is twice the largest difference from the exact method at velocities that were not used to build it, plus
+    20 times the tolerance of the solves: a measurement, not a bound (docs/surrogates.md,
     `validation/surrogate_error.md`).
     """
 
@@ -226,7 +226,7 @@ def content_hash(content: dict[str, Any]) -> str:
 
 
 def _check_pieces(pieces: Pieces) -> None:
-    """Refuse edges that do not halve an interval again and again, or do not fit the coefficients."""
+    """Refuse edges that are not those of repeated halving, or that do not fit the coefficients."""
     edges, coefficients = pieces
     widths = np.diff(edges)
     if edges.ndim != 1 or edges.size < 2 or widths.min() <= 0.0:

@@ -1,4 +1,4 @@
-"""Templates of a sweep, and the impacts that they make of columns of quantities."""
+"""Templates of a sweep, and the impacts that they build from columns of quantities."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Prepared:
     """A single impact whose other quantities are set by columns of numbers."""
 
     impact: Impact
-    # Turns columns into those of quantities that an impact has, such as a density into a mass.
+    # Converts columns into those of an impact, such as a density into a mass.
     derive: Callable[[Columns], Columns] | None = None
     held: HeldElastic = "bulk_modulus"  # constant while an axis changes the equilibrium shear modulus
 
@@ -51,11 +51,11 @@ class Template(Protocol):
 
     @property
     def dimensionless(self) -> bool:
-        """Whether its bodies have no dimensions, so that only the Poisson ratio can be checked."""
+        """Whether the bodies are dimensionless, so that only the Poisson ratio can be checked."""
         ...
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names whose every combination needs an impact of its own; refuse unknown names."""
+        """Return the names of which every combination needs a separate impact; refuse unknown names."""
         ...
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
@@ -136,7 +136,7 @@ def profile_names(impact: Impact) -> tuple[str, ...]:
 
 
 class Assembly:
-    """Makes impacts of a template and of columns: values of the quantities `names` at n points."""
+    """Builds impacts from a template and columns: values of the quantities `names` at n points."""
 
     def __init__(self, template: Template, names: tuple[str, ...]) -> None:
         self._template = template
@@ -146,8 +146,8 @@ class Assembly:
     def parts(self, columns: Columns, n: int, tick: Tick, *, strict: bool = False) -> list[tuple[Places, Batch]]:
         """Return batches with the places of their impacts among the n points.
 
-        `tick` is called now and then with 0, and ends the work by raising. Points that are not admissible belong to no
-        batch; with `strict` they raise.
+        `tick` is called from time to time with 0, and ends the work by raising. Points that are not admissible belong
+        to no batch; with `strict` they raise.
         """
         found = [
             (places[inner], batch)
@@ -194,7 +194,7 @@ class Assembly:
             yield places, prepared, own
 
     def _prepare(self, values: dict[str, Any]) -> Prepared:
-        # The lists of objects live as long as the sweep, so that an identity belongs to one object.
+        # The lists of objects exist as long as the sweep, so that an identity belongs to a single object.
         key = tuple(value if isinstance(value, float) else id(value) for value in values.values())
         if key not in self._remembered:
             if len(self._remembered) >= _MOST_REMEMBERED:
@@ -204,14 +204,14 @@ class Assembly:
 
 
 def _sample(groups: list[Any], most: int | None) -> list[Any]:
-    """Return at most so many groups, spread evenly over all."""
+    """Return at most a given number of groups, spread evenly over all."""
     if most is None or len(groups) <= most:
         return groups
     return [groups[n] for n in np.linspace(0.0, len(groups) - 1.0, most).astype(int)]
 
 
 def _with_viscosity(impact: Impact, columns: Columns) -> Columns:
-    """Return columns with the viscosity in place of p3, which depends on the body too."""
+    """Return columns with the viscosity instead of p3, which also depends on the body."""
     if "p3" not in columns:
         return columns
     materials = columns.get("material", [impact.material])

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Linux grants more memory than there is, and ends a process that comes to use it.
+# Linux grants more memory than there is, and ends a process that uses it.
 _SHARE_OF_MEMORY = 0.5
-# Attribute of a coordinate of numbers that stand for words.
+# Attribute of a coordinate of numbers that represent words.
 _LABELS = "labels"
 _STATUS_ATTRIBUTES: dict[str, Any] = {
     "long_name": "how the solve ended",
@@ -35,7 +35,7 @@ _STATUS_ATTRIBUTES: dict[str, Any] = {
 
 
 class Field(NamedTuple):
-    """A variable of the result; `fill` stands where nothing is computed yet."""
+    """A variable of the result; `fill` is the value of points that are not computed yet."""
 
     dimensions: tuple[str, ...]
     dtype: str
@@ -69,7 +69,7 @@ def coordinate_fields(grid: Grid) -> dict[str, Field]:
 
 
 def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the values of the coordinates in pieces: name, place, values; numbers for words."""
+    """Yield the values of the coordinates in pieces: name, place, values; numbers represent words."""
     for name, value in grid.fixed.items():
         if isinstance(value, float):
             yield name, ..., value
@@ -81,7 +81,7 @@ def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, Any, Any]]:
 
 
 class Memory:
-    """Results of a sweep that stay in memory, and so have no path."""
+    """Results of a sweep in memory, without a path."""
 
     path = None
 
@@ -130,7 +130,7 @@ class Memory:
 
 
 def _memory() -> float:
-    """Memory of this machine [bytes]; infinite where the system does not report it."""
+    """Memory of this machine [bytes]; infinite if the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -138,7 +138,7 @@ def _memory() -> float:
 
 
 def in_words(dataset: xr.Dataset) -> xr.Dataset:
-    """Replace coordinates of numbers that stand for words by these words."""
+    """Replace coordinates of numbers that represent words by these words."""
     for name, coordinate in dataset.coords.items():
         if _LABELS in coordinate.attrs:
             attributes = dict(coordinate.attrs)

@@ -43,7 +43,7 @@ class Axis(ABC):
         """Values of its quantities from one point to another, by name."""
 
     def names(self, dimension: str) -> tuple[str, ...]:
-        """Names of the quantities that it sets, as the axis of that dimension."""
+        """Names of the quantities that it sets as the axis of the dimension."""
         return (dimension,)
 
     def corners(self, dimension: str) -> list[dict[str, Array]]:
@@ -91,7 +91,7 @@ class Linear(Axis):
     def values(self, start: int, stop: int) -> Array:
         """Values from one place to another."""
         share = np.arange(start, stop) / max(self.n - 1, 1)
-        # Both ends to the last bit.
+        # Both ends are exact to the last bit.
         return self.low * (1.0 - share) + self.high * share
 
     def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
@@ -150,7 +150,7 @@ class Listed(Axis):
 
 
 def read_axis(name: str, given: Any) -> Any:
-    """Return what is given for a quantity as an axis; a single number as a float in SI, a single object as it is."""
+    """Return the values of a quantity as an axis, a single number as a float in SI, a single object unchanged."""
     known = INPUTS.get(key_of(name))
     if isinstance(given, Axis):
         for column in given.corners(name) if isinstance(given, Linear) else ():
@@ -191,7 +191,7 @@ def _objects(given: Sequence[Any] | Array) -> Array:
 
 
 def _text(item: Any) -> str:
-    """Return the name of an object, or of the table that describes it; nothing where it has none."""
+    """Return the name of an object, or of the table that describes it; empty if it has none."""
     if isinstance(item, (str, int, float)):
         return str(item)
     if isinstance(item, Mapping):
@@ -242,7 +242,7 @@ class Grid:
         return _indices(self.chunk_counts)
 
     def region(self, index: Index) -> tuple[slice, ...]:
-        """Where a chunk lies."""
+        """Slices of a chunk."""
         return tuple(
             slice(i * part, min((i + 1) * part, n))
             for i, part, n in zip(index, self.chunk_shape, self.shape, strict=True)
@@ -260,7 +260,7 @@ class Grid:
         return Points(tuple(part.stop - part.start for part in region), along, self.fixed)
 
     def corners(self) -> Iterator[dict[str, Array]]:
-        """Points that show whether the axes are admissible: the ends of one, the others being at their first."""
+        """Points that show whether the axes are admissible: the ends of each, with the others at their first value."""
         first = Points((), [], self.fixed).part(0, 1)
         ends = {dim: axis.corners(dim) for dim, axis in self.axes.items()}
         for values in ends.values():

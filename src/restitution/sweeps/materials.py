@@ -35,7 +35,7 @@ _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(\d+)\]")
 
 
 def check_names(names: tuple[str, ...]) -> None:
-    """Refuse quantities of a material that set the same thing."""
+    """Refuse quantities that set the same constant of a material."""
     for rivals in _RIVALS:
         both = [name for name in names if name in rivals]
         if len(both) > 1:
@@ -118,7 +118,7 @@ def _with_materials(impact: Impact, items: tuple[tuple[str, Material], ...]) -> 
     return changed_impact(impact, dict(items), "bulk_modulus")
 
 
-# An inner axis of the material comes back with every value of the outer ones.
+# An inner axis of the material is repeated for every value of the outer axes.
 @lru_cache(maxsize=4096)
 def _reduced(impact: Impact, items: tuple[tuple[str, float], ...], held: HeldElastic) -> PronySeries:
     material = impact.material
@@ -163,7 +163,7 @@ def _changed(material: Material, values: dict[str, float], held: HeldElastic) ->
 
 
 def _scaled_bulk(bulk: PronySeries | float, modulus: float) -> PronySeries | float:
-    """Bulk relaxation with another equilibrium modulus and the same course over time."""
+    """Bulk relaxation with another equilibrium modulus and the same normalised relaxation."""
     if not _relaxes(bulk) or np.isinf(modulus):
         return modulus
     if bulk.equilibrium_modulus == 0.0:
@@ -185,7 +185,7 @@ def _solid_rows(impact: Impact, columns: Columns, n: int, held: HeldElastic) -> 
         return None
     eta = float(shear.branch_moduli[0] * shear.relaxation_times[0]) * one
     branch = columns.get("branch_modulus", float(shear.branch_moduli[0]) * one)
-    # Beyond the range of numbers an impact fails with NOT_FINITE.
+    # An impact whose numbers overflow fails with NOT_FINITE.
     with np.errstate(over="ignore", divide="ignore"):
         if "p2" in columns:
             branch = equilibrium / columns["p2"]
@@ -223,7 +223,7 @@ def combinations(columns: Columns, n: int) -> Iterator[tuple[NDArray[np.intp], d
             codes = np.array([numbers.setdefault(id(item), len(numbers)) for item in column], dtype=np.intp)
         else:
             codes = np.unique(column, return_inverse=True)[1]
-        # Renumbered after each column, so that the product of many does not overflow.
+        # Groups are numbered again after each column, so that the product of many does not overflow.
         keys = np.unique(keys * (int(codes.max()) + 1) + codes, return_inverse=True)[1]
     order = np.argsort(keys, kind="stable")
     starts = np.flatnonzero(np.diff(keys[order], prepend=-1))

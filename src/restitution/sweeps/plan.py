@@ -1,4 +1,4 @@
-"""A sweep before it runs: what varies over which points, the outputs, and a description with a hash."""
+"""Plan of a sweep: quantities and points, outputs, and a description with a hash."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from restitution.validity import COLUMNS, Numbers, together
 Array = NDArray[Any]
 Tick = Callable[[int], None]
 
-# Points that are made and solved at a time: memory stays small however large the chunk.
+# Points that are built and solved at a time, which limits the memory for chunks of any size.
 _BLOCK = 4096
-# Each material takes a report of its own: of more of them in a block, only a sample is checked.
+# Each material needs its own report: if a block has more materials, a sample is checked.
 _MOST_MATERIALS = 16
-# The hash of a longer array stands for it in a description.
+# In a description the hash represents a longer array.
 _LONG = 1000
 
 
@@ -45,7 +45,7 @@ class Interrupted(Exception):
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """A sweep before it runs: what varies, over which points, and the names of the wanted outputs."""
+    """A sweep before it runs: the template, the points, and the names of the requested outputs."""
 
     template: Template
     grid: Grid
@@ -56,7 +56,7 @@ class Plan:
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """Everything that its numbers depend on."""
+        """Everything on which the results depend."""
         return {
             "base": describe(self.template),
             "axes": describe(self.grid.axes),
@@ -89,15 +89,15 @@ class Plan:
 
     @cached_property
     def assembly(self) -> Assembly:
-        """Maker of impacts from values along the axes."""
+        """Builder of impacts from values along the axes."""
         return Assembly(self.template, self.grid.names)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Derived properties are made again where the plan arrives.
+        # Another process derives the properties again.
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     def check(self) -> None:
-        """Refuse axes whose ends make no impact, with an `InputError`."""
+        """Refuse axes whose ends give no admissible impact, with an `InputError`."""
         for point in self.grid.corners():
             for _ in self.assembly.parts(point, 1, _go_on, strict=True):
                 pass
@@ -135,7 +135,7 @@ class Plan:
                 for is_own, rows in compared.items():
                     if tally is not None:
                         tally.add(together(rows), with_material=is_own)
-            # Points that are not admissible are done too.
+            # Points that are not admissible also count as done.
             tick(n - counted)
         shaped = {name: values.reshape(points.shape) for name, values in results.items()}
         return shaped | {STATUS: status.reshape(points.shape)}
@@ -158,14 +158,14 @@ def _go_on(_: int) -> None:
 
 @runtime_checkable
 class Described(Protocol):
-    """A dataclass that describes itself, where its fields do not say what it is."""
+    """A dataclass with its own description, if its fields do not identify it."""
 
     def describe(self) -> Any:
-        """Return what distinguishes it from others, in the types of JSON."""
+        """Return a description that identifies it, in the types of JSON."""
 
 
 def describe(value: Any) -> Any:
-    """Return what distinguishes a value from others, in the types of JSON; floats to the last bit.
+    """Return a description that identifies a value, in the types of JSON; floats to the last bit.
 
     Takes numbers, texts, sequences, mappings, arrays, dataclasses such as `Impact`, and functions; refuses others.
 
@@ -231,7 +231,7 @@ def _describe_function(function: Callable[..., Any]) -> Any:
         if isinstance(one, (ModuleType, type)):
             continue
         try:
-            # Functions that it calls count by their names, for they may call each other.
+            # Functions that it calls count by their names, because they may call each other.
             held[key] = one.__qualname__ if inspect.isroutine(one) else describe(one)
         except (TypeError, ValueError, RecursionError):
             held[key] = "?"

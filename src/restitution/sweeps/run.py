@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 Engine = Literal["threads", "dask"]
 
-# Number of tasks that the scheduler has at a time: enough for it to ask for more workers.
+# Number of tasks that the scheduler has at a time: enough to make it request more workers.
 _LEAST_KNOWN = 256
 _KNOWN_PER_CORE = 4
 # Retries of a task that raised, e.g. because the file system was briefly unavailable. Lost workers do not count.
@@ -170,13 +170,13 @@ def run(
     plan.check()
     grid = plan.grid
     with ExitStack() as stack:
-        # The client comes before the store, which would be left behind if no scheduler answers.
+        # The client is connected first: without a scheduler no store must be left behind.
         client = stack.enter_context(_connected(cluster, workers)) if engine == "dask" else None
         if out is None:
             keeper: Any = Memory(plan)
             done: set[Index] = set()
         else:
-            # Zarr takes half a second to import, which a sweep in memory need not wait for.
+            # Zarr takes half a second to import, which a sweep in memory does not need.
             from restitution.sweeps.store import opened
 
             try:
@@ -228,7 +228,7 @@ def _run_on_threads(
     workers: int | None,
     report: Callable[[int], None],
 ) -> None:
-    """Compute chunks on a pool of threads, a chunk a task; `keep` is called in any order and on any thread."""
+    """Compute chunks as tasks on a pool of threads; `keep` is called in any order and on any thread."""
     lock, stop = Lock(), Event()
     counted = 0
 
@@ -248,7 +248,7 @@ def _run_on_threads(
 
 @contextmanager
 def _connected(cluster: Any, workers: int | None) -> Generator[Any]:
-    """Yield a client of the cluster: of new processes, of the scheduler at an address, or of what is given."""
+    """Yield a client of a new local cluster, of the scheduler at an address, or of the given cluster."""
     from distributed import Client, LocalCluster, WorkerPlugin
 
     if isinstance(cluster, Client):
@@ -281,12 +281,12 @@ def _connected(cluster: Any, workers: int | None) -> Generator[Any]:
 
 
 def _run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, report: Callable[[int], None]) -> None:
-    """Compute chunks on a Dask cluster, a chunk a task; workers write into the store themselves."""
+    """Compute chunks as tasks on a Dask cluster; workers write into the store."""
     from distributed import as_completed
 
     todo = iter(chunks)
     done = 0
-    # The plan is a task, so that it is sent again if its worker dies.
+    # The plan is a task, so that it is sent again if its worker is lost.
     shared = client.submit(_same, plan, pure=False)
     made_by = plan.description["version"]
 
@@ -320,7 +320,7 @@ def _same(plan: Plan) -> Plan:
 
 
 def _compute(plan: Plan, made_by: str, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None, Tally]:
-    """Compute a chunk on a worker, and write it where there is a store."""
+    """Compute a chunk on a worker, and write it if there is a store."""
     if made_by != version("restitution"):
         raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {made_by}")
     tally = Tally()

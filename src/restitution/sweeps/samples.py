@@ -18,7 +18,7 @@ from restitution.sweeps.grid import MOST_POINTS, Axis
 Array = NDArray[Any]
 Method = Literal["sobol", "latin_hypercube"]
 
-# Draws are multiples of 2^-30. Half of one stays away from 0 and 1, where the quantiles are infinite.
+# Draws are multiples of 2^-30. Half of this keeps them away from 0 and 1, where the quantiles are infinite.
 _HALF_SHARE = 2.0**-31
 # Refuse a distribution with more than this share outside the admissible range.
 _MOST_OUTSIDE = 0.5
@@ -129,7 +129,7 @@ class Normal:
         if above - below < 1.0 - _MOST_OUTSIDE:
             raise InputError("", self, f"lies mostly outside [{low:g}, {high:g}]")
         values = self.mean + self.standard_deviation * ndtri(below + shares * (above - below))
-        # The ends themselves may be excluded, such as a mass of zero.
+        # An end may be excluded, such as a mass of zero.
         return np.clip(values, np.nextafter(low, math.inf), np.nextafter(high, -math.inf))
 
 
@@ -188,8 +188,8 @@ class Samples(Axis):
 
     Notes
     -----
-    Both methods of `scipy.stats.qmc` spread draws more evenly than chance does. The error of a mean over n draws of a
-    smooth function is about 1/n rather than 1/sqrt(n).
+    Both methods of `scipy.stats.qmc` spread draws more evenly than random numbers. The error of a mean over n draws of
+    a smooth function is about 1/n instead of 1/sqrt(n).
 
     Examples
     --------
@@ -254,7 +254,7 @@ class Samples(Axis):
             shares = self._hypercube["shares"][start:stop]
         else:
             points = qmc.Sobol(dimensions, scramble=True, **options)
-            # SciPy warns of first draws whose number is no power of two.
+            # SciPy warns if the number of first draws is not a power of two.
             shares = points.fast_forward(start).random(stop - start) if start else points.random(1)
             if not start and stop > 1:
                 shares = np.concatenate([shares, points.random(stop - 1)])

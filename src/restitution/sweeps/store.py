@@ -1,4 +1,4 @@
-"""The result of a sweep in a Zarr store (format 3), whose chunks carry checksums."""
+"""Result of a sweep in a Zarr store (format 3), whose chunks contain checksums."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _refusal(path: Path, wanted: str) -> InputError:
 
 
 def _is_intact(content: bytes) -> bool:
-    """Whether the checksum at the end of a chunk is that of the rest."""
+    """Whether the checksum at the end of a chunk matches its content."""
     body, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
     return len(body) > 0 and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 
@@ -64,7 +64,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 class _WholeFiles(LocalStore):
-    """A folder whose files are written whole or not at all, whatever the version of Zarr."""
+    """A folder whose files are written completely or not at all, with any version of Zarr."""
 
     async def set(self, key: str, value: Any) -> None:
         await asyncio.to_thread(_write, self.root / key, value.to_bytes())
@@ -99,7 +99,7 @@ class _CheckedFiles(LocalStore):
 
 
 class Store:
-    """A Zarr store that takes the chunks of one sweep; `opened` makes or checks it.
+    """A Zarr store for the chunks of one sweep; `opened` makes or checks it.
 
     The variable `status` records the finished chunks: its chunk is written after those of the other variables. The
     folder `validity` has a tally of doubtful assumptions for each chunk.
@@ -109,7 +109,7 @@ class Store:
         self.path = path
         self._plan = plan
         files = _WholeFiles(path)
-        # A chunk of nothing but NaN is written too, because an absent one is not done.
+        # A chunk of NaN is also written, because an absent one counts as not computed.
         with zarr.config.set({"array.write_empty_chunks": True}):
             arrays: dict[str, Any] = {name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables}
         self._arrays = arrays
@@ -173,9 +173,9 @@ def _clear(file: Path, root: Path) -> None:
 
 @contextmanager
 def opened(path: Path, plan: Plan) -> Generator[Store]:
-    """Open the store of a sweep for writing, alone on this machine; make, check and repair it first.
+    """Open the store of a sweep for writing by a single process; make, check and repair it first.
 
-    An `InputError` refuses something else that is there, and a store that another process is writing.
+    An `InputError` refuses another object at the path, and a store that another process is writing.
     """
     path = path.absolute()
     if not path.exists():
@@ -194,7 +194,7 @@ def opened(path: Path, plan: Plan) -> Generator[Store]:
                     raise _refusal(path, f"{where} is a link, so that chunks would go elsewhere; remove it")
             store = _restored(path, plan)
         except BaseException:
-            # Only a folder that is still empty is removed again.
+            # Only a folder that is still empty is removed.
             with contextlib.suppress(OSError):
                 path.rmdir()
             raise
@@ -203,10 +203,10 @@ def opened(path: Path, plan: Plan) -> Generator[Store]:
 
 
 def _restored(path: Path, plan: Plan) -> Store:
-    """Return the store, after its metadata and axes have become those of a new one."""
+    """Return the store with the metadata and axes of a new one."""
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder:
         _create(Path(folder), plan)
-        # The first file is that of the store itself: it identifies a store whose creation was interrupted.
+        # The metadata of the store are written first: they identify a store whose creation was interrupted.
         for made in sorted(Path(folder).rglob("*"), key=lambda made: len(made.parts)):
             there = path / made.relative_to(folder)
             if made.is_dir():
@@ -220,7 +220,7 @@ def _restored(path: Path, plan: Plan) -> Store:
 
 def _require_same(path: Path, plan: Plan) -> None:
     with contextlib.suppress(OSError):
-        # Metadata that are damaged elsewhere are repaired.
+        # Other damaged metadata are repaired.
         if plan.attributes["hash"].encode() in (path / "zarr.json").read_bytes():
             return
     attributes = attributes_of(path)
@@ -248,7 +248,7 @@ def _parsed(text: Any) -> dict[str, Any]:
 
 
 def attributes_of(path: Path) -> dict[str, Any] | None:
-    """Return the attributes of a sweep's store; None if there is none."""
+    """Return the attributes of the store of a sweep; None if there is no store."""
     attributes = _parsed(path / "zarr.json").get("attributes")
     return attributes if isinstance(attributes, dict) and {"hash", "sweep"} <= attributes.keys() else None
 
@@ -311,7 +311,7 @@ def sole_writer(path: Path) -> Generator[None]:
 
 
 def open_sweep(path: str | Path) -> xr.Dataset:
-    """Result of a sweep from its store, loaded piece by piece when asked for.
+    """Result of a sweep from its store, loaded piece by piece on access.
 
     Parameters
     ----------
@@ -360,7 +360,7 @@ def open_sweep(path: str | Path) -> xr.Dataset:
 
 
 def _require_metadata(path: Path, attributes: dict[str, Any]) -> None:
-    """Raise where the attributes of a store, or one of the two copies of its arrays' metadata, were changed."""
+    """Raise if the attributes of a store, or one of the two copies of the metadata of its arrays, were changed."""
     if attributes.pop(_SIGNATURE, None) != hash_of(attributes):
         raise _refusal(path, f"zarr.json is damaged; {_REPAIR}")
     try:
