@@ -272,7 +272,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         glass += problem.moduli[k]
     kinks = problem.path.kinks
     # First kink ahead, kink at the start of the element, kink at its intended end, and solves that missed this end.
-    ahead, behind, target, missed = 0, -1, -1, 0
+    ahead, behind, target, missed = element, -1, -1, 0
     unhindered = h
     while True:
         attempts += 1

@@ -146,7 +146,8 @@ def compiled(function: Callable[..., Any]) -> Any:
 
     One large function takes twice as long to compile, and so do wrappers for calls from Python.
     """
-    return cached(numba.njit(**_INNER, **_FLAGS)(function), function)
+    # Stated, since numba hands `forceinline` down from a caller to what it compiles for it.
+    return cached(numba.njit(forceinline=False, **_INNER, **_FLAGS)(function), function)
 
 
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.dense import combine, crossing, interpolate_lanes, value
 from restitution.kernel.lanes import WIDTH, absolute, largest, read8, total
-from restitution.kernel.path import cells_between, radii_and_integrals
+from restitution.kernel.path import cells_between, table_radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Problem, Work
 
@@ -123,7 +123,7 @@ def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h:
     at_nodes = 2.0 * read8(table, S_, 1) * (elastic * Pi + viscosity * a * read8(table, V_, 1))
     s = combine(scheme.at_between, WIDTH + 1, table[S_])
     v = combine(scheme.at_between, WIDTH + 1, table[V_])
-    a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
+    a, Pi = table_radii_and_integrals(problem.path, s, work.vectors[VALUES:])
     between = 2.0 * s * (elastic * Pi + viscosity * a * v)
     return _missed(scheme, h, at_nodes, between, noise)
 
@@ -141,6 +141,6 @@ def missed_rebound(
     u = work.vectors[UNKNOWN]
     at_nodes = phi * read8(u, 0) * read8(work.vectors, INTEGRAL, 0)
     interpolate_lanes(scheme, work, work.approach, left - h * read8(scheme.between, 0), hint, work.past[:1])
-    Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[1]
+    Pi = table_radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[1]
     between = phi * combine(scheme.at_between_inner, WIDTH, u) * Pi
     return _missed(scheme, h, at_nodes, between, noise)

@@ -140,12 +140,12 @@ def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     elif p > 0.0:
         a = where_positive(s, exp(at_least(p * log(at_least(s, 1e-300)), -700.0)))
     else:
-        return _tables(path, s, scratch)
+        return table_radii_and_integrals(path, s, scratch)
     return a, (2.0 / (p + 2.0)) * (s * s * a)
 
 
 @compiled
-def _tables(path: Path, s: Any, scratch: Any) -> Any:
+def table_radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     """Contact radii a and Pi at eight s from the table; consecutive places in one cell are evaluated together."""
     lane = 0
     while lane < WIDTH:
