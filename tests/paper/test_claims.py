@@ -65,8 +65,8 @@ def test_the_third_claim_depends_on_the_share_of_underestimates() -> None:
     factor = np.array([0.5, 0.9, 0.99, 1.0 + 1e-12, 1.03])
     claim = claims.usually_underestimates(comparison(E, E * factor), curves(E, E * factor))
     assert claim.holds
-    assert claim.numbers["share of the plane of figures 3 and 4 where it does, nu = 0.45"] == 0.6
-    assert claim.numbers["share of figure 5's curve where it does, nu = 0.45"] == 0.6
+    assert claim.numbers["share of underestimates on the plane of figures 3 and 4, nu = 0.45"] == 0.6
+    assert claim.numbers["share of underestimates on the curve of figure 5, nu = 0.45"] == 0.6
     assert claim.numbers["largest overestimate, relative"] == pytest.approx(0.03)
     assert claim.numbers["log10 p3 there"] == pytest.approx(2.0)
     assert not claims.usually_underestimates(comparison(E, E / factor), curves(E, E * factor)).holds
@@ -95,9 +95,9 @@ def test_the_incompressible_material_is_stiffer_instantaneously_and_at_rest_only
     claim = claims.stiffer()
     assert claim.holds
     # E* = 4 G (3K + G)/(3K + 4G) against 4 G, with 3K = 149 Ginf, at G0 = 1001 Ginf and at Ginf.
-    for words, g in (("at once", 1001.0), ("in the end", 1.0)):
+    for words, g in (("instantaneous", 1001.0), ("equilibrium", 1.0)):
         expected = (149.0 + 4.0 * g) / (149.0 + g)
-        assert claim.numbers[f"E*_inc/E* {words}, nu = 0.49, p2 = 0.001"] == pytest.approx(expected, rel=1e-9)
+        assert claim.numbers[f"{words} E*_inc/E*, nu = 0.49, p2 = 0.001"] == pytest.approx(expected, rel=1e-9)
     assert claim.numbers["smallest E*_inc(t)/E*(t), nu = 0.49, p2 = 0.001"] < 1.0
 
 

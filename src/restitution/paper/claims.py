@@ -66,12 +66,11 @@ def three_groups(collapse: xr.Dataset) -> Claim:
     points = collapse["spread"].size
     return Claim(
         "three groups",
-        "The restitution coefficient depends on the inputs through p1 = nu, p2 = Ginf/G1 and "
-        "p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) alone (eq. 11).",
+        "The restitution coefficient depends on the inputs only through p1 = nu, p2 = Ginf/G1 and "
+        "p3 = eta (v0 R/(m^2 Ginf^3))^(1/5) (eq. 11).",
         holds,
-        f"At {points} points of the plane, {draws} random sets of m, R, v0 and Ginf over several decades differ "
-        "in e by "
-        f"at most {spread:.1e}, {'within' if holds else 'beyond'} the tolerance.",
+        f"At {points} points of the plane, {draws} random sets of m, R, v0 and Ginf over several decades differ in e "
+        f"by at most {spread:.1e}, {'within' if holds else 'beyond'} the tolerance.",
         {
             "points": points,
             "draws at each": draws,
@@ -108,9 +107,9 @@ def matters_where_small(comparison: xr.Dataset) -> Claim:
         "matters where e is small",
         "Compressibility matters most where the restitution coefficient is small.",
         holds,
-        f"Taking nu = {nu:g} as incompressible misses e by a median of {100 * medians[0]:.1f} % in the "
-        f"lowest band of e and by {100 * medians[-1]:.2f} % in the highest; the error is largest "
-        f"({100 * error[worst]:.1f} %) where e = {e[worst]:.4f}.",
+        f"For nu = {nu:g} the incompressible value has a median error of {100 * medians[0]:.1f} % in the lowest band "
+        f"of e and of {100 * medians[-1]:.2f} % in the highest. The error is largest ({100 * error[worst]:.1f} %) at "
+        f"e = {e[worst]:.4f}.",
         numbers,
     )
 
@@ -121,7 +120,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
     rtol = float(comparison.attrs["rtol"])
     plane = comparison["incompressible"].values < (1.0 - 2.0 * rtol) * comparison["compressible"].values
     share = float(plane.mean())
-    numbers: dict[str, float] = {f"share of the plane of figures 3 and 4 where it does, nu = {nu:g}": share}
+    numbers: dict[str, float] = {f"share of underestimates on the plane of figures 3 and 4, nu = {nu:g}": share}
     shares: list[float] = []
     worst = 0.0
     for figure, dataset in curves.items():
@@ -129,7 +128,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
         worst = max(worst, float((e[-1] / e[:-1] - 1.0).max()))
         for ratio, row in zip(dataset["poisson_ratio"].values[:-1], e[:-1], strict=True):
             shares.append(float(np.mean(e[-1] < (1.0 - 2.0 * rtol) * row)))
-            numbers[f"share of figure {figure}'s curve where it does, nu = {ratio:g}"] = shares[-1]
+            numbers[f"share of underestimates on the curve of figure {figure}, nu = {ratio:g}"] = shares[-1]
     error = comparison["relative_error"].values
     at = np.unravel_index(int(np.argmax(error)), error.shape)
     numbers |= {
@@ -140,10 +139,10 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
     }
     return Claim(
         "usually underestimates",
-        "Taking the material as incompressible usually underestimates the restitution coefficient.",
+        "The assumption of incompressibility usually underestimates the restitution coefficient.",
         share > 0.5 and float(np.median(shares)) > 0.5,
-        f"It does at {100 * share:.1f} % of the plane for nu = {nu:g} and along "
-        f"{100 * np.mean(shares):.1f} % of the curves of figures 5 and 6. Elsewhere it overestimates, by up to "
+        f"The incompressible value is too low at {100 * share:.1f} % of the plane for nu = {nu:g} and along "
+        f"{100 * np.mean(shares):.1f} % of the curves of figures 5 and 6. Elsewhere it is too high, by up to "
         f"{100 * float(error[at]):.0f} % on the plane (log10 p2 = {numbers['log10 p2 there']:.3g}, "
         f"log10 p3 = {numbers['log10 p3 there']:.3g}) and up to {100 * worst:.0f} % along the curves.",
         numbers,
@@ -183,8 +182,8 @@ def large_near_half(computation: Computation) -> Claim:
         f"There e = {e:.6f} against {limit:.6f} in the incompressible limit: {100 * excess:.0f} % above the "
         f"incompressible value, which is {100 * (e - limit) / e:.1f} % below the compressible one. The glass of that "
         f"material has the Poisson ratio nu_0 = {glass:.2f}; no polymer is known to have one. With a plausible glass, "
-        f"nu_0 = {other_glass:.2f}, the claim still holds: at {where} e = {second:.4f} against {second_limit:.4f}, "
-        f"{100 * other:.0f} % above.",
+        f"nu_0 = {other_glass:.2f}, the claim still holds: e = {second:.4f} against {second_limit:.4f}, "
+        f"{100 * other:.0f} % above, at {where}.",
         numbers,
     )
 
@@ -205,24 +204,23 @@ def stiffer() -> Claim:
             lowest = min(lowest, float(ratio.min()))
             if nu in (0.45, 0.49, 0.499):
                 words = f"nu = {nu:g}, p2 = {p2:g}"
-                numbers[f"E*_inc/E* at once, {words}"] = float(ratio[0])
-                numbers[f"E*_inc/E* in the end, {words}"] = float(ratio[-1])
+                numbers[f"instantaneous E*_inc/E*, {words}"] = float(ratio[0])
+                numbers[f"equilibrium E*_inc/E*, {words}"] = float(ratio[-1])
                 numbers[f"smallest E*_inc(t)/E*(t), {words}"] = float(ratio.min())
-    numbers["smallest E*_inc/E* at once and in the end, all Poisson ratios of figures 5 and 6"] = smallest
+    numbers["smallest instantaneous or equilibrium E*_inc/E*, all Poisson ratios of figures 5 and 6"] = smallest
     numbers["smallest E*_inc(t)/E*(t), the same"] = lowest
     glass, rest, least = (
         numbers[f"{words}, nu = 0.49, p2 = 0.001"]
-        for words in ("E*_inc/E* at once", "E*_inc/E* in the end", "smallest E*_inc(t)/E*(t)")
+        for words in ("instantaneous E*_inc/E*", "equilibrium E*_inc/E*", "smallest E*_inc(t)/E*(t)")
     )
     return Claim(
         "the incompressible material is stiffer",
-        "The incompressible material is stiffer, at once and at rest, than the compressible one of the same shear "
-        "moduli.",
+        "The incompressible material is stiffer, instantaneously and at equilibrium, than the compressible one of the "
+        "same shear moduli.",
         smallest > 1.0,
-        f"For nu = 0.49 and p2 = 0.001 its reduced modulus is {glass:.2f} times as large at once and {rest:.2f} times "
-        f"in the end. In between it is the softer one, down to {least:.2f} times: the compressible modulus "
-        "relaxes more "
-        "slowly, in the time tau (3K + 4 G0)/(3K + 4 Ginf) instead of tau.",
+        f"For nu = 0.49 and p2 = 0.001 its instantaneous reduced modulus is {glass:.2f} times and its equilibrium "
+        f"modulus {rest:.2f} times as large. In between it is softer, down to {least:.2f} times: the compressible "
+        "modulus relaxes more slowly, in the time tau (3K + 4 G0)/(3K + 4 Ginf) instead of tau.",
         numbers,
     )
 
@@ -243,8 +241,7 @@ def several_times(terms: xr.Dataset) -> Claim:
         holds,
         f"With the branch modulus spread over relaxation times that are a factor of 10 apart, e at p3 = 100 and "
         f"p2 = {float(terms['p2']):g} falls from {one:.3f} for one time to {last:.3f} for "
-        f"{int(terms['terms'].max())} (incompressible): while the slow terms are frozen, the fast ones still "
-        "dissipate.",
+        f"{int(terms['terms'].max())} (incompressible). The slow terms are frozen, but the fast ones still dissipate.",
         numbers,
     )
 
@@ -282,9 +279,9 @@ def two_spheres(computation: Computation) -> Claim:
         "two spheres",
         "The collision of two deformable spheres shows no qualitatively different features.",
         difference <= 10.0 * computation.rtol,
-        f"Two like spheres rebound as one on a half-space with 2^(-1/5) times its p3: at {PAIRS} random points of the "
-        f"plane the two differ in e by at most {difference:.1e}. Unlike spheres have the sum of their compliances, "
-        "which is again a Prony series.",
+        f"Two equal spheres rebound as one on a half-space with 2^(-1/5) times its p3: at {PAIRS} random points of "
+        f"the plane the two differ in e by at most {difference:.1e}. For unequal spheres the compliances add, which "
+        "again gives a Prony series.",
         {"points": PAIRS, "largest difference of e": difference},
     )
 

@@ -71,7 +71,7 @@ def instantaneous_poisson_ratio(nu: Any, p2: Any) -> Any:
 
 @dataclass
 class Computation:
-    """How the paper's points are computed: seed of the random inputs, tolerance of e, threads, report of progress.
+    """Options of the computation: seed of the random inputs, tolerance of e, threads, report of progress.
 
     `advance` is called with the number of impacts solved since the last call.
     """

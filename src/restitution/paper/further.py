@@ -142,7 +142,7 @@ def compute_collapse(computation: Computation, n: int, draws: int) -> xr.Dataset
 
 
 def draw_collapse(dataset: xr.Dataset) -> Figure:
-    """Return the figure of the draws: apart over the viscosity, together over p3, and their spread."""
+    """Return the figure of the draws over the viscosity, over p3, and of their spread."""
     p2 = float(dataset["p2"].sel(p2=1e-2, method="nearest"))
     e = dataset["restitution_coefficient"].sel(p2=p2).isel(poisson_ratio=0).transpose("p3", "draw")
     nu, draws = float(e["poisson_ratio"]), e.sizes["draw"]
@@ -177,7 +177,7 @@ def _draw_spread(ax: Axes, dataset: xr.Dataset) -> None:
     ticks = range(-17, top, 4)
     ax.set_xticks([10.0**power for power in ticks], ["0" if power == -17 else f"$10^{{{power}}}$" for power in ticks])
     ax.minorticks_off()
-    # Counts grow to the left, so that the space beside the tolerance is free; headroom keeps it so.
+    # Counts grow to the left, so that the space beside the tolerance stays free.
     ax.set(xlim=(bins[0], bins[-1]), ylim=(0.0, 1.35 * ax.get_ylim()[1]))
     ax.legend(loc="upper left", bbox_to_anchor=(0.18, 1.0))
 

@@ -26,7 +26,7 @@ _FIGURES = 8
 
 
 class Resolution(NamedTuple):
-    """How fine the figures are: points along each axis of a plane, of a curve and of the collapse, and its draws."""
+    """Resolution of the figures: points along each axis of a plane, of a curve and of the collapse, and its draws."""
 
     plane: int
     curve: int
@@ -35,7 +35,7 @@ class Resolution(NamedTuple):
 
     @property
     def solves(self) -> int:
-        """How many impacts are solved in all."""
+        """Total number of impacts."""
         of_paper = len(figures.CURVES) * (len(figures.POISSON_RATIOS) + 1)
         examples = (len(further.EXAMPLES) + 1) * len(further.EXAMPLES)
         curves = of_paper + examples + 2 * len(further.TERMS)
@@ -105,7 +105,7 @@ def reproduce(
     """Compute and draw figures 3 to 6 of the paper and four more, and judge its claims.
 
     Each figure is written as PNG, as PDF and as NetCDF data; the claims as `claims.md` and `claims.json`.
-    Every file is whole or absent at any moment, and what is finished stays if the run is interrupted.
+    Every file is complete or absent at any moment, and finished files stay if the run is interrupted.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def reproduce(
         workers = whole("workers", workers, 1)
     within("rtol", rtol, 1e-12, 1e-3)
     resolution = QUICK if quick else FULL
-    # A figure takes as long to draw as a twelfth of all solves; counted so, the time left comes out right.
+    # Drawing a figure takes as long as a twelfth of all solves and is counted so, for the estimate of the time left.
     drawing = resolution.solves // 12
     output = _Output(_folder(out), resolution.solves + _FIGURES * drawing, progress, drawing)
     computation = Computation(seed, rtol, workers, output.advance)
@@ -191,7 +191,7 @@ def _folder(out: Path | str) -> Path:
     if folder.exists() and not folder.is_dir():
         raise InputError("out", str(folder), "must be a folder, and is a file")
     folder.mkdir(parents=True, exist_ok=True)
-    # A folder that refuses files is found out now, not after the first figure has been computed.
+    # Refuse a folder without write permission now, not after the first figure.
     with whole_file(folder / "claims.md.probe") as partial:
         partial.touch()
     (folder / "claims.md.probe").unlink()

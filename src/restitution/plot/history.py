@@ -159,7 +159,7 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
             if math.isfinite(result.contact_end_time):
                 end = result.contact_end_time * scaled_unit(history["time"].values, "s").factor
                 ax.axvline(end, color=style.GREY, linewidth=0.8, linestyle="--")
-        # The area is the energy lost where the contact ends and the history has no step.
+        # The area is the lost energy if the contact ends and the history has no step.
         steps = np.any(np.diff(result.history_given.knots) == 0.0)
         force_indentation(panels[3], history, area=result.status == IndentationStatus.SEPARATED and not steps)
         words = [

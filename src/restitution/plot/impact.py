@@ -31,10 +31,10 @@ Array = NDArray[np.float64]
 
 _POINTS = 241
 _FLIGHT_POINTS = 40
-# Pressures are unbounded at the edge of a flat face and under the tip of a cone; so close to either, they do not set
-# the scale.
+# Pressures are unbounded at the edge of a flat face and under the tip of a cone. Closer than this they do not set the
+# scale.
 _RIM = 0.03
-# Where an edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
+# If the edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
 _LAST = 1.0 - 1e-6
 _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
@@ -84,7 +84,7 @@ def overview(
 
 
 def instants(result: ImpactResult) -> Array:
-    """Four instants [s] that show a contact: half way in, deepest, a third and two thirds of the way out."""
+    """Four instants [s]: half the approach, the turning point, a third and two thirds of the rebound."""
     turning, end = float(result.turning_time), float(result.contact_time)
     return np.array([0.5 * turning, turning, (2.0 * turning + end) / 3.0, (turning + 2.0 * end) / 3.0])
 
@@ -102,7 +102,7 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     if (outside := moments[~((moments > 0.0) & (moments < end))]).size:
         raise InputError("times", float(outside[0]), f"must be within the contact, which lasts {end:g} s", "s")
     radii = np.asarray(result.sample(moments)["contact_radius"].values)
-    # Close to the edge, where the pressure falls or rises fast, the points are dense.
+    # The points are dense close to the edge, where the pressure changes fast.
     share = _LAST * np.sin(np.linspace(0.0, 0.5 * np.pi, _POINTS))
     inner = (share >= _RIM) & (share <= 1.0 - _RIM)
     curves = [np.asarray(result.pressure(share * a, t)) for a, t in zip(radii, moments, strict=True)]

@@ -54,7 +54,7 @@ def scaled_unit(values: Any, unit: str) -> ScaledUnit:
             return ScaledUnit(1.0, "kg")
         factor, prefixed = scaled_unit(largest * 1e3, "g")
         return ScaledUnit(1e3 * factor, prefixed)
-    # The tiny addend keeps 0.999999999999 of a unit, a rounded one, out of the next smaller unit.
+    # The small addend prevents a smaller unit for 0.999999999999, a rounded one.
     power = 3 * int(np.floor((np.log10(largest) + 1e-9) / 3)) if largest > 0 else 0
     power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
     return ScaledUnit(10.0**-power, _PREFIXES[power] + unit)

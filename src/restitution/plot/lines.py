@@ -32,7 +32,7 @@ def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
-    """Return the look of a curve of few points: markers, and without a line up to three points."""
+    """Return the style of a curve of few points: markers, and without a line up to three points."""
     if count > FEW:
         return {}
     look: dict[str, Any] = {"marker": _MARKERS[number % len(_MARKERS)], "markersize": 4}
@@ -51,8 +51,8 @@ def curve_family(
 ) -> Axes:
     """Draw curves, the rows of `curves`, in the order of their parameter; a limiting one as a thin black line.
 
-    The lightness follows the parameter, and the dashes repeat in threes. The short labels stand on the curves, so that
-    colour is not needed to distinguish them; the axes must have their scales and limits before.
+    The lightness follows the parameter, and the dashes repeat in threes. The short labels lie on the curves, so that
+    colour is not needed to distinguish them; scales and limits of the axes must be set before.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def _paler(cmap: str, share: float = 0.35) -> Any:
 
 
 def _apart(levels: Sequence[float], norm: Any, share: float) -> list[float]:
-    """Leave out levels less than a share of a colour bar apart; of two such levels the larger magnitude stays."""
+    """Leave out levels closer than a share of a colour bar; the one of larger magnitude stays."""
     kept: list[float] = []
     for level in sorted(levels, key=abs, reverse=True):
         place = float(norm(level))

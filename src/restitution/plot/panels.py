@@ -51,7 +51,7 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
     bands = ((low, high, 0.15, 1.0, "90 % of the draws"), (lower, upper, 0.3, 3.0, "50 %"))
     for bottom, top, alpha, width, words in bands:
         if "linestyle" in look:
-            # Nothing is computed between few points, so they get bars, not bands.
+            # Few points get bars and no bands, because nothing is computed between them.
             ax.vlines(places, bottom, top, color=style.BLUE, linewidth=width, label=words)
         else:
             ax.fill_between(places, bottom, top, color=style.BLUE, alpha=alpha, linewidth=0, label=words)
@@ -106,7 +106,7 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
     z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
-        # A body that stays has no rebound.
+        # A captured body has no rebound.
         z = np.where(z == 0.0, np.nan, z)
     if not np.isfinite(z).any():
         ax.set_title(shown.label)
@@ -119,7 +119,7 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
 
 
 def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
-    """Draw how the draws of an output are distributed."""
+    """Draw the distribution of an output over the draws."""
     values = scaled(output)
     finite = values.values[np.isfinite(values.values)]
     ax.hist(finite, bins=min(60, max(8, int(np.sqrt(finite.size)))), color=style.BLUE, alpha=0.6)
@@ -131,7 +131,7 @@ def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
 
 
 def draw_scatter(ax: Axes, output: xr.DataArray, drawn: str) -> Axes:
-    """Draw an output over one of the quantities drawn, a point for each draw."""
+    """Draw an output over one of the random quantities, a point for each draw."""
     across, values = scaled(output[drawn]), scaled(output)
     look: dict[str, Any] = {"markersize": 2.5, "color": family_colors(3)[1], "alpha": 0.6, "rasterized": True}
     ax.plot(across.values, values.values, ".", **look)
@@ -139,7 +139,7 @@ def draw_scatter(ax: Axes, output: xr.DataArray, drawn: str) -> Axes:
 
 
 def is_numeric(output: xr.DataArray, dimension: str) -> bool:
-    """Whether a dimension has numbers along it, not words or nothing."""
+    """Whether a dimension has numbers along it."""
     return dimension in output.coords and np.issubdtype(output[dimension].dtype, np.number)
 
 
@@ -156,7 +156,7 @@ def _names(output: xr.DataArray, dimension: str) -> list[str]:
 
 
 def _along(ax: Axes, output: xr.DataArray, x: str) -> Values:
-    """Values along the abscissa; words stand one unit apart."""
+    """Values along the abscissa; words are one unit apart."""
     if is_numeric(output, x):
         return scaled(output[x])
     words = [str(word) for word in output[x].values]
@@ -170,7 +170,7 @@ def _frame(ax: Axes, across: Values, values: Values, name: Any) -> None:
 
     ax.set(xscale=across.scale, yscale=values.scale)
     if across.logarithmic and np.nanmax(across.values) >= 9.9 * np.nanmin(across.values):
-        # Labels between the decades would overlap.
+        # Labels between decades would overlap.
         ax.xaxis.set_minor_formatter(NullFormatter())
     style.labelled(ax, across.label, values.label)
     # Markers at the ends need room.

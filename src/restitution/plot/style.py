@@ -1,4 +1,4 @@
-"""The look of all figures: fonts, sizes, colours for the colour-blind; how a figure is made and saved."""
+"""Style of all figures: fonts, sizes, colours for the colour-blind; creation and saving of figures."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def context() -> Generator[None]:
-    """Give every figure made inside this context the look of the package; the user's own settings return after it."""
+    """Give every figure made inside this context the style of the package; the user's settings return afterwards."""
     from matplotlib import style
 
     with style.context(["default", _SETTINGS]):
@@ -76,7 +76,7 @@ def context() -> Generator[None]:
 
 
 def use() -> None:
-    """Give every figure from now on the look of the package, as `context` does for some."""
+    """Give every further figure the style of the package, as `context` does temporarily."""
     from matplotlib import style
 
     style.use(_SETTINGS)
@@ -156,10 +156,10 @@ def finish(figure: Figure, title: str = "") -> Figure:
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
-    """Save a figure whole or not at all, with embedded fonts; the suffix of `path` chooses the format.
+    """Save a figure completely or not at all, with embedded fonts; the suffix of `path` chooses the format.
 
-    The bytes depend on the figure alone: no date is written. An existing file is replaced, and stays as it is where
-    the new one cannot be written (OSError). A format that matplotlib cannot write is an InputError.
+    The bytes depend only on the figure: no date is written. An existing file is replaced, unless the new one cannot
+    be written (OSError). A format that matplotlib cannot write is an InputError.
     """
     from restitution.files import whole_file
 

@@ -125,7 +125,7 @@ def plot_sweep(
 
 
 def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = None) -> Layout:
-    """Choose which dimension of a sweep goes where, given the dimensions that the user wants along x and y."""
+    """Choose the role of each dimension of a sweep, given the dimensions that the user wants along x and y."""
     probe = dataset[next(iter(dataset.data_vars))]
     sizes = {str(name): size for name, size in probe.sizes.items() if size > 1}
     x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
