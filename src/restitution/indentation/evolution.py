@@ -10,118 +10,72 @@ from numpy.typing import NDArray
 
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE
-from restitution.kernel.growing import BEYOND_PROFILE, Elements, grow, turning_point
+from restitution.kernel.growing import BEYOND_PROFILE, Elements, Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import Recovery, recover
-from restitution.kernel.memory import DEPTH, TERMS, Contact, Scratch, allocate, quadrature, remember, segment_rates
-from restitution.kernel.shrinking import Past, end_of_contact, innermost_load_rises, regrowth, write_depth_memory
+from restitution.kernel.memory import DEPTH, TERMS, Contact, Scratch, Segments, allocate, quadrature, remember
+from restitution.kernel.shrinking import (
+    check_points,
+    end_of_contact,
+    innermost_load_rises,
+    largest_rate,
+    load_rounding,
+    regrowth,
+    write_depth_memory,
+)
 from restitution.material.prony import Retardation
 
 Array = NDArray[np.float64]
 
 # Memory of 1 GB.
 _MOST_ELEMENTS = 1 << 20
-# Rounding of a load over the sum of the moduli and the largest rate, and of a time over the duration.
-_LOAD_ROUNDING = 1e-14
-_TIME_ROUNDING = 4e-16
 
 
 class Reloading(InputError):
     """The contact grows again, which the theory excludes; `value` is the time, in units of the duration or in s."""
 
 
-def scratch(contact: Contact) -> Scratch:
-    """Scratch space of a contact, for one call at a time."""
-    modes = contact.moduli.size
+def scratch(modes: int) -> Scratch:
+    """Scratch space of a contact with this number of modes, for one call at a time."""
     return Scratch(np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(modes), np.empty((2, TERMS + 1)))
 
 
-def grow_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
+def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past]:
+    """Room for a history of so many segments and a growing contact of so many elements, with modes of these rates."""
+    grown = Elements(
+        np.empty(elements), np.empty(elements), np.empty(elements, dtype=np.int64), np.zeros(elements + 1),
+        np.zeros(elements + 1), np.empty((elements, TERMS)), np.empty((elements, TERMS)),
+    )  # fmt: skip
+    depth, integral = allocate(rates, elements + segments), allocate(rates, elements)
+    pieces = Segments(np.empty(segments), np.empty((segments, TERMS)), np.empty((segments, TERMS)))
+    return pieces, Past(grown, 0, depth, integral, segments, 1.0, math.inf)
+
+
+def grown_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
     """Growing contact and its memory, without the end of contact.
 
     The tolerance of depth and force is relative to the largest; the profile ends at the depth `deepest` [m].
     """
     m = contact.values.shape[0]
-    by_depth, punch = contact.control == DEPTH, contact.path.exponent == 0.0
-    lengths, steps = np.diff(contact.knots), contact.values[:, 1:].sum(axis=1)
-    rates, levels = np.empty((m, TERMS)), np.empty((m, TERMS))
-    first, turning = m, 1.0
-    if not by_depth:
-        segment_rates(contact, quadrature(), 0, rates, levels)
-        remember(lengths, rates, steps, contact.slope, work.sweep)
-        remember(lengths, levels, np.zeros(m), contact.level, work.sweep)
-        if not punch:
-            first, turning = turning_point(contact, work, m)
-    elif punch:
-        # The contact radius never changes, so that there is nothing to look up in the past.
-        first, turning = 0, 0.0
-    else:
-        first = _turning_segment(contact, tolerance)
-        turning = float(contact.knots[first])
-    elements = _allocated(0) if punch else _elements(contact, work, first, turning, tolerance, deepest)
-    all_lengths, all_rates, jumps = elements.lengths, elements.depth_rates, np.diff(elements.depths)
-    if by_depth and first < m:
-        segment_rates(contact, quadrature(), first, rates, levels)
-        all_lengths = np.concatenate([all_lengths, lengths[first:]])
-        all_rates = np.concatenate([all_rates, rates[: m - first]])
-        jumps = np.concatenate([jumps, steps[first:]])
-    depth = allocate(contact.rates, all_lengths.size)
-    remember(all_lengths, all_rates, jumps, depth, work.sweep)
-    integral = allocate(contact.rates, elements.lengths.size)
-    remember(elements.lengths, elements.integral_rates, np.diff(elements.integrals), integral, work.sweep)
-    return Past(elements, elements.lengths.size, depth, integral, first, turning, math.inf)
-
-
-def _turning_segment(contact: Contact, tolerance: float) -> int:
-    """Segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
-    ends = contact.values.sum(axis=1)
-    highest = np.maximum.accumulate(ends)
-    fallen = np.flatnonzero(highest - ends > tolerance)
-    return int(np.argmax(ends[: fallen[0]])) + 1 if fallen.size else ends.size
-
-
-def _allocated(room: int) -> Elements:
-    return Elements(
-        np.empty(room), np.empty(room), np.empty(room, dtype=np.int64), np.zeros(room + 1), np.zeros(room + 1),
-        np.empty((room, TERMS)), np.empty((room, TERMS)),
-    )  # fmt: skip
-
-
-def _elements(
-    contact: Contact, work: Scratch, first: int, turning: float, tolerance: float, deepest: float
-) -> Elements:
-    """Elements of the growing contact up to the turning point in the segment `first`."""
-    m = contact.values.shape[0]
-    segments = first + (1 if first < m and turning > contact.knots[first] else 0)
     room = 4 * m + 252
     while room <= _MOST_ELEMENTS:
         room *= 4
-        elements = _allocated(room)
-        count = grow(contact, quadrature(), work, segments, turning, tolerance, elements)
-        if count == BEYOND_PROFILE:
+        segments, past = room_for(contact.rates, m, room)
+        total, first, turning = grow_contact(contact, quadrature(), work, tolerance, segments, past)
+        if total == BEYOND_PROFILE:
             wanted = f"must not press the tip deeper than {deepest:g} m, where the profile ends"
             raise InputError("force", wanted=wanted)
-        if count >= 0:
-            return Elements(*(a[: count + 1] if a.shape == (room + 1,) else a[:count] for a in elements))
+        if total >= 0:
+            elements = Elements(*(a[: total + 1] if a.shape == (room + 1,) else a[:total] for a in past.elements))
+            return past._replace(elements=elements, total=total, first=first, turning=turning)
     raise InputError("history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol")
 
 
-def check_points(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
+def points_of_checks(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
     """Segments of the shrinking contact, and ascending times in them at which its state is checked."""
-    m = contact.values.shape[0]
-    low = np.maximum(contact.knots[past.first : m], past.turning)[:, None]
-    high = contact.knots[past.first + 1 :, None]
-    width = high - low
-    fractions = np.linspace(0.0, 1.0, 9)
-    inner = np.where((width > 0.02) | (np.arange(9) % 4 == 0), width * fractions, np.inf)
-    inner[width[:, 0] == 0.0, 1:] = np.inf
-    # A mode reacts to a kink within its relaxation time.
-    modes = 1.0 / contact.rates
-    near = np.where((modes < width) & (modes > 1e-4 * width), modes, np.inf)
-    offsets = np.concatenate([inner, 0.25 * near, near], axis=1)
-    times = np.sort(np.where(np.isfinite(offsets), np.minimum(low + offsets, high), np.inf), axis=1)
-    places = np.broadcast_to(np.arange(past.first, m)[:, None], times.shape)
-    given = np.isfinite(times)
-    return places[given].astype(np.int64), times[given]
+    room = (9 + 2 * contact.rates.size) * max(contact.values.shape[0] - past.first, 0)
+    places, times = np.empty(room, dtype=np.int64), np.empty(room)
+    count = check_points(contact, past, places, times)
+    return places[:count], times[:count]
 
 
 def end_of_force(contact: Contact) -> float:
@@ -143,13 +97,13 @@ def shrink_contact(
     contact: Contact, past: Past, work: Scratch, tolerance: float
 ) -> tuple[Past, NDArray[np.int64], Array]:
     """Contact with its end, and the segments and times of the checks; one that grows before is refused."""
-    places, times = check_points(contact, past)
+    places, times = points_of_checks(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, places, times))
     else:
         past = past._replace(end=end_of_force(contact))
     if contact.path.exponent != 0.0 and places.size:
-        rounding_allowance = _rounding(contact, past)
+        rounding_allowance = load_rounding(contact, past)
         tolerance += 10.0 * depth_rounding(past)[0]
         n = regrowth(contact, past, work, places, times, tolerance, rounding_allowance)
         if n >= 0:
@@ -173,10 +127,10 @@ def check_recontact(
     creep: Retardation,
 ) -> None:  # fmt: skip
     """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
-    if not innermost_load_rises(contact, past, work, places, times, tolerance, _rounding(contact, past)):
+    if not innermost_load_rises(contact, past, work, places, times, tolerance, load_rounding(contact, past)):
         return
     # The rounding of the times moves a steep history.
-    rounding_allowance = tolerance + 1e-15 * _largest_rate(contact, past)
+    rounding_allowance = tolerance + 1e-15 * largest_rate(contact, past)
 
     def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
         surface = recovering_surface(contact, past, work, creep, moments)
@@ -201,29 +155,6 @@ def check_recontact(
             "the contact is over and the recovering surface reaches the indenter again, which is outside the theory"
         )
         raise Reloading("time", float(moments[found[0]]), wanted)
-
-
-def _rounding(contact: Contact, past: Past) -> float:
-    """Rounding of the rate of the load while the contact shrinks; the times round the decay of fast modes."""
-    relative = _LOAD_ROUNDING + _TIME_ROUNDING * float(np.max(contact.rates, initial=0.0))
-    return relative * (contact.equilibrium + float(contact.moduli.sum())) * _largest_rate(contact, past)
-
-
-def depth_rounding(past: Past) -> tuple[float, float]:
-    """Largest change of the depth within the rounding of a time of the growing contact, and that time."""
-    elements = past.elements
-    if past.total == 0:
-        return 0.0, 0.0
-    rounding = _TIME_ROUNDING * (elements.starts + elements.lengths) * elements.depth_rates[:, 0]
-    worst = int(np.argmax(rounding))
-    return float(rounding[worst]), float(elements.starts[worst])
-
-
-def _largest_rate(contact: Contact, past: Past) -> float:
-    """Estimate of the largest rate of the prescribed history after the growth of the contact; at least 1."""
-    widths = np.diff(contact.knots)[past.first :]
-    steps = np.abs(contact.values[past.first :, 1:]).sum(axis=1)
-    return float(np.max(np.divide(steps, widths, out=np.zeros_like(steps), where=widths > 0.0), initial=1.0))
 
 
 def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Array:
@@ -275,5 +206,5 @@ def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float)
             if room > _MOST_ELEMENTS:
                 raise InputError("force", wanted="needs too many elements; smooth or thin the history, or loosen rtol")
     level = allocate(contact.recoveries, count)
-    remember(lengths[:count], q[:count], np.zeros(count), level, work.sweep)
+    remember(lengths[:count], q[:count], level, work.sweep)
     return Recovery(starts[:count], lengths[:count], q[:count], level)

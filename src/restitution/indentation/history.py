@@ -90,7 +90,7 @@ class History:
             raise InputError("time", float(t[n]), "must not stand three times; a step has two values", "s", index=(n,))
         if jumps[-1]:
             raise InputError("time", float(t[-1]), f"must be followed by a later one, as {name} has a step there", "s")
-        t, v = _without_collinear(t, v)
+        t, v = without_collinear(t, v)
         return cls(t, np.column_stack([v[:-1], np.diff(v)]))
 
     @classmethod
@@ -346,7 +346,7 @@ def _errors_at(t: Array, values: Array, lows: Array, highs: Array, fit: Array) -
     return piece, np.abs(polyval(u, fit[piece].T, tensor=False) - values)
 
 
-def _without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
+def without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
     """Points without those on the line through their neighbours, so that a sampled straight line is one piece."""
     if t.size < 3:
         return t, v

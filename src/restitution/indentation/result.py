@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import finite, whole
 from restitution.contact.contact import Contact
 from restitution.contact.profile import Profile
+from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
 from restitution.quantities import HISTORY, dataset
@@ -40,15 +41,38 @@ _SHARES = np.linspace(0.0, 1.0, 9)
 class IndentationStatus(IntEnum):
     """How an indentation ended, with a `message` for each member."""
 
-    SEPARATED = 0
-    IN_CONTACT = 1
+    SEPARATED = outcome.SEPARATED
+    IN_CONTACT = outcome.IN_CONTACT
+    NO_TOUCH = outcome.NO_TOUCH
+    TOUCHES_AT_START = outcome.TOUCHES_AT_START
+    BEYOND_PROFILE = outcome.BEYOND_PROFILE
+    GROWS_AGAIN = outcome.GROWS_AGAIN
+    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN
+    NOT_RESOLVED = outcome.NOT_RESOLVED
+    OVERFLOW = outcome.OVERFLOW
 
     @property
     def message(self) -> str:
         """What happened, in words."""
-        if self == IndentationStatus.SEPARATED:
-            return "the contact ended within the prescribed history"
-        return "the bodies were still in contact when the prescribed history ended"
+        return _MESSAGES[self]
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is no result."""
+        return self > IndentationStatus.IN_CONTACT
+
+
+_MESSAGES = {
+    IndentationStatus.SEPARATED: "the contact ended within the prescribed history",
+    IndentationStatus.IN_CONTACT: "the bodies were still in contact when the prescribed history ended",
+    IndentationStatus.NO_TOUCH: "the bodies do not touch",
+    IndentationStatus.TOUCHES_AT_START: "the bodies touch at the start already",
+    IndentationStatus.BEYOND_PROFILE: "the indentation is deeper than the profile",
+    IndentationStatus.GROWS_AGAIN: "the contact grows again before it has ended, which is outside the theory",
+    IndentationStatus.TOUCHES_AGAIN: "the surface may reach the indenter again after the contact",
+    IndentationStatus.NOT_RESOLVED: "the history has too many kinks, or rises too fast for the digits of its times",
+    IndentationStatus.OVERFLOW: "a modulus, time or force is not finite, or beyond the range of numbers",
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,15 +18,15 @@ from restitution.errors import InputError
 from restitution.indentation.evolution import (
     Reloading,
     check_recontact,
-    depth_rounding,
-    grow_contact,
+    grown_contact,
     recover_depth,
     scratch,
     shrink_contact,
 )
 from restitution.indentation.history import UNITS, History, contact_part, graded
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.kernel.indentation import sample, through_jump
+from restitution.kernel.growing import depth_rounding
+from restitution.kernel.indentation import ELEMENT_SHARE, LARGEST, SMALLEST, sample, through_jump
 from restitution.kernel.memory import DEPTH, FORCE, allocate
 from restitution.kernel.memory import Contact as ScaledContact
 from restitution.kernel.path import Path, power_path, table_path
@@ -38,10 +38,6 @@ Prescribed = History | ArrayLike | Callable[[Any], Any]
 
 # Number of even times of a result where none are asked for.
 _POINTS = 401
-# Share of the tolerance for the elements, as errors of the past add up.
-_ELEMENT_SHARE = 0.05
-# Squares of depths, radii and forces must be normal numbers.
-_SMALLEST, _LARGEST = 1e-150, 1e150
 
 
 def indent(
@@ -175,14 +171,14 @@ class Solution:
     def __init__(self, contact: Contact, history: History, name: str, rtol: float) -> None:
         self.history, self._profile = history, contact.profile
         self.by_depth = name == "depth"
-        tolerance = _ELEMENT_SHARE * rtol
+        tolerance = ELEMENT_SHARE * rtol
         part = contact_part(history, name)
         deepest = float(np.min(contact.profile.max_depth))
         if self.by_depth:
             _check_depth(part, deepest, contact.reduced_modulus.parallel_viscosity)
         self._contact, self.units = _scaled_contact(contact, part, name)
-        work = scratch(self._contact)
-        past = grow_contact(self._contact, work, tolerance, deepest)
+        work = scratch(self._contact.moduli.size)
+        past = grown_contact(self._contact, work, tolerance, deepest)
         rounding, moment = depth_rounding(past)
         if rounding > rtol * past.elements.depths[-1]:
             wanted = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
@@ -240,7 +236,7 @@ class Solution:
     def through(self, place: int, fractions: Array) -> tuple[Array, Array]:
         """Depth [m] and force [N] on the way through the step at this place, at fractions of it in [0, 1]."""
         order = np.argsort(fractions)
-        columns, work = np.empty((2, fractions.size)), scratch(self._contact)
+        columns, work = np.empty((2, fractions.size)), scratch(self._contact.moduli.size)
         through_jump(self._contact, self._past, self._recovery, work, place, fractions[order], columns)
         depth, force = columns[:, np.argsort(order)]
         return depth * self.units.length, force * self.units.force
@@ -263,7 +259,7 @@ class Solution:
         inside = np.minimum((t[early:] - units.touch) / units.time, 1.0)
         if before:
             inside = np.nextafter(inside, -math.inf)
-        sample(self._contact, self._past, self._recovery, scratch(self._contact), inside, sampled)
+        sample(self._contact, self._past, self._recovery, scratch(self._contact.moduli.size), inside, sampled)
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
         # A force near zero may have either sign by rounding; there is no adhesion.
         np.maximum(sampled[2], 0.0, out=sampled[2])
@@ -333,9 +329,9 @@ def _scaled_contact(bodies: Contact, history: History, name: str) -> tuple[Scale
     typical += series.parallel_viscosity / duration
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * depth
-    if not all(_SMALLEST < value < _LARGEST for value in (depth, radius, force)):
+    if not all(SMALLEST < value < LARGEST for value in (depth, radius, force)):
         wanted = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of "
-        wanted += f"{force:.3g} N; each must be in [{_SMALLEST:g}, {_LARGEST:g}]"
+        wanted += f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]"
         raise InputError(name, peak, wanted, UNITS[name])
     units = Units(touch, duration, depth, radius, force, error)
     rates = duration / times

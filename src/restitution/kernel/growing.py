@@ -18,13 +18,17 @@ from restitution.kernel.memory import (
     TERMS,
     TIME_ROUNDING,
     Contact,
+    Memory,
     Quadrature,
     Scratch,
+    Segments,
     drop_rounding,
     expand,
+    expand_segments,
     legendre_values,
     prescribed,
     recall,
+    remember,
     truncation_error,
     variation,
 )
@@ -44,16 +48,32 @@ _EVEN_STEPS, _PLACES, _FIRST_PLACE, _RATIO, _BISECTIONS = 16.0, 64, 1e-12, 2.5, 
 NEWTON_ROUNDS, NEWTON_ROUNDING = 200, 4e-16
 
 
+# Rounding of a time over the duration.
+CLOCK_ROUNDING = 4e-16
+
+
 class Elements(NamedTuple):
     """Elements of the growing contact."""
 
-    starts: Any  # (E,): length 0: depth and Pi jump
+    starts: Any  # (E,): length 0: depth and Pi jump, by the first coefficients of their rates
     lengths: Any  # (E,)
     segments: Any  # (E,): the segment of the history that an element lies in
     depths: Any  # (E + 1,): d and Pi at the start of each element, and at the end of the last
     integrals: Any  # (E + 1,)
     depth_rates: Any  # (E, TERMS): legendre coefficients of d' and Pi'
     integral_rates: Any  # (E, TERMS)
+
+
+class Past(NamedTuple):
+    """The growing contact and its memory."""
+
+    elements: Elements
+    total: int  # Number of elements
+    depth: Memory  # H_k over the elements and, under a prescribed depth, over the rest of the history
+    integral: Memory  # Y_k over the elements
+    first: int  # Segment of the history in which the contact starts to shrink
+    turning: float  # Time at which it does; the end of the history where it does not
+    end: float  # Time at which the contact ends; infinite where it does not
 
 
 @compiled
@@ -115,7 +135,23 @@ def _growing_contact_by_force(contact: Contact, work: Scratch, i: int, t: float)
     return s * s, math.inf if integral_rate > 0.0 else 0.0, integral, integral_rate
 
 
-@entry_point
+@inlined
+def _turning_segment(contact: Contact, tolerance: float) -> int:
+    """Segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
+    m = contact.values.shape[0]
+    first, highest = 0, -math.inf
+    for i in range(m):
+        end = 0.0
+        for n in range(contact.values.shape[1]):
+            end += contact.values[i, n]
+        if end > highest:
+            first, highest = i, end
+        elif highest - end > tolerance:
+            return first + 1
+    return m
+
+
+@compiled
 def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
     """Turning point under a prescribed force: the segment, and the time in it.
 
@@ -171,7 +207,7 @@ def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
     return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
 
 
-@entry_point
+@compiled
 def grow(
     contact: Contact,
     quadrature: Quadrature,
@@ -209,6 +245,8 @@ def grow(
                 elements.depth_rates[e, n] = 0.0
                 elements.integral_rates[e, n] = 0.0
             depth, _, integral, _ = growing_contact_at(contact, work, i, b)
+            elements.depth_rates[e, 0] = depth - elements.depths[e]
+            elements.integral_rates[e, 0] = integral - elements.integrals[e]
             e += 1
             elements.depths[e], elements.integrals[e] = depth, integral
             continue
@@ -263,3 +301,59 @@ def growing_contact_at(contact: Contact, work: Scratch, i: int, t: float) -> tup
         s = root_of_depth(contact.path, integral)
         return s * s, 0.0, integral, 0.0
     return growing_contact(contact, work, i, t)
+
+
+@entry_point
+def grow_contact(
+    contact: Contact, quadrature: Quadrature, work: Scratch, tolerance: float, segments: Segments, past: Past
+) -> tuple[int, int, float]:
+    """Write the growing contact and its memory to the arrays of `past`, which may have more room than is needed.
+
+    Returns the number of elements, NO_ROOM or BEYOND_PROFILE, the segment in which the contact starts to shrink, and
+    the time at which it does. The tolerance is that of `grow`.
+    """
+    m = contact.values.shape[0]
+    by_depth, punch = contact.control == DEPTH, contact.path.exponent == 0.0
+    first, turning, total = m, 1.0, 0
+    if not by_depth:
+        expand_segments(contact, quadrature, 0, segments)
+        remember(segments.lengths, segments.rates, contact.slope, work.sweep)
+        remember(segments.lengths, segments.levels, contact.level, work.sweep)
+        if not punch:
+            first, turning = turning_point(contact, work, m)
+    elif punch:
+        # The contact radius never changes, so that there is nothing to look up in the past.
+        first, turning = 0, 0.0
+    else:
+        first = _turning_segment(contact, tolerance)
+        turning = contact.knots[first]
+    elements = past.elements
+    if not punch:
+        cut = 1 if first < m and turning > contact.knots[first] else 0
+        total = grow(contact, quadrature, work, first + cut, turning, tolerance, elements)
+        if total < 0:
+            return total, first, turning
+    for k in range(contact.rates.shape[0]):
+        past.depth.begin[0, k] = 0.0
+        past.integral.begin[0, k] = 0.0
+    remember(elements.lengths[:total], elements.depth_rates, past.depth, work.sweep)
+    remember(elements.lengths[:total], elements.integral_rates, past.integral, work.sweep)
+    if by_depth:
+        expand_segments(contact, quadrature, first, segments)
+        memory = past.depth
+        rest = Memory(memory.rates, memory.begin[total:], memory.polynomial[total:], memory.transient[total:])
+        remember(segments.lengths[first:m], segments.rates[first:], rest, work.sweep)
+    return total, first, turning
+
+
+@entry_point
+def depth_rounding(past: Past) -> tuple[float, float]:
+    """Largest change of the depth within the rounding of a time of the growing contact, and that time."""
+    elements = past.elements
+    worst, moment = 0.0, 0.0
+    for e in range(past.total):
+        if elements.lengths[e] > 0.0:
+            change = CLOCK_ROUNDING * (elements.starts[e] + elements.lengths[e]) * elements.depth_rates[e, 0]
+            if change > worst:
+                worst, moment = change, elements.starts[e]
+    return worst, moment

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from restitution.kernel.compile import entry_point, inlined
+from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.path import Path
 
 Array = NDArray[np.float64]
@@ -87,11 +87,11 @@ def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
 
 
 @entry_point
-def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> None:
+def remember(lengths: Any, f: Any, memory: Memory, sweep: Any) -> None:
     """Fill the memory of f, whose Legendre coefficients are rows of `f`, over elements of these lengths.
 
-    Where a length is 0 the integral of f has a jump. `memory.begin[0]` is given, the rest is written; `sweep` is
-    scratch space.
+    Where a length is 0 the integral of f has a jump, the first of the coefficients. `memory.begin[0]` is given, the
+    rest is written; `sweep` is scratch space.
     """
     begin, polynomial, transient = memory.begin, memory.polynomial, memory.transient
     up, shift = sweep[0], sweep[1]
@@ -103,7 +103,7 @@ def remember(lengths: Any, f: Any, jumps: Any, memory: Memory, sweep: Any) -> No
         for k in range(memory.rates.shape[0]):
             if h == 0.0:
                 transient[e, k] = 0.0
-                begin[e + 1, k] = begin[e, k] + jumps[e]
+                begin[e + 1, k] = begin[e, k] + f[e, 0]
                 for n in range(TERMS):
                     polynomial[e, k, n] = 0.0
                 continue
@@ -226,24 +226,35 @@ def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]
     return value, rate / h, 2.0 * curvature / (h * h)
 
 
-@entry_point
-def segment_rates(contact: Contact, quadrature: Quadrature, first: int, rates: Any, levels: Any) -> None:
-    """Write the Legendre coefficients of the prescribed rate and value over the segments from `first` on."""
+class Segments(NamedTuple):
+    """The prescribed quantity over the m segments of its history: Legendre coefficients of its rate and value."""
+
+    lengths: Any  # (m,)
+    rates: Any  # (m, TERMS); where a length is 0, first of all the jump
+    levels: Any  # (m, TERMS); where a length is 0, zeros
+
+
+@compiled
+def expand_segments(contact: Contact, quadrature: Quadrature, first: int, segments: Segments) -> None:
+    """Write the lengths and the Legendre coefficients of the segments from `first` on."""
     for i in range(first, contact.values.shape[0]):
         h = contact.knots[i + 1] - contact.knots[i]
+        segments.lengths[i] = h
         for n in range(TERMS):
-            rates[i - first, n] = 0.0
-            levels[i - first, n] = 0.0
+            segments.rates[i, n] = 0.0
+            segments.levels[i, n] = 0.0
         if h == 0.0:
+            for n in range(1, contact.values.shape[1]):
+                segments.rates[i, 0] += contact.values[i, n]
             continue
         for j in range(TERMS):
             t = contact.knots[i] + 0.5 * h * (1.0 + quadrature.nodes[j])
             value, rate, _ = prescribed(contact, i, t)
             for n in range(TERMS):
-                rates[i - first, n] += quadrature.coefficients[n, j] * rate
-                levels[i - first, n] += quadrature.coefficients[n, j] * value
-        drop_rounding(rates[i - first])
-        drop_rounding(levels[i - first])
+                segments.rates[i, n] += quadrature.coefficients[n, j] * rate
+                segments.levels[i, n] += quadrature.coefficients[n, j] * value
+        drop_rounding(segments.rates[i])
+        drop_rounding(segments.levels[i])
 
 
 @inlined

@@ -1,9 +1,13 @@
-"""Codes of the status of an impact and columns of an outcome, as plain numbers without imports."""
+"""Codes of the status of an impact or an indentation, and columns of an outcome, as plain numbers without imports."""
 
 # `restitution.impact.status.Status` contains their names and messages.
 (
     SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, NOT_ACCURATE, TOO_DEEP, INADMISSIBLE,
 ) = range(9)  # fmt: skip
+# The same for an indentation, in `restitution.indentation.result.IndentationStatus`.
+(
+    IN_CONTACT, NO_TOUCH, TOUCHES_AT_START, BEYOND_PROFILE, GROWS_AGAIN, TOUCHES_AGAIN, NOT_RESOLVED, OVERFLOW,
+) = range(1, 9)  # fmt: skip
 
 OUTCOME = (
     "restitution_coefficient",

@@ -10,10 +10,17 @@ one equation for t1, whose left-hand side rises with t1. In the first case the o
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from restitution.kernel.compile import entry_point, inlined
-from restitution.kernel.growing import NEWTON_ROUNDING, NEWTON_ROUNDS, Elements, growing_contact, root_of_depth
+from restitution.kernel.growing import (
+    CLOCK_ROUNDING,
+    NEWTON_ROUNDING,
+    NEWTON_ROUNDS,
+    Past,
+    growing_contact,
+    root_of_depth,
+)
 from restitution.kernel.memory import (
     DEPTH,
     TIME_ROUNDING,
@@ -28,18 +35,11 @@ from restitution.kernel.path import radius_and_integral
 
 # Search for an instant: estimate of the step after the next, and width of the interval, over the time: both rounding.
 _NEXT_STEP, _SPACING = 1e-16, 2e-16
-
-
-class Past(NamedTuple):
-    """The growing contact and its memory."""
-
-    elements: Elements
-    total: int  # Number of elements
-    depth: Memory  # H_k over the elements and, under a prescribed depth, over the rest of the history
-    integral: Memory  # Y_k over the elements
-    first: int  # Segment of the history in which the contact starts to shrink
-    turning: float  # Time at which it does; the end of the history where it does not
-    end: float  # Time at which the contact ends; infinite where it does not
+# Checks of the state: shares of a segment, one in `_STRIDE` of them in a segment shorter than `_SHORT`; a mode that
+# relaxes within more than `_QUICK` of a segment is checked at a quarter of its time and at its time.
+_SHARES, _STRIDE, _SHORT, _QUICK = 9, 4, 0.02, 1e-4
+# Rounding of a load over the sum of the moduli and the largest rate.
+_LOAD_ROUNDING = 1e-14
 
 
 @inlined
@@ -233,6 +233,61 @@ def shrinking_contact(
 
 
 @entry_point
+def check_points(contact: Contact, past: Past, places: Any, times: Any) -> int:
+    """Write segments of the shrinking contact and ascending times at which its state is checked; returns their number.
+
+    A segment has room for `_SHARES` points and two of each mode.
+    """
+    count = 0
+    for i in range(past.first, contact.values.shape[0]):
+        low, high = max(contact.knots[i], past.turning), contact.knots[i + 1]
+        width = high - low
+        start = count
+        for n in range(_SHARES if width > 0.0 else 1):
+            if n % _STRIDE == 0 or width > _SHORT:
+                times[count] = min(low + width * (n / (_SHARES - 1.0)), high)
+                count += 1
+        for k in range(contact.rates.shape[0]):
+            # A mode reacts to a kink within its relaxation time.
+            near = 1.0 / contact.rates[k]
+            if _QUICK * width < near < width:
+                times[count] = min(low + 0.25 * near, high)
+                times[count + 1] = min(low + near, high)
+                count += 2
+        for n in range(start, count):
+            places[n] = i
+            t, p = times[n], n
+            while p > start and times[p - 1] > t:
+                times[p] = times[p - 1]
+                p -= 1
+            times[p] = t
+    return count
+
+
+@entry_point
+def load_rounding(contact: Contact, past: Past) -> float:
+    """Rounding of the rate of the load while the contact shrinks; the times round the decay of fast modes."""
+    fastest, moduli = 0.0, contact.equilibrium
+    for k in range(contact.rates.shape[0]):
+        fastest = max(fastest, contact.rates[k])
+        moduli += contact.moduli[k]
+    return (_LOAD_ROUNDING + CLOCK_ROUNDING * fastest) * moduli * largest_rate(contact, past)
+
+
+@entry_point
+def largest_rate(contact: Contact, past: Past) -> float:
+    """Estimate of the largest rate of the prescribed history after the growth of the contact; at least 1."""
+    largest = 1.0
+    for i in range(past.first, contact.values.shape[0]):
+        width, change = contact.knots[i + 1] - contact.knots[i], 0.0
+        for n in range(1, contact.values.shape[1]):
+            change += abs(contact.values[i, n])
+        if width > 0.0:
+            largest = max(largest, change / width)
+    return largest
+
+
+@entry_point
 def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
     """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite if it does not.
 
@@ -292,14 +347,17 @@ def innermost_load_rises(
 ) -> bool:
     """Whether the innermost element, if it stuck to the indenter after the contact, would be loaded again.
 
-    Where it is not, the surface cannot have caught up with the indenter.
+    Where it is not, the surface cannot have caught up with the indenter. Nor does it above the undeformed surface.
     """
     least = 0.0
     for n in range(times.shape[0]):
         if times[n] <= past.end:
             continue
         load, rate = innermost_load(contact, past, work, places[n], times[n])
-        if load > least + tolerance or rate > tolerance + rounding:
+        above = prescribed(contact, places[n], times[n])[0] <= 0.0
+        if above:
+            least = min(least, load)
+        elif load > least + tolerance or rate > tolerance + rounding:
             return True
         least = min(least, load)
     return False
