@@ -1,0 +1,254 @@
+"""Measured indentation curves, such as those of an atomic force microscope."""
+
+from __future__ import annotations
+
+import warnings
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks
+from restitution.contact.profile import Profile
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.identification.observations import Curve, Noise, Nuisance, Observations
+from restitution.identification.touch import first_touch, rising_and_falling, straight_lines
+from restitution.indentation.block import IndentationBlock
+from restitution.material.columns import MaterialColumns, PronyColumns
+from restitution.material.fit import DynamicTable
+
+Array = NDArray[np.float64]
+
+# Tolerance of a force; differences of residuals need a smaller one than the residuals themselves.
+_RTOL = 1e-8
+_BEFORE = 10
+# Equal largest forces in a row that show saturation, while the depth moves by more than the share below.
+_EQUAL, _MOVED = 5, 0.02
+# A force that changes by more than this share of its range from one point to the next, while the depth does not.
+_JUMP = 0.25
+# Standard solids tried for a start: shares of the relaxing modulus, and times over the duration.
+_SHARES, _TIMES = (0.0, 0.4, 0.8, 0.97), (0.01, 0.04, 0.15, 0.6)
+_FREQUENCIES = 6
+
+
+class IndentationCurve(Observations):
+    """Force over depth and time of one approach and perhaps one retraction, with holds.
+
+    Unknown are the depth reading at first touch (contact point), a constant baseline and a slope of it in time.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Times t [s], ascending.
+    depth : array, shape (n,)
+        Position of the tip into the surface [m], from any origin, rising towards the surface. With `spring_constant`
+        the position of the base of the cantilever (piezo height), rising in the same direction.
+    force : array, shape (n,)
+        Force F on the surface [N], positive for a push.
+    profile : Profile
+        Profile of the indenter.
+    spring_constant : float, optional
+        Spring constant k of a cantilever [N/m], from whose base the depth was read: the tip is at depth - F/k.
+    temperature : float, optional
+        Temperature [K], for a model with a shift.
+    noise : Noise, optional
+        Standard deviation of `force`; a relative one refers to its range. Without it the noise is estimated.
+    label : str
+        What messages call the data.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, the times do not rise, there are fewer than 10 points before first touch or more
+        than one approach, or the force is saturated or jumps.
+
+    Warns
+    -----
+    RestitutionWarning
+        If the depth is noisy, so that straight lines through it take its place.
+
+    Notes
+    -----
+    The depth is prescribed as straight lines: those of the data where they are straight or hardly noisy, else lines
+    of least squares, halved until no line hides a bend larger than its standard error. Too few lines bias the moduli
+    (by 35 % with 8 lines) without a trace in the residuals. The same lines serve for the tip of a soft cantilever, at
+    depth - F/k with the measured force.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> gel = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
+    >>> time = np.linspace(0.0, 2.8, 480)
+    >>> depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    >>> force = rs.indent(gel, rs.Parabola(2.5e-6), depth=depth - 0.4e-6, time=time).force
+    >>> curve = IndentationCurve(time, depth, force, profile=rs.Parabola(2.5e-6), noise=rs.Noise(force="1 %"))
+    >>> curve.size, [one.name for one in curve.nuisances]
+    (480, ['contact_point'])
+    """
+
+    def __init__(
+        self,
+        time: Any,
+        depth: Any,
+        force: Any,
+        *,
+        profile: Profile,
+        spring_constant: Any = None,
+        temperature: Any = None,
+        noise: Noise | None = None,
+        label: str = "",
+    ) -> None:
+        self.label = label
+        if not isinstance(profile, Profile):
+            raise InputTypeError("profile", profile, "must be a Profile")
+        self.profile = profile
+        self.spring_constant = None
+        if spring_constant is not None:
+            self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
+        self.temperature = None if temperature is None else checks.single_positive("temperature", temperature, "K")
+        self.time, self.depth, self.force = _columns(time, depth, force)
+        _check_force(self.depth, self.force)
+        exponent = 1.5 if profile.path_exponent is None else 0.5 * float(profile.path_exponent) + 1.0
+        touch = first_touch(self.time, self.depth, self.force, exponent)
+        tip, kinks = self.depth, np.empty(0)
+        if self.spring_constant is not None:
+            tip = self.depth - (self.force - touch.baseline - touch.slope * self.time) / self.spring_constant
+            base = straight_lines(self.time, self.depth, kinks)
+            kinks = base.time if base.noise == 0.0 else kinks
+            touch = first_touch(self.time, tip, self.force, exponent)
+        lines = straight_lines(self.time, tip, kinks)
+        if lines.noise > 0.0 and self.spring_constant is None:
+            message = f"{label or 'depth'}: {lines.time.size - 1} straight lines replace the depth, which is noisy "
+            warnings.warn(RestitutionWarning("smoothing", message + f"({lines.noise:.2g} m)"), stacklevel=2)
+        self.lines = rising_and_falling(lines, touch.depth)
+        self._set_nuisance(touch.depth, touch.noise)
+        deviations = (noise or Noise()).of("force", self.force, float(np.ptp(self.force)))
+        self.scaled = deviations is None
+        floor = 1e-6 * float(np.ptp(self.force))
+        self.deviations = np.full(self.size, max(touch.noise, floor)) if deviations is None else deviations
+        # Constant and slope, whose part of the residuals is projected out.
+        share = (self.time - self.time[0]) / (self.time[-1] - self.time[0])
+        baseline = np.stack([np.ones(self.size), share], axis=1) / self.deviations[:, None]
+        self._basis, self._triangle = np.linalg.qr(baseline)
+
+    def _set_nuisance(self, touch: float, noise: float) -> None:
+        """Start, range and step of the contact point."""
+        peak = float(self.lines.depth.max())
+        before = int(np.argmax(self.depth > touch))
+        if before < _BEFORE:
+            wanted = f"needs at least {_BEFORE} points before first touch for the baseline, and has {before}"
+            raise InputError("depth", wanted=wanted)
+        first = float(self.lines.depth[0])
+        low = touch - 0.95 * (touch - first)
+        high = peak - 0.05 * (peak - touch)
+        # Force over depth, on the average over the approach.
+        stiffness = 1.5 * float(np.ptp(self.force)) / (peak - touch)
+        step = max(noise / stiffness, 1e-6 * (peak - touch))
+        self.nuisances = (Nuisance("contact_point", "m", touch, low, high, step),)
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.time.size
+
+    @cached_property
+    def block(self) -> IndentationBlock:
+        """Forces of many materials at the times of the curve."""
+        return curves_block([self])
+
+    def residuals(self, materials: MaterialColumns, nuisances: Array) -> Array:
+        """Residuals (fit - data) over their standard deviations, without the part of a baseline, shape (m, n)."""
+        return self.projected(self.forces(materials, nuisances))
+
+    def forces(self, materials: MaterialColumns, nuisances: Array) -> Array:
+        """Forces of materials [N] without a baseline, shape (m, n)."""
+        return self.block.forces(materials.at(self.temperature).reduced, nuisances[:, 0], rtol=_RTOL)[0]
+
+    def projected(self, forces: Array) -> Array:
+        """Residuals of forces [N] of shape (m, n)."""
+        residuals = (forces - self.force) / self.deviations
+        return residuals - (residuals @ self._basis) @ self._basis.T
+
+    def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
+        """Measured and fitted force over time."""
+        fitted = self.force + self.residuals(materials, nuisances)[0] * self.deviations
+        return [Curve("force", "time", self.time, self.force, fitted, None if self.scaled else self.deviations)]
+
+    def window(self) -> tuple[float, float]:
+        """Angular frequencies [rad/s] from one over the duration of contact to a tenth of the rate of the points."""
+        duration = self._contact_duration
+        return 1.0 / duration, 0.1 * np.pi / max(float(np.median(np.diff(self.time))), 1e-3 * duration)
+
+    @property
+    def _contact_duration(self) -> float:
+        """Time [s] from first touch to the return to it, or to the end."""
+        inside = self.time[self.depth > self.nuisances[0].start]
+        return float(inside[-1] - inside[0])
+
+    def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
+        """Baseline at the first time, and its slope."""
+        off = (self.force - self.forces(materials, nuisances)[0]) / self.deviations
+        baseline, rise = np.linalg.solve(self._triangle, off @ self._basis)
+        slope = rise / (self.time[-1] - self.time[0])
+        return {"baseline": (float(baseline), "N"), "baseline_slope": (float(slope), "N/s")}
+
+    def effective_moduli(self) -> DynamicTable:
+        """Moduli of the best of a few standard solids, of which any multiple is tried."""
+        shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
+        series = PronyColumns(1.0 - shares, np.zeros(shares.size), shares[:, None], times[:, None])
+        forces, _ = self.block.forces(series, np.full(shares.size, self.nuisances[0].start), rtol=1e-4)
+        forces = np.nan_to_num(forces) / self.deviations
+        forces -= (forces @ self._basis) @ self._basis.T
+        measured = self.force / self.deviations
+        size, share = np.einsum("mn,mn->m", forces, forces), forces @ measured
+        gain = np.where(share > 0.0, share**2 / np.maximum(size, 1e-300), -np.inf)
+        best = int(np.argmax(gain))
+        if not np.isfinite(gain[best]):
+            raise InputError("force", wanted="does not rise with the depth; is its sign that of a push?")
+        omega = np.geomspace(*self.window(), _FREQUENCIES)
+        moduli = series.scaled(share[best] / size[best]).complex_modulus(omega)[best]
+        return DynamicTable(omega, moduli.real, np.maximum(moduli.imag, 0.01 * moduli.real), source=self.label)
+
+
+def curves_block(curves: list[IndentationCurve]) -> IndentationBlock:
+    """Block of the curves of one indenter."""
+    deepest = max(float(one.lines.depth.max() - one.nuisances[0].low) for one in curves)
+    return IndentationBlock(
+        curves[0].profile, [(one.lines.time, one.lines.depth, one.time) for one in curves], 1.001 * deepest
+    )
+
+
+def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
+    """Three columns of equal length with rising times."""
+    t, d, f = (
+        np.atleast_1d(checks.finite(name, column, unit))
+        for name, column, unit in (("time", time, "s"), ("depth", depth, "m"), ("force", force, "N"))
+    )
+    if t.ndim != 1 or not t.shape == d.shape == f.shape or t.size < 3 * _BEFORE:
+        wanted = f"must be columns of equal length >= {3 * _BEFORE}, not of shapes {t.shape}, {d.shape}, {f.shape}"
+        raise InputError("time, depth, force", wanted=wanted)
+    falls = np.flatnonzero(np.diff(t) <= 0.0)
+    if falls.size:
+        n = int(falls[0]) + 1
+        raise InputError("time", float(t[n]), f"must be after {t[n - 1]:g} s", "s", index=(n,))
+    for name, column, unit in (("depth", d, "m"), ("force", f, "N")):
+        if np.ptp(column) == 0.0:
+            raise InputError(name, float(column[0]), "must change over the curve", unit)
+    return t, d, f
+
+
+def _check_force(depth: Array, force: Array) -> None:
+    """Refuse a saturated force, and jumps of the force at rest."""
+    largest = np.flatnonzero(force == force.max())
+    if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):
+        n = int(largest[0])
+        wanted = "stands at its largest value while the depth changes: it is saturated"
+        raise InputError("force", float(force[n]), wanted, "N", index=(n,))
+    steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
+    jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
+    if jumps.size:
+        n = int(jumps[0]) + 1
+        raise InputError(
+            "force", float(force[n]), "jumps from the point before, which no contact does", "N", index=(n,)
+        )
