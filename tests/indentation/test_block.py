@@ -103,7 +103,7 @@ def test_a_row_without_a_result_has_a_status(history, touch, modulus, status):
 
 
 def test_a_profile_ends():
-    r = np.linspace(0.0, 1e-6, 30)
+    r = np.linspace(0.0, 0.5e-6, 30)
     block = IndentationBlock(rs.Tabulated(r, r**2 / 2e-6), [LINE], 2e-6)
     reduced = MaterialColumns.from_materials([rs.Material(PronySeries(1e3), bulk=math.inf)]).reduced
     _, statuses = block.forces(
