@@ -13,6 +13,8 @@ from .contact.profile import Parabola as Parabola
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .files import write_table as write_table
+from .identification.bounce_times import BounceTimes as BounceTimes
+from .identification.force_history import ForceHistory as ForceHistory
 from .identification.identify import identify as identify
 from .identification.observations import Noise as Noise
 from .identification.rebounds import Rebounds as Rebounds
@@ -49,16 +51,12 @@ from .material.classical import maxwell as maxwell
 from .material.classical import standard_solid as standard_solid
 from .material.conversion import shear_from_tension as shear_from_tension
 from .material.conversion import tension_from_shear as tension_from_shear
-from .material.fit import DynamicTable as DynamicTable
-from .material.fit import RelaxationTable as RelaxationTable
 from .material.fit import fit_prony as fit_prony
 from .material.fractional import FractionalMaterial as FractionalMaterial
 from .material.fractional import fractional_kelvin_voigt as fractional_kelvin_voigt
 from .material.fractional import fractional_maxwell as fractional_maxwell
 from .material.fractional import fractional_zener as fractional_zener
 from .material.fractional import springpot as springpot
-from .material.isotherms import Isotherms as Isotherms
-from .material.isotherms import MasterCurve as MasterCurve
 from .material.prony import PronySeries as PronySeries
 from .material.readers import read_material as read_material
 from .material.shift import WLF as WLF

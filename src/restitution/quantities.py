@@ -245,6 +245,13 @@ HISTORY = _by_name(
 )
 """What a history over time holds."""
 
+BOUNCES = _by_name(
+    _nonnegative("touch_time", TIME, "time of touch", r"$t$"),
+    _positive("interval", TIME, "time to the next touch", r"$D$"),
+    _nonnegative("height", LENGTH, "height reached after the bounce", r"$h$"),
+)
+"""What a series of bounces holds besides the outputs of its impacts."""
+
 MODULI = _by_name(
     _positive("angular_frequency", ANGULAR_FREQUENCY, "angular frequency", r"$\omega$"),
     _positive("storage_modulus", MODULUS, "storage modulus", r"$E'$"),

@@ -48,7 +48,10 @@ class Noise:
         parts = given if isinstance(given, tuple) else (given,)
         square = np.zeros(np.shape(values))
         for part in parts:
-            square += self._part(name, part, np.abs(values) if scale is None else np.asarray(scale)) ** 2
+            size = self._part(name, part, np.abs(values) if scale is None else np.asarray(scale))
+            if np.shape(size) not in ((), np.shape(values)):
+                raise InputError(f"noise.{name}", wanted=f"must be one number, or {np.size(values)} numbers")
+            square += size**2
         return np.sqrt(square)
 
     def _part(self, name: str, part: Any, size: Array) -> Any:
@@ -125,6 +128,10 @@ class Observations(ABC):
     @abstractmethod
     def window(self) -> tuple[float, float]:
         """Lowest and highest angular frequency [rad/s] that the data probe."""
+
+    def contact_times(self, materials: MaterialColumns) -> Array | None:
+        """Contact times [s] on the first material, for the window of data that measure none; None without contacts."""
+        return None
 
     def effective_moduli(self) -> DynamicTable | None:
         """Approximate storage and loss reduced modulus E* that the data show, for a start; None where unknown."""

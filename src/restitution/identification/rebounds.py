@@ -228,6 +228,10 @@ class Rebounds(Observations):
         elastic_time, elastic_force = self._elastic
         return np.where(np.isnan(times), elastic_time * elastic_force / self.max_force, times)
 
+    def contact_times(self, materials: MaterialColumns) -> Array:
+        """Contact times [s] on the first material."""
+        return self.predicted(materials)["contact_time"][0]
+
     def effective_moduli(self) -> DynamicTable | None:
         """E* from the contact times, and tan delta = -0.815 ln e; None where neither time nor force was measured."""
         times = self._times()

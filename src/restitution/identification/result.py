@@ -166,8 +166,8 @@ class Identification:
         known = ends[np.isfinite(ends).all(axis=1)]
         if not known.size and not any(one.exact for one in self.flat_directions):
             # A known modulus or time gives the others.
-            times = [curve for one in self.data if isinstance(one, Rebounds)
-                     for curve in one.predicted(self.columns)["contact_time"]]  # fmt: skip
+            times = [found for one in self.data if (found := one.contact_times(self.columns)) is not None]
+            times = [found[np.isfinite(found)] for found in times if np.any(np.isfinite(found))]
             known = math.pi / np.array([[time.max(), time.min()] for time in times])
         return (float(known[:, 0].min()), float(known[:, 1].max())) if known.size else (math.nan, math.nan)
 

@@ -42,7 +42,8 @@ class Estimate(NamedTuple):
         low, high = self.interval
         unit = f" {self.unit}" if self.unit else ""
         if self.determined:
-            return f"{self.value:.4g} +- {self.standard_error:.2g}{unit}"
+            error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
+            return f"{self.value:.4g}{error}{unit}"
         if self.open_ends == (True, False):
             return f"at most {high:.3g}{unit} (bounded above)"
         if self.open_ends == (False, True):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
-from restitution.impact.exact import Progress, Stored, solve_scaled, solve_stored
+from restitution.impact.exact import Progress, Stored, solve_forces, solve_scaled, solve_stored
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import Solution, pressure_unit
@@ -79,6 +79,17 @@ class Batch:
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
         )
+
+    @classmethod
+    def from_columns(cls, series: PronyColumns, profile: Profile, masses: Any, velocities: Any, forces: Any) -> Batch:
+        """Return a row for each reduced modulus; single numbers hold for all rows, those of a power law too."""
+        size, power = series.size, profile.path_exponent is not None
+        return cls(
+            *series, *(flat(value, (size,)) for value in (masses, velocities, forces)),
+            coefficients=flat(profile.path_coefficient, (size,)) if power else None,
+            exponent=float(np.asarray(profile.path_exponent)) if power else None,
+            profile=None if power else profile,
+        )  # fmt: skip
 
     @classmethod
     def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
@@ -160,6 +171,21 @@ class Batch:
         if kept is None or outcomes[0, STATUS] != Status.SEPARATED:
             return columns, None
         return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
+
+    def sample_forces(self, times: Array, rtol: float) -> tuple[dict[str, Array], Array]:
+        """Solve the impacts; return their columns, and the forces [N] at rising times [s], shape (n, n_time).
+
+        A time counts from the first touch. The forces are 0 outside the contact, and NaN where the body stays.
+        """
+        forces = times
+
+        def run(block: ScaledBlock) -> Array:
+            nonlocal forces
+            outcomes, forces = solve_forces(block, rtol, times / block.time[:, None])
+            return outcomes
+
+        block, outcomes = self.solved(run, rtol)
+        return self.columns(block, outcomes), forces * (self.masses * self.velocities / block.time)[:, None]
 
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
         """Scale and solve; repeat with a longer table of the profile if the table was too short."""

@@ -18,7 +18,7 @@ from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
-from restitution.quantities import INPUTS, LENGTH, NUMBER, OUTPUTS, TIME, Quantity, dataset
+from restitution.quantities import BOUNCES, INPUTS, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
@@ -56,13 +56,10 @@ _MEANING = {
 
 _OUTPUTS = ("restitution_coefficient", "rebound_velocity", "contact_time", "residual_indentation_depth")
 _COLUMNS = {
-    one.name: one
-    for one in (
-        Quantity("touch_time", TIME, "time of touch since release", "$t$"),
-        INPUTS["velocity"],
-        *(OUTPUTS[name] for name in _OUTPUTS),
-        Quantity("height", LENGTH, "height reached after the bounce", "$h$"),
-    )
+    "touch_time": BOUNCES["touch_time"]._replace(words="time of touch since release"),
+    "velocity": INPUTS["velocity"],
+    **{name: OUTPUTS[name] for name in _OUTPUTS},
+    "height": BOUNCES["height"],
 }
 _NUMBER = Quantity("bounce", NUMBER, "bounce")
 
@@ -204,9 +201,7 @@ def bounces(
     g = single("gravity", positive("gravity", gravity, "m/s2"), "m/s2")
     if height is None:
         velocity = float(impact.velocity)
-        start = velocity * velocity / (2.0 * g)
-        if not math.isfinite(start):
-            raise InputError("velocity", velocity, "must be that of a fall from a finite height", "m/s")
+        start = velocity**2 / (2.0 * g)
     else:
         start = single("height", positive("height", height, "m"), "m")
         velocity = float(fall_velocity(start, g))

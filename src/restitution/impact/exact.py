@@ -186,6 +186,25 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
     return outcomes, Stored(_problem(block, 0, path), kept)
 
 
+def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, Array]:
+    """Solve a block; return its outcomes, and the scaled forces at rising times, both of shape (n, n_time).
+
+    The forces are 0 outside the contact, and NaN where the body does not separate.
+    """
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.radau import radau
+    from restitution.kernel.sampling import sample_forces
+    from restitution.kernel.workspace import allocate
+
+    outcomes, forces = np.empty((block.size, len(OUTCOME))), np.full(times.shape, np.nan)
+    path, work = kernel_path(block), allocate(block.most_modes, MAX_ELEMENTS)
+    for n in range(block.size):
+        _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
+        if outcomes[n, STATUS] == Status.SEPARATED:
+            sample_forces(radau(STAGES), work, times[n], forces[n])
+    return outcomes, forces
+
+
 def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
     from restitution.kernel.workspace import Problem
 

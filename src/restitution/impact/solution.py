@@ -224,17 +224,14 @@ class Solution:
 
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
         """Return the elements, and the places in them, where a rising column takes the given values."""
-        table = half.columns[..., column]
-        element = np.clip(np.searchsorted(table[:, 0], values, side="right") - 1, 0, len(table) - 1)
-        rows = table[element]
-        end = np.where(element == len(table) - 1, half.share, 1.0)
-        low, high = np.zeros(values.size), end
-        for _ in range(54):
-            middle = 0.5 * (low + high)
-            late = np.einsum("pj,pj->p", self.basis(middle), rows) > values
-            low, high = np.where(late, low, middle), np.where(late, middle, high)
-        place = np.where(values <= rows[:, 0], 0.0, np.where(high == end, end, 0.5 * (low + high)))
-        return element, place
+        from restitution.kernel.sampling import find_rising
+
+        order = np.argsort(values)
+        elements, places = np.empty(values.size, dtype=np.intp), np.empty(values.size)
+        rows = np.ascontiguousarray(half.columns[..., column])
+        find_rising(self.scheme, self.stored.work, rows, half.share, values[order], elements, places)
+        back = np.argsort(order)
+        return elements[back], places[back]
 
     def approach_at(self, sigma: Array) -> Array:
         """Return the columns of the approach at sigma, shape (n, 5 + N)."""

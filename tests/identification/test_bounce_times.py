@@ -1,0 +1,243 @@
+"""Bounce times: exact predictions, recovered losses, flights in air, and instants that are refused."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
+from restitution.contact.analytic import Sphere
+from restitution.contact.power_law import Cone
+from restitution.contact.profile import Parabola
+from restitution.errors import InputError, RestitutionWarning
+from restitution.identification.bounce_times import BounceTimes, Flight
+from restitution.identification.observations import Noise
+from restitution.impact.bounces import bounces
+from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
+from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
+
+SD = 5e-5
+# Touches of a ball from 0.3 m, after which the contacts are no longer short beside the flights.
+NUMBER = {"A": 6, "B": 12, "D": 25}
+
+
+def series(case, n=None, height=0.3):
+    """Bounces of a steel ball of 10 mm on a material."""
+    impact = drop(Body(None, RADIUS, MASS), Body(solid(case)), height)
+    return bounces(impact, max_bounces=n or NUMBER[case], min_height=0.0)
+
+
+def sound(time, **options):
+    """Observation without the warning of drag, which the data do not have."""
+    return BounceTimes(time, **{"radius": RADIUS, "mass": MASS, "drag_coefficient": 0.0} | options)
+
+
+@pytest.mark.parametrize("case", ["A", "B", "D"])
+def test_prediction_of_the_true_material_is_exact(case):
+    found = series(case)
+    data = sound(found.touch_time, noise=Noise(time=SD))
+    error = data.predicted(columns(np.log(CASES[case])))[0] - data.intervals[1:]
+    assert np.abs(error).max() < 0.03 * SD
+    known = sound(found.touch_time, drop_height=0.3, noise=Noise(time=SD))
+    assert known.size == data.size + 1
+    error = known.predicted(columns(np.log(CASES[case])))[0] - known.intervals
+    assert np.abs(error).max() < 0.03 * SD
+
+
+@pytest.mark.parametrize(("case", "least", "most"), [("D", 0.006, 0.008), ("B", 0.08, 0.12)])
+def test_flights_alone_or_less_the_contact_time_are_biased(case, least, most):
+    """Last of the ratios of successive times between touches, and of these times less that of contact."""
+    found = series(case)
+    e, intervals = found.restitution_coefficient[1:-1], np.diff(found.touch_time)
+    flights = intervals - found.contact_time[:-1]
+    naive, less = (values[1:] / values[:-1] - e for values in (intervals, flights))
+    assert least < naive[-1] < most
+    # The body leaves from a depth, and arrives at the surface.
+    assert -most < less[-1] < -0.3 * least
+
+
+@pytest.mark.parametrize("case", ["A", "B"])
+def test_material_is_recovered_and_its_errors_are_the_least_possible(case):
+    found = series(case)
+    data = sound(
+        found.touch_time + 1e-5 * np.random.default_rng(5).standard_normal(found.n_bounces), noise=Noise(time=1e-5)
+    )
+    truth = np.log(CASES[case])
+    got = fit(data, truth + np.array([0.3, -0.3, 0.3]))
+    bound = np.sqrt(np.diag(least_covariance(found, truth, 1e-5)))
+    assert np.all(np.abs(got.estimate - truth) < 3.0 * got.errors)
+    assert np.all((got.errors > 0.8 * bound) & (got.errors < 1.3 * bound))
+
+
+def least_covariance(found, truth, sd):
+    """Bound of Cramer and Rao, by whole series of bounces from an unknown height and an unknown start of time."""
+    n = found.n_bounces
+
+    def touches(point):
+        g, b, t = np.exp(point[:3])
+        made = standard_solid(g, b, b * t, poisson_ratio=0.5)
+        made = drop(Body(None, RADIUS, MASS), Body(made), math.exp(point[3]))
+        return bounces(made, max_bounces=n, min_height=0.0, rtol=1e-11).touch_time
+
+    point = np.append(truth, math.log(found.drop_height))
+    steps = 1e-4 * np.eye(4)
+    J = np.array([(touches(point + one) - touches(point - one)) / 2e-4 for one in steps]).T / sd
+    J = np.column_stack([J, np.full(n, 1.0 / sd)])
+    return np.linalg.inv(J.T @ J)[:3, :3]
+
+
+def test_no_stiffness_is_heard_from_a_ball_that_loses_little():
+    """D: the loss at the time scale of contact to some per cent, the modulus to no better than 80 %."""
+    found = series("D")
+    truth = np.log(CASES["D"])
+    errors = np.sqrt(np.diag(covariance(sound(found.touch_time, noise=Noise(time=SD)), truth)))
+    assert errors[0] > 0.8
+
+
+def test_a_trial_material_that_captures_the_ball_gives_finite_residuals():
+    data = sound(series("B").touch_time, noise=Noise(time=SD))
+    soft = np.log(CASES["B"]) - [math.log(300.0), 0.0, 0.0]
+    found = residuals(data, [soft, np.log(CASES["B"])])
+    assert np.all(np.isfinite(found))
+    assert np.abs(found[0]).max() > 1e3
+    made = columns([soft, soft])
+    made.reduced.equilibria[0] = math.nan
+    assert np.all(np.isnan(data.residuals(made, np.empty((2, 0)))[0]))
+
+
+def test_residuals_are_white():
+    found, rng = series("D"), np.random.default_rng(6)
+    point = np.log(CASES["D"])
+    rows = np.array([
+        residuals(sound(found.touch_time + SD * rng.standard_normal(found.n_bounces), noise=Noise(time=SD)), point)[0]
+        for _ in range(100)
+    ])  # fmt: skip
+    correlation = rows.T @ rows / len(rows)
+    # Standard deviations of the entries are 0.14 on the diagonal and 0.1 beside it; 300 different entries.
+    assert np.abs(correlation - np.eye(rows.shape[1])).max() < 0.6
+    assert abs(np.mean(rows**2) - 1.0) < 4.0 * math.sqrt(2.0 / rows.size)
+
+
+@pytest.mark.parametrize(("height", "mass"), [(0.3, MASS), (2.0, 2.7e-3)])
+@pytest.mark.parametrize("depth", [0.0, 2e-4])
+def test_flight_in_air_agrees_with_the_integrated_motion(height, mass, depth):
+    g, drag = STANDARD_GRAVITY, 0.5 * 1.2 * 0.47 * math.pi * 0.02**2 / mass
+    flight, up = Flight(g, drag), math.sqrt(2.0 * g * height)
+
+    def motion(t, y):
+        return [y[1], -g - drag * y[1] * abs(y[1])]
+
+    def landing(t, y):
+        return y[0] if t > 0.05 else 1.0
+
+    landing.terminal = True
+    end = solve_ivp(motion, (0.0, 10.0), [-depth, up], events=landing, rtol=1e-11, atol=1e-13, method="DOP853")
+    duration, down = flight.fall(np.array(up), np.array(depth))
+    assert duration == pytest.approx(end.t_events[0][0], rel=1e-9)
+    assert down == pytest.approx(-end.y_events[0][0, 1], rel=1e-9)
+    assert flight.launch(duration, np.array(depth)) == pytest.approx(up, rel=1e-9)
+    still = Flight(g, 1e-9)
+    assert still.fall(np.array(up), 0.0) == pytest.approx(Flight(g, 0.0).fall(np.array(up), 0.0), rel=1e-8)
+    assert still.landing(height) == pytest.approx(up, rel=1e-8)
+
+
+def bounces_in_air(case, n, drag, height=0.3):
+    """Instants of touch by solves of each impact and SciPy's integration of each flight."""
+    g, t, velocity = STANDARD_GRAVITY, 0.0, math.sqrt(2.0 * STANDARD_GRAVITY * height)
+    instants = []
+    for _ in range(n):
+        instants.append(t)
+        impact = Impact(solid(case), Parabola(RADIUS), MASS, velocity, external_force=MASS * g)
+        result = solve(impact)
+        end = solve_ivp(
+            lambda t, y: [y[1], -g - drag * y[1] * abs(y[1])], (0.0, 2.0),
+            [-result.residual_indentation_depth, result.rebound_velocity],
+            events=[_landing], rtol=1e-10, atol=1e-12, method="DOP853", max_step=0.02,
+        )  # fmt: skip
+        t += result.contact_time + end.t_events[0][0]
+        velocity = -end.y_events[0][0, 1]
+    return np.array(instants)
+
+
+def _landing(t, y):
+    return y[0] if y[1] < 0.0 else -1.0
+
+
+_landing.terminal, _landing.direction = True, -1.0
+
+
+def test_drag_is_taken_into_account_or_warned_of():
+    drag = 0.5 * 1.2 * 0.47 * math.pi * RADIUS**2 / MASS
+    time = bounces_in_air("D", 15, drag)
+    truth = columns(np.log(CASES["D"]))
+    none = np.empty((1, 0))
+    data = sound(time, air_density=1.2, drag_coefficient=0.47, noise=Noise(time=SD))
+    assert np.abs(data.residuals(truth, none)).max() < 0.05
+    with pytest.warns(RestitutionWarning, match="drag") as caught:
+        still = BounceTimes(time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
+    assert caught[0].message.kind == "drag"
+    assert np.abs(still.residuals(truth, none)).max() > 2.0
+    # A heavy ball on short flights feels no air.
+    BounceTimes(0.2 * time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
+
+
+def test_other_profiles_and_what_they_need():
+    time = series("A").touch_time
+    made = columns(np.log(CASES["A"]))
+    ball, none = sound(time), np.empty((1, 0))
+    parabola = sound(time, radius=None, profile=Parabola(RADIUS))
+    assert np.array_equal(ball.residuals(made, none), parabola.residuals(made, none))
+    sphere = sound(time, radius=None, profile=Sphere(RADIUS)).residuals(made, none)
+    # Contacts are small beside the radius.
+    assert sphere == pytest.approx(ball.residuals(made, none), abs=1e-3)
+    with pytest.raises(InputError, match="air_density"):
+        sound(time, radius=None, profile=Cone(1.0), air_density=1.2)
+
+
+def test_window_and_start_come_from_the_contact_times():
+    found = series("B")
+    data = sound(found.touch_time, noise=Noise(time=1e-6))
+    times = found.contact_time[1:-1]
+    known = data.contact_times(columns(np.log(CASES["B"])))
+    assert [known.min(), known.max()] == pytest.approx([times.min(), times.max()], rel=0.1)
+    omega = data.effective_moduli().angular_frequency
+    assert 0.5 * math.pi / times.max() < omega[0] < omega[-1] < 2.0 * math.pi / times.min()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: {"time": t[:3]}, "at least 4"),
+        (lambda t: {"time": t[::-1]}, "rise"),
+        (lambda t: {"time": 1e3 * t}, "in s"),
+        (lambda t: {"time": 1e-4 * t}, "in s"),
+        (lambda t: {"time": np.delete(t, 2)}, "missing"),
+        (lambda t: {"time": np.append(t, t[-1] + 0.3)}, "missing"),
+        (lambda t: {"mass": 0.0}, "mass"),
+        (lambda t: {"gravity": -1.0}, "gravity"),
+        (lambda t: {"radius": None}, "radius"),
+        (lambda t: {"noise": Noise(time="1 %")}, "noise.time"),
+        (lambda t: {"noise": Noise(time=[1e-5, 1e-5])}, "noise.time"),
+        (lambda t: {"noise": Noise(force=1.0)}, "noise.force"),
+        (lambda t: {"noise": Noise(time=1e-5, drop_height=0.01)}, "noise.drop_height"),
+        (lambda t: {"drop_height": 0.3, "noise": Noise(drop_height=0.01)}, "noise.time"),
+        (lambda t: {"air_density": -1.0}, "air_density"),
+    ],
+)
+def test_bad_instants_are_refused_in_one_line(change, words):
+    time = series("D", 8).touch_time
+    with pytest.raises(InputError, match=words) as caught:
+        sound(**{"time": time} | change(time))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_uncertain_drop_height_counts_less():
+    found = series("D", 8)
+    truth = np.log(CASES["D"])
+    sizes = [
+        np.trace(np.linalg.pinv(covariance(sound(found.touch_time, drop_height=0.3, noise=noise), truth)))
+        for noise in (Noise(time=SD), Noise(time=SD, drop_height=1e-3), Noise(time=SD, drop_height=1.0))
+    ]
+    assert sizes[0] > sizes[1] > sizes[2]
