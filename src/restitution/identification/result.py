@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -194,11 +193,10 @@ class Identification:
     @cached_property
     def statements(self) -> tuple[str, ...]:
         """What the data determine and what they do not, in words."""
-        try:
-            module = import_module("restitution.identification.statements")
-        except ModuleNotFoundError:
-            return ()
-        return tuple(module.statements(self))
+        # It imports `Identification` for its types.
+        from restitution.identification.statements import statements
+
+        return tuple(statements(self))
 
     def profile(self, name: str, level: float = _LEVEL) -> Profile:
         """Profile of one parameter: the least sum of squares for each of its values, with the interval."""

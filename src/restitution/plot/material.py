@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.errors import InputError
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
+from restitution.material.viscoelastic import Material, reduced_modulus
 from restitution.plot import style
 from restitution.plot.labels import scaled_unit
+from restitution.quantities import MODULI
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,6 +107,59 @@ def shift_factors(table: ShiftTable) -> Figure:
         ax.plot(table.temperatures - 273.15, table.log10_factors, ".-", color=style.BLUE)
         ax.set(xlabel="temperature [°C]", ylabel=r"$\log_{10} a_T$")
         return style.finish(figure)
+
+
+def bounce_moduli(table: Any, data: DynamicTable | Material | None = None, poisson_ratio: float = 0.5) -> Figure:
+    """Return a figure of the effective moduli of bounces, on top of the reduced modulus of a DMA table or a material.
+
+    The moduli of a table in shear or tension are converted with a constant Poisson ratio.
+    """
+    known = np.isfinite(table.storage_modulus)
+    if not np.any(known):
+        wanted = "need a contact time or a peak force: without, the loss tangents have no frequency"
+        raise InputError("rebounds", wanted=wanted)
+    omega, storage, loss = (getattr(table, name)[known] for name in ("angular_frequency", *_PARTS))
+    tangent = table.loss_tangent[known]
+    curve = None if data is None else _reduced(data, omega, poisson_ratio)
+    factor, unit = scaled_unit(storage, "Pa")
+    with style.context():
+        figure, (left, right) = style.panels("AB", height=3.2)
+        if curve is not None:
+            points, moduli = curve
+            style_of = "-" if isinstance(data, Material) else ".-"
+            for values, color, label in ((moduli.real, style.BLUE, "storage"), (moduli.imag, style.VERMILION, "loss")):
+                left.plot(points, values * factor, style_of, color=color, markersize=3, linewidth=0.8, label=label)
+            right.plot(points, moduli.imag / moduli.real, style_of, color=style.GREEN, markersize=3, linewidth=0.8)
+        for ax, values, name, color in (
+            (left, storage * factor, "storage_modulus", style.BLUE),
+            (left, loss * factor, "loss_modulus", style.VERMILION),
+            (right, tangent, "loss_tangent", style.GREEN),
+        ):
+            scale = 1.0 if ax is right else factor
+            error = np.nan_to_num(getattr(table, f"{name}_error")[known]) * scale
+            label = f"{MODULI[name].words}, bounces"
+            ax.errorbar(omega, values, error, fmt="o", color=color, markersize=4, markerfacecolor="white", label=label)
+        left.set(yscale="log")
+        for ax, words in ((left, f"reduced modulus $E^*$ [{unit}]"), (right, r"loss tangent $\tan\delta$")):
+            ax.set(xscale="log")
+            ax.legend()
+            style.labelled(ax, r"angular frequency $\omega$ [rad/s]", words)
+        right.set_ylim(bottom=0.0)
+        return style.finish(figure)
+
+
+_PARTS = ("storage_modulus", "loss_modulus")
+
+
+def _reduced(
+    data: DynamicTable | Material, omega: Array, poisson_ratio: float
+) -> tuple[Array, NDArray[np.complex128]]:
+    """Frequencies and reduced moduli of a table, or of a material a factor of ten about the frequencies."""
+    if isinstance(data, Material):
+        points, series = np.geomspace(0.1 * omega.min(), 10.0 * omega.max(), 200), reduced_modulus(data)
+        return points, np.asarray(series.storage_modulus(points) + 1j * series.loss_modulus(points))
+    factors = {"shear": 2.0 / (1.0 - poisson_ratio), "tension": 1.0 / (1.0 - poisson_ratio**2), None: 1.0}
+    return data.angular_frequency, factors[data.deformation] * (data.storage_modulus + 1j * data.loss_modulus)
 
 
 def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:

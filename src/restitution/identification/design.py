@@ -1,0 +1,355 @@
+"""Design of experiments: which impacts determine a material best."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks
+from restitution.contact.analytic import sphere_mass
+from restitution.errors import InputError, InputTypeError
+from restitution.identification.observations import Noise
+from restitution.identification.parameters import Parameters, parameters
+from restitution.identification.rebounds import Rebounds
+from restitution.impact.problem import window_around
+from restitution.material.columns import MaterialColumns
+from restitution.pictures import draw
+from restitution.quantities import INPUTS, NUMBER, OUTPUTS, Quantity, dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Columns = Callable[[Array], MaterialColumns]
+Criterion = Literal["E", "D"]
+
+FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tangent": "tan delta"}
+"""Physical functionals of a material, with their symbols."""
+
+# Step of central differences in the logarithm of a parameter.
+_STEP = 1e-3
+# Share of the largest eigenvalue of an information matrix below which one counts as zero.
+_SINGULAR = 1e-11
+# Largest number of rounds of exchanges; a few suffice.
+_ROUNDS = 20
+
+
+def stencil(theta: Array) -> Array:
+    """Parameters at a point, and a step above and below in each of them, shape (1 + 2 n_theta, n_theta)."""
+    steps = _STEP * np.eye(theta.size)
+    return np.concatenate([theta[None], theta + steps, theta - steps])
+
+
+def slope(values: Array) -> Array:
+    """Central derivatives of values on a stencil, shape (1 + 2 n_theta, n) to (n, n_theta)."""
+    half = values.shape[0] // 2
+    return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
+
+
+def sensitivities(impacts: Rebounds, columns: Columns, theta: Array, noise: Noise) -> tuple[dict[str, Array], Array]:
+    """Predicted values by name, and derivatives of the measured ones over their noise, shape (n, n_measured, n_theta).
+
+    The measured ones are those whose noise is given.
+    """
+    found = impacts.predicted(columns(stencil(theta)))
+    slopes: list[Array] = []
+    for name, values in found.items():
+        if (deviation := noise.of(name, values[0])) is not None:
+            slopes.append(slope(values) / deviation[:, None])
+    return {name: values[0] for name, values in found.items()}, np.stack(slopes, axis=1)
+
+
+def functional_slopes(columns: Columns, theta: Array, omega: float) -> tuple[Array, Array]:
+    """Values of `FUNCTIONALS` at omega [rad/s], shape (3,), and slopes of their logarithms, shape (3, n_theta)."""
+    modulus = columns(stencil(theta)).reduced.complex_modulus(np.array([omega]))[:, 0]
+    values = np.stack([np.abs(modulus), modulus.imag, modulus.imag / modulus.real], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return values[0], slope(np.log(values))
+
+
+def standard_errors(information: Array, gradients: Array) -> Array:
+    """Standard errors of functions of given gradients, shape (k, p); infinite along directions without information."""
+    eigenvalues, vectors = np.linalg.eigh(information)
+    flat = eigenvalues <= _SINGULAR * eigenvalues[-1]
+    shares = (gradients @ vectors) ** 2
+    variance = (shares[:, ~flat] / eigenvalues[~flat]).sum(axis=1)
+    return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Impacts to do next, and what they would determine.
+
+    Attributes
+    ----------
+    radius, mass, velocity : array
+        Chosen impacts, in ascending order: radius [m], mass [kg] and velocity [m/s], shape (n,).
+    repeats : array of int
+        How often each is to be done.
+    restitution_coefficient, contact_time : array
+        Values that the guess predicts.
+    standard_errors : dict
+        Predicted relative standard error of each parameter (of a Poisson ratio or an exponent: absolute); infinite
+        where it is not determined.
+    functional_errors : dict
+        Relative standard errors of abs(E*), E'' and tan delta at `angular_frequency`.
+    angular_frequency : float
+        pi over the mean contact time [rad/s].
+    one_radius : dict
+        Largest standard error with the best design for each single ball, by its radius [m].
+    criterion : {"E", "D"}
+        What the design minimises.
+    """
+
+    radius: Array
+    mass: Array
+    velocity: Array
+    repeats: NDArray[np.int64]
+    restitution_coefficient: Array
+    contact_time: Array
+    standard_errors: dict[str, float]
+    functional_errors: dict[str, float]
+    angular_frequency: float
+    one_radius: dict[float, float]
+    criterion: Criterion
+
+    @property
+    def largest_error(self) -> float:
+        """Largest standard error of a parameter."""
+        return max(self.standard_errors.values())
+
+    @property
+    def gains(self) -> dict[float, float]:
+        """Factors by which the design lowers the largest standard error of each single ball, by its radius [m]."""
+        return {radius: error / self.largest_error for radius, error in self.one_radius.items()}
+
+    @property
+    def statements(self) -> tuple[str, ...]:
+        """Predictions in words."""
+        parameters = ", ".join(f"{name} {known(error)}" for name, error in self.standard_errors.items())
+        moduli = ", ".join(f"{FUNCTIONALS[name]} {known(error)}" for name, error in self.functional_errors.items())
+        lines = [
+            f"{self.repeats.sum()} impacts determine {parameters}.",
+            f"At {self.angular_frequency:.4g} rad/s they determine {moduli}.",
+        ]
+        if math.isinf(self.largest_error):
+            lines.append("No choice among the candidates determines all parameters: measure another quantity.")
+        elif len(self.one_radius) > 1:
+            alone = ", ".join(
+                f"{per_cent(error)} with R = {radius:.3g} m (a factor of {self.gains[radius]:.2g})"
+                for radius, error in self.one_radius.items()
+            )
+            lines.append(f"The largest standard error is {per_cent(self.largest_error)}; with one ball: {alone}.")
+        return tuple(lines)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Table of the chosen impacts over the dimension `impact`, with units."""
+        number = Quantity("impact", NUMBER, "number of the impact")
+        columns: dict[str, tuple[Any, Quantity]] = {"impact": (np.arange(self.velocity.size), number)}
+        columns |= {name: (getattr(self, name), quantity) for name, quantity in _TABLE.items()}
+        return dataset("impact", columns, {"statements": "\n".join(self.statements)})
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers as plain Python objects, for JSON."""
+        plain = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        plain |= {name: plain[name].tolist() for name in _TABLE}
+        return plain | {"gains": self.gains, "statements": list(self.statements)}
+
+    def plot(self) -> Figure:
+        """Figure of the chosen impacts over velocity and radius, and of the predicted errors."""
+        return draw("identification.design", self)
+
+    def __str__(self) -> str:
+        heads = [f"{quantity.words} [{quantity.unit or '-'}]" for quantity in _TABLE.values()]
+        rows = [
+            "  ".join(f"{value:{len(head)}.4g}" for value, head in zip(row, heads, strict=True))
+            for row in zip(*(getattr(self, name) for name in _TABLE), strict=True)
+        ]
+        return "\n".join(("  ".join(heads), *rows, *self.statements))
+
+
+_TABLE = {
+    **{name: INPUTS[name] for name in ("radius", "mass", "velocity")},
+    "repeats": Quantity("repeats", NUMBER, "repeats"),
+    **{name: OUTPUTS[name] for name in ("restitution_coefficient", "contact_time")},
+}
+
+
+def per_cent(error: float) -> str:
+    """Standard error as a share, two digits long."""
+    return f"{float(f'{100.0 * error:.2g}'):g} %"
+
+
+def known(error: float) -> str:
+    """How well something is known."""
+    return f"to {per_cent(error)}" if error < math.inf else "not at all"
+
+
+def design(
+    model_at_guess: partial[Any],
+    candidates: Mapping[str, Any],
+    n: int = 20,
+    criterion: Criterion = "E",
+    *,
+    fixed: Iterable[str] = ("poisson_ratio", "bulk_modulus"),
+    noise: Noise | None = None,
+) -> Design:
+    """Impacts that determine the parameters of a model best, if a guess of the material is about right.
+
+    Parameters
+    ----------
+    model_at_guess : functools.partial
+        A model with its numbers, such as `partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)`.
+    candidates : mapping
+        `velocity` [m/s] and `radius` [m], numbers or arrays, and `density` [kg/m^3] or `mass` [kg] of the balls, one
+        number or one for each radius. Each velocity is possible with each ball.
+    n : int
+        Number of impacts, repeats included.
+    criterion : {"E", "D"}
+        "E" minimises the error of the worst determined direction in the logarithms of the parameters, "D" the volume
+        of their error ellipsoid.
+    fixed : names
+        Parameters of the model that are known.
+    noise : Noise
+        Noise of the quantities that are measured; by default 1 % of restitution coefficient and contact time.
+
+    Returns
+    -------
+    Design
+        The impacts, the predicted errors, and the gain of several radii over velocities alone.
+
+    Raises
+    ------
+    InputError
+        If a candidate is out of range, no body separates, or no parameter is free.
+
+    Notes
+    -----
+    Each impact in turn is the one that improves the criterion most; then each is exchanged until none improves it
+    (Fedorov, *Theory of Optimal Experiments*, 1972). One Jacobian over all candidates suffices.
+
+    Examples
+    --------
+    >>> from functools import partial
+    >>> import restitution as rs
+    >>> guess = partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)
+    >>> plan = rs.design(guess, {"velocity": [0.1, 1.0, 10.0], "radius": [0.003, 0.03], "density": 7800.0}, n=6)
+    >>> int(plan.repeats.sum()), plan.gains[0.003] > 10.0
+    (6, True)
+    """
+    count = checks.whole("n", n)
+    checks.one_of("criterion", criterion, ("E", "D"))
+    impacts, radius = _grid(candidates)
+    space, theta = _at_guess(model_at_guess, fixed)
+    window = window_around(impacts.predicted(space.columns(theta[None], (1e-12, 1e7)))["contact_time"])
+
+    def columns(coordinates: Array) -> MaterialColumns:
+        return space.columns(coordinates, (window.low, window.high))
+
+    noise = noise or Noise(restitution_coefficient="1 %", contact_time="1 %")
+    values, jacobian = sensitivities(impacts, columns, theta, noise)
+    possible = np.all(np.isfinite(jacobian), axis=(1, 2))
+    if not np.any(possible):
+        raise InputError("candidates", wanted="must hold an impact after which the body separates")
+    information = np.einsum("nqp,nqr->npr", jacobian, jacobian)
+    # Standard errors are relative, but absolute for parameters that do not enter by their logarithm.
+    scales = np.diag([
+        1.0 if one.kind == "log" else float(one.outward(z + _STEP) - one.outward(z - _STEP)) / (2.0 * _STEP)
+        for one, z in zip(space.free, theta, strict=True)
+    ])  # fmt: skip
+
+    def errors(places: NDArray[np.intp]) -> Array:
+        return standard_errors(information[places].sum(axis=0), scales)
+
+    chosen = _best(information, np.flatnonzero(possible), count, criterion)
+    one_radius: dict[float, float] = {}
+    for size in np.unique(radius[possible]).tolist():
+        own = np.flatnonzero(possible & (radius == size))
+        one_radius[size] = float(errors(_best(information, own, count, criterion)).max())
+    omega = math.pi / float(np.exp(np.mean(np.log(values["contact_time"][chosen]))))
+    _, gradients = functional_slopes(columns, theta, omega)
+    functionals = standard_errors(information[chosen].sum(axis=0), gradients)
+    places, repeats = np.unique(chosen, return_counts=True)
+    return Design(
+        radius[places], impacts.mass[places], impacts.velocity[places], repeats,
+        values["restitution_coefficient"][places], values["contact_time"][places],
+        dict(zip(space.names, errors(chosen).tolist(), strict=True)),
+        dict(zip(FUNCTIONALS, functionals.tolist(), strict=True)), omega, one_radius, criterion,
+    )  # fmt: skip
+
+
+def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array]:
+    """Parameters of a model with its numbers, and their coordinates."""
+    if not isinstance(model, partial):
+        wanted = "must be a model with its numbers, such as functools.partial(rs.standard_solid, 1e6, 1e7, 1e4)"
+        raise InputTypeError("model_at_guess", model, wanted)
+    given = dict(zip(inspect.signature(model.func).parameters, model.args, strict=False)) | model.keywords
+    known = {name: value for name, value in given.items() if name in set(fixed)}
+    free = {name: value for name, value in given.items() if name not in known}
+    terms = max((np.size(value) for value in free.values()), default=1)
+    space = parameters(model.func, fixed=known, start=free, terms=terms)
+    for name in space.names:
+        if name not in space.start:
+            raise InputError(f"model_at_guess.{name}", wanted="must be given")
+    return space, np.array([one.inward(space.start[one.name]) for one in space.free])
+
+
+def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
+    """Every velocity with every ball, in ascending radius, mass and velocity, and the radii."""
+    for name in candidates:
+        checks.one_of("candidates", name, ("velocity", "radius", "mass", "density"))
+    for name in ("velocity", "radius"):
+        if name not in candidates:
+            raise InputError(f"candidates.{name}", wanted="must be given")
+    if ("mass" in candidates) == ("density" in candidates):
+        raise InputError("candidates.mass, candidates.density", wanted="exactly one must be given")
+    given = {
+        name: np.atleast_1d(INPUTS[name].check(value, f"candidates.{name}")) for name, value in candidates.items()
+    }
+    velocity, radius, name = (
+        given["velocity"].ravel(),
+        given["radius"].ravel(),
+        "mass" if "mass" in given else "density",
+    )
+    if given[name].size not in (1, radius.size):
+        raise InputError(f"candidates.{name}", wanted=f"must be one number, or {radius.size} as there are radii")
+    mass = given["mass"] if name == "mass" else sphere_mass(given["density"], radius)
+    mass = np.broadcast_to(mass, radius.shape)
+    every = np.repeat(radius, velocity.size), np.repeat(mass, velocity.size), np.tile(velocity, radius.size)
+    radius, mass, velocity = (column[np.lexsort(every[::-1])] for column in every)
+    return Rebounds(velocity, np.ones(velocity.size), radius=radius, mass=mass), radius
+
+
+def _best(information: Array, places: NDArray[np.intp], count: int, criterion: Criterion) -> NDArray[np.intp]:
+    """Chosen ones of some places, repeats included; information matrices of shape (n, p, p)."""
+    some = information[places]
+    ridge = _SINGULAR * np.trace(some.sum(axis=0)) * np.eye(some.shape[1])
+
+    def best_with(total: Array) -> int:
+        eigenvalues = np.linalg.eigvalsh(total + ridge + some)
+        # Before every direction has some information, the volume guides the choice.
+        if criterion == "E" and eigenvalues[:, 0].max() > 100.0 * ridge[0, 0]:
+            return int(np.argmax(eigenvalues[:, 0]))
+        return int(np.argmax(np.log(np.maximum(eigenvalues, 1e-300)).sum(axis=1)))
+
+    chosen: list[int] = []
+    total = np.zeros_like(ridge)
+    for _ in range(count):
+        chosen.append(best_with(total))
+        total = total + some[chosen[-1]]
+    for _ in range(_ROUNDS):
+        before = list(chosen)
+        for n, old in enumerate(before):
+            chosen[n] = best_with(total - some[old])
+            total = total - some[old] + some[chosen[n]]
+        if chosen == before:
+            break
+    return places[chosen]

@@ -1,0 +1,329 @@
+"""Relaxation spectrum without a model: smooth on a logarithmic grid of times, inside the measured window only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution import checks
+from restitution.errors import InputError
+from restitution.identification.observations import Observations
+from restitution.identification.rebounds import Rebounds
+from restitution.material.columns import MaterialColumns, PronyColumns
+from restitution.material.conversion import bulk_factor
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from restitution.quantities import MODULI, dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+_A_DECADE = 2
+# The grid reaches beyond the window of the data by this factor, as a spectrum acts a decade away from its times.
+_BEYOND = 30.0
+# The moduli are given within the window widened by this factor on both sides.
+_PROMISE = 2.0
+_LEAST_IMPACTS, _LEAST_VALUES = 8, 16
+_STEP = 1e-4
+_WEIGHTS = tuple(10.0**power for power in range(4, -5, -1))
+_MODULI = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Smooth relaxation spectrum of the reduced modulus, found from data; `rs.identify(data, "spectrum")` makes it.
+
+    Attributes
+    ----------
+    relaxation_times, branch_moduli : array, shape (n,)
+        Grid of times [s] and moduli [Pa] of the reduced modulus E*(t).
+    equilibrium_modulus : float
+        Equilibrium modulus of E*(t) [Pa].
+    poisson_ratio : float
+        Constant Poisson ratio of the material.
+    weight : float
+        Weight of the squared second differences of the logarithm of the spectrum, by generalised cross-validation.
+    chi2 : float
+        Sum of squares of the residuals over their standard deviations.
+    effective_parameters : float
+        Trace of the influence matrix: the number of parameters that the data support.
+    covariance : array
+        Of the logarithms of the equilibrium modulus and of the branch moduli.
+    window : tuple of float
+        Lowest and highest angular frequency [rad/s] of the data.
+    residuals : tuple of array
+        Residuals of each set of data over their standard deviations.
+    """
+
+    relaxation_times: Array
+    branch_moduli: Array
+    equilibrium_modulus: float
+    poisson_ratio: float
+    weight: float
+    chi2: float
+    effective_parameters: float
+    covariance: Array
+    window: tuple[float, float]
+    residuals: tuple[Array, ...]
+    nuisances: dict[str, float]
+    data: tuple[Observations, ...] = field(repr=False)
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Number of data less that of the effective parameters and nuisances."""
+        return sum(map(len, self.residuals)) - self.effective_parameters
+
+    @property
+    def reduced_chi2(self) -> float:
+        """chi2 over the degrees of freedom."""
+        return self.chi2 / self.degrees_of_freedom
+
+    @property
+    def reduced_modulus(self) -> PronySeries:
+        """E*(t) as a Prony series."""
+        return PronySeries(self.equilibrium_modulus, self.branch_moduli, self.relaxation_times)
+
+    @property
+    def material(self) -> Material:
+        """Material with a constant Poisson ratio, that holds in the window of the data."""
+        shear = self.reduced_modulus.scaled(0.5 * (1.0 - self.poisson_ratio))
+        factor = float(bulk_factor(np.asarray(self.poisson_ratio)))
+        bulk = math.inf if math.isinf(factor) else shear.scaled(factor)
+        low, high = self.window
+        return Material(shear, bulk, window=(1.0 / high, 1.0 / low), assumptions="smooth spectrum of measured data")
+
+    def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xr.Dataset:
+        """Reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
+        omega = np.atleast_1d(np.asarray(checks.positive("angular_frequency", angular_frequency, "rad/s")))
+        quantile = _normal_quantile(float(checks.between("level", level, 0.0, 1.0)))
+        points = self._theta + np.vstack([np.zeros(self._theta.size), _STEP * np.eye(self._theta.size)])
+        logs = np.log(_functionals(points, self.relaxation_times, omega))
+        slopes = (logs[1:] - logs[0]) / _STEP
+        errors = np.sqrt(np.maximum(np.einsum("pkn,pq,qkn->kn", slopes, self.covariance, slopes), 0.0))
+        low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
+        values = np.where((omega >= low) & (omega <= high), np.exp(logs[0]), np.nan)
+        columns: dict[str, Any] = {"angular_frequency": (omega, MODULI["angular_frequency"])}
+        for name, value, error in zip(_MODULI, values, errors, strict=True):
+            columns[name] = value, MODULI[name]
+            for end, sign in (("low", -1.0), ("high", 1.0)):
+                words = f"{MODULI[name].words}, {end} end of the {100.0 * level:g} % band"
+                columns[f"{name}_{end}"] = value * np.exp(sign * quantile * error), MODULI[name]._replace(words=words)
+        return dataset("angular_frequency", columns, {"level": level})
+
+    @property
+    def statements(self) -> tuple[str, ...]:
+        """What the spectrum promises."""
+        low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
+        lines = [
+            f"The moduli hold from {low:.3g} to {high:.3g} rad/s, half to twice the window of the data, for a smooth "
+            "spectrum. Outside they are not stated: their bands would be too narrow.",
+        ]
+        if self.reduced_chi2 > 1.5:
+            lines.append(
+                f"The reduced chi-square is {self.reduced_chi2:.2g}: the material may have lines, single relaxation "
+                "times, that a smooth spectrum cannot follow. Compare a model with few terms."
+            )
+        return tuple(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers as plain Python objects, for JSON."""
+        arrays = {name: getattr(self, name).tolist() for name in ("relaxation_times", "branch_moduli")}
+        names = (
+            "equilibrium_modulus",
+            "poisson_ratio",
+            "weight",
+            "chi2",
+            "effective_parameters",
+            "window",
+            "nuisances",
+        )
+        plain = {name: getattr(self, name) for name in names}
+        return {"model": "spectrum", **arrays, **plain, "statements": list(self.statements)}
+
+    def __str__(self) -> str:
+        omega = np.geomspace(*self.window, 4)
+        values = _functionals(self._theta[None], self.relaxation_times, omega)[0].T
+        lines = [f"{'omega [rad/s]':>14}{'storage [Pa]':>14}{'loss [Pa]':>14}{'tan delta':>11}"]
+        lines += [f"{w:14.4g}{one[0]:14.4g}{one[1]:14.4g}{one[3]:11.4f}" for w, one in zip(omega, values, strict=True)]
+        return "\n".join((*lines, *self.statements))
+
+    @property
+    def _theta(self) -> Array:
+        """Logarithms of the moduli."""
+        return np.log(np.append(self.equilibrium_modulus, self.branch_moduli))
+
+
+def _functionals(theta: Array, times: Array, omega: Array) -> Array:
+    """Functions of the complex modulus by the order of `_MODULI`, shape (m, 4, n)."""
+    modulus = _series(theta, times).complex_modulus(omega)
+    return np.stack([modulus.real, modulus.imag, np.abs(modulus), modulus.imag / modulus.real], axis=1)
+
+
+def _series(theta: Array, times: Array) -> PronyColumns:
+    """Reduced moduli of logarithms of shape (m, 1 + n)."""
+    values = np.exp(theta)
+    none = np.zeros(len(values))
+    return PronyColumns(values[:, 0], none, values[:, 1:], np.broadcast_to(times, (len(values), times.size)))
+
+
+def _normal_quantile(level: float) -> float:
+    from statistics import NormalDist
+
+    return NormalDist().inv_cdf(0.5 + 0.5 * level)
+
+
+def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: float = 0.5) -> Spectrum:
+    """Smooth relaxation spectrum that fits data.
+
+    Parameters
+    ----------
+    data : Observations or sequence
+        Measured data; at least 8 impacts, and a contact time, force or modulus among them.
+    poisson_ratio : float
+        Constant Poisson ratio, which matters for data in shear or tension and for the material alone.
+
+    Returns
+    -------
+    Spectrum
+        On a grid of two relaxation times a decade.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 8 impacts, or no datum shows a time, a force or a modulus.
+
+    Notes
+    -----
+    Least squares of the residuals and of the weighted second differences of the logarithms of the branch moduli
+    (Tikhonov regularisation; Honerkamp and Weese, Rheol. Acta 32 (1993) 65). Of the weights, a factor of ten apart,
+    the one of least generalised cross-validation is taken (Golub, Heath and Wahba, Technometrics 21 (1979) 215).
+    """
+    sets = (data,) if isinstance(data, Observations) else tuple(data)
+    nu = float(checks.within("poisson_ratio", poisson_ratio, -1.0, 0.5))
+    _refuse(sets)
+    problem = _Problem(sets, nu)
+    theta, weight = problem.solve()
+    jacobian, residuals = problem.jacobian(theta), problem.residuals(theta[None])[0]
+    n, k = residuals.size, problem.times.size
+    inverse, effective = _influence(jacobian, problem.penalty, weight)
+    chi2 = float(residuals @ residuals)
+    scale = chi2 / max(n - effective, 1.0) if any(one.scaled for one in sets) else 1.0
+    ends = np.cumsum([one.size for one in sets])[:-1]
+    names = [nuisance.name for one in sets for nuisance in one.nuisances]
+    return Spectrum(
+        problem.times, np.exp(theta[1 : k + 1]), float(np.exp(theta[0])), nu, weight, chi2 / scale, effective,
+        scale * inverse[: k + 1, : k + 1], problem.window, tuple(np.split(residuals / math.sqrt(scale), ends)),
+        dict(zip(names, (theta[k + 1 :] * problem.steps).tolist(), strict=True)), sets,
+    )  # fmt: skip
+
+
+def _refuse(sets: Sequence[Observations]) -> None:
+    impacts = sum(one.velocity.size for one in sets if isinstance(one, Rebounds))
+    if all(isinstance(one, Rebounds) for one in sets) and impacts < _LEAST_IMPACTS:
+        raise InputError("data", impacts, f"must hold at least {_LEAST_IMPACTS} impacts for a spectrum")
+    values = sum(one.size for one in sets)
+    if values < _LEAST_VALUES and not impacts >= _LEAST_IMPACTS:
+        raise InputError("data", values, f"must hold at least {_LEAST_VALUES} values for a spectrum")
+    if not any(one.fixes_time for one in sets):
+        wanted = "must hold a contact time, a force or a modulus: e alone determines no modulus and no time"
+        raise InputError("data", wanted=wanted)
+
+
+class _Problem:
+    """Residuals of the data over logarithms of the moduli and the nuisances, and the penalty."""
+
+    def __init__(self, sets: Sequence[Observations], poisson_ratio: float) -> None:
+        self.sets = sets
+        self.shear_factor, self.bulk_factor = (
+            0.5 * (1.0 - poisson_ratio),
+            float(bulk_factor(np.asarray(poisson_ratio))),
+        )
+        tables = [table for one in sets if (table := one.effective_moduli()) is not None]
+        ends = [end for one in sets for end in one.window() if math.isfinite(end)]
+        ends += [float(end) for table in tables for end in table.angular_frequency[[0, -1]]] if not ends else []
+        low, high = self.window = min(ends), max(ends)
+        decades = math.log10(high / low * _BEYOND**2)
+        self.times = np.geomspace(1.0 / (high * _BEYOND), _BEYOND / low, math.ceil(_A_DECADE * decades) + 1)
+        nuisances = [nuisance for one in sets for nuisance in one.nuisances]
+        self.steps = np.array([one.step for one in nuisances])
+        k = self.times.size
+        self.penalty = np.zeros((k - 2, 1 + k + len(nuisances)))
+        self.penalty[:, 1 : k + 1] = np.diff(np.eye(k), 2, axis=0)
+        storage = np.concatenate([table.storage_modulus for table in tables])
+        loss = np.concatenate([table.loss_modulus for table in tables])
+        # The loss modulus of a flat spectrum is pi/2 times the modulus per unit of the logarithm of time.
+        branch = 2.0 / math.pi * float(np.median(loss)) * math.log(10.0) / _A_DECADE
+        moduli = np.full(k, max(branch, 1e-4 * float(np.median(storage))))
+        start = np.append(0.5 * float(np.median(storage)), moduli)
+        self.start = np.append(np.log(start), [one.start / one.step for one in nuisances])
+
+    def residuals(self, theta: Array) -> Array:
+        """Residuals at points of shape (m, p), shape (m, n)."""
+        k = self.times.size + 1
+        reduced = _series(theta[:, :k], self.times)
+        shear = reduced.scaled(self.shear_factor)
+        rigid = math.isinf(self.bulk_factor)
+        bulk = PronyColumns.springs(np.full(len(theta), np.inf)) if rigid else shear.scaled(self.bulk_factor)
+        materials, at, parts = MaterialColumns(shear, bulk, reduced), k, list[Array]()
+        for one in self.sets:
+            own = slice(at, at + len(one.nuisances))
+            parts.append(one.residuals(materials, theta[:, own] * self.steps[own.start - k : own.stop - k]))
+            at = own.stop
+        return np.hstack(parts)
+
+    def jacobian(self, theta: Array, base: Array | None = None) -> Array:
+        """Derivatives by forward differences, shape (n, p)."""
+        here = self.residuals(theta[None])[0] if base is None else base
+        return np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
+
+    def solve(self) -> tuple[Array, float]:
+        """Minimum for the weight of least generalised cross-validation, from the smoothest to rougher spectra."""
+        theta, best, rises = self.start, (math.inf, self.start, 1.0), 0
+        for weight in _WEIGHTS:
+            theta = self._minimum(theta, weight)
+            score = self._score(theta, weight)
+            if score < best[0]:
+                best, rises = (score, theta, weight), 0
+            else:
+                rises += 1
+            if rises > 1:
+                break
+        return best[1], best[2]
+
+    def _minimum(self, theta: Array, weight: float) -> Array:
+        from scipy.optimize import least_squares
+
+        rough, kept = math.sqrt(weight) * self.penalty, dict[bytes, Array]()
+
+        def residuals(at: Array) -> Array:
+            kept.clear()
+            kept[at.tobytes()] = found = self.residuals(at[None])[0]
+            return np.append(found, rough @ at)
+
+        def jacobian(at: Array) -> Array:
+            return np.vstack([self.jacobian(at, kept.get(at.tobytes())), rough])
+
+        if not np.all(np.isfinite(residuals(theta))):
+            raise InputError("data", wanted="are too far from those of a material with a smooth spectrum")
+        slopes: Any = jacobian
+        return least_squares(residuals, theta, slopes, method="trf", ftol=1e-3, xtol=1e-3, gtol=1e-6, max_nfev=10).x
+
+    def _score(self, theta: Array, weight: float) -> float:
+        """Generalised cross-validation of the problem linearised at its minimum."""
+        residuals = self.residuals(theta[None])[0]
+        influence = _influence(self.jacobian(theta, residuals), self.penalty, weight)[1]
+        return float(residuals @ residuals) / (residuals.size - influence) ** 2
+
+
+def _influence(jacobian: Array, penalty: Array, weight: float) -> tuple[Array, float]:
+    """Covariance of the parameters at unit noise, and the trace of the influence matrix."""
+    gram = jacobian.T @ jacobian
+    inverse: Any = np.linalg.pinv(gram + weight * penalty.T @ penalty, rcond=1e-14, hermitian=True)
+    return inverse, float(np.trace(inverse @ gram))

@@ -1,0 +1,324 @@
+"""Statements in words: what data determine of a material, what they do not, and which measurement would settle it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.identification.design import (
+    FUNCTIONALS,
+    Columns,
+    functional_slopes,
+    known,
+    per_cent,
+    sensitivities,
+    slope,
+    standard_errors,
+    stencil,
+)
+from restitution.identification.observations import Noise
+from restitution.identification.rebounds import Rebounds
+
+if TYPE_CHECKING:
+    from restitution.identification.result import Identification
+
+Array = NDArray[np.float64]
+
+# Directions whose singular value is below this share of the largest change no datum; the Jacobian errs by 1e-7.
+_EXACT = 1e-6
+# Two directions are the same if they differ by less.
+_SAME = 1e-3
+# Parameters that change by a smaller share than this of the largest change are left out of the words.
+_SMALL = 0.03
+# A measurement settles a parameter if it lowers the standard error of its logarithm below this.
+_SETTLED = 0.5
+
+
+class FlatDirection(NamedTuple):
+    """Change of the parameters that the data do not show."""
+
+    exponents: dict[str, float]  # of the parameters, by name: each is multiplied by x to this power
+    exact: bool  # whether it changes no datum at all
+    words: str
+
+
+class Knowledge(NamedTuple):
+    """What data determine."""
+
+    flat_directions: tuple[FlatDirection, ...]
+    lines: tuple[str, ...]
+
+
+def statements(found: Identification) -> list[str]:
+    """What the data of an identification determine and what they do not."""
+    problem, theta = found.problem, found.coordinates[: found.problem.n_parameters]
+    contacts = [one for one in problem.data if isinstance(one, Rebounds)]
+    impacts = contacts[0] if contacts else None
+    window = found.window
+    if impacts is not None and not all(map(math.isfinite, window)):
+        times = impacts.predicted(problem.columns(found.coordinates[None]))["contact_time"]
+        window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
+    powers = [one.profile.path_exponent for one in contacts if not np.any(one.external_force)]
+    power = powers[0] if powers else None
+    same = len(powers) == len(problem.data) and all(one == power for one in powers)
+    exponent = float(np.asarray(power)) if same and power is not None else None
+    known_to = knowledge(
+        found.names, found.estimation.jacobian, problem.columns, theta, window, exponent=exponent, impacts=impacts
+    )
+    return list(known_to.lines)
+
+
+def knowledge(
+    names: Sequence[str], jacobian: Array, columns: Columns, theta: Array, window: tuple[float, float], *,
+    exponent: float | None = None, impacts: Rebounds | None = None,
+) -> Knowledge:  # fmt: skip
+    """Flat directions of a fit, and statements in words.
+
+    Parameters
+    ----------
+    names
+        Names of the parameters, then of the nuisances.
+    jacobian
+        Derivatives of the residuals over their standard deviations with respect to both, by central differences.
+    columns, theta
+        The materials at given parameters (logarithms, or logits), and the parameters of the fit.
+    window
+        Lowest and highest angular frequency [rad/s] of the data.
+    exponent
+        p of a = c d^(p/2) where all data are impacts of such bodies without a force; None for other data.
+    impacts
+        Impacts among the data, from which the gain of one more measurement is computed.
+    """
+    p = theta.size
+    own, nuisances = names[:p], names[p:]
+    seen = _without(jacobian[:, :p], jacobian[:, p:])
+    _, sizes, rows = np.linalg.svd(seen)
+    singular = np.concatenate([sizes, np.zeros(p - sizes.size)])
+    exact, flat = singular < _EXACT * singular[0], singular < 1.0
+    information = seen.T @ seen
+    directions: list[FlatDirection] = []
+
+    def add(vector: Array, exactly: bool, words: str) -> None:
+        changes = _changes(own, vector)
+        start = "No datum changes (exactly)" if exactly else "The data hardly change"
+        directions.append(FlatDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
+
+    space = rows[exact]
+    for vector, words in _invariances(columns, theta, window, exponent):
+        if np.linalg.norm(vector - space.T @ (space @ vector)) < _SAME * np.linalg.norm(vector):
+            add(vector, True, words)
+            space = _complement(space, vector)
+    for vector in _reduced_rows(space)[0]:
+        culprits = [name for n, name in enumerate(nuisances) if _settles(jacobian, p, n, vector)]
+        add(vector, True, f"Give {' or '.join(culprits)}." if culprits else "")
+    for vector in rows[flat & ~exact]:
+        add(_sparse(vector, rows[exact]), False, _frequencies(columns, theta, window, vector))
+    lines = [_functionals(columns, theta, window, information, impacts), *(one.words for one in directions)]
+    if directions:
+        hidden = flat | exact
+        lines += _combinations(own, rows[hidden], rows[~hidden], singular[~hidden])
+        lines += _further(own, columns, theta, information, impacts)
+    return Knowledge(tuple(directions), tuple(lines))
+
+
+def _without(jacobian: Array, other: Array) -> Array:
+    """Columns without the part that other columns explain."""
+    if not other.shape[1]:
+        return jacobian
+    basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
+    basis = basis[:, sizes > _EXACT]
+    return jacobian - basis @ (basis.T @ jacobian)
+
+
+def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
+    """Whether the data show a direction of the parameters once nuisance n is known."""
+    others = np.delete(jacobian[:, p:], n, axis=1)
+    return float(np.linalg.norm(_without(jacobian[:, :p], others) @ vector)) > float(np.linalg.norm(vector))
+
+
+def _invariances(
+    columns: Columns, theta: Array, window: tuple[float, float], exponent: float | None
+) -> list[tuple[Array, str]]:
+    """Changes of the parameters that leave data as they are by theory, where the model can make them."""
+    omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
+    matrix = slope(_logarithms(columns(stencil(theta)).reduced.complex_modulus(omega)))
+    sizes, rows = np.linalg.svd(matrix)[1:]
+    same = np.concatenate([sizes, np.zeros(theta.size - sizes.size)]) < _EXACT * sizes[0]
+    words = "The reduced modulus E* stays the same, and with it all contacts with rigid bodies: fix one of these."
+    found = [(vector, words) for vector in rows[same]]
+    if exponent is not None:
+        # E*(t) to L^beta E*(L t): the logarithm of E*(omega) changes by beta - d ln E*/d ln omega per unit of ln L.
+        step, series = 1e-4, columns(theta[None]).reduced
+        up, down = (_logarithms(series.complex_modulus(omega * math.exp(sign * step)))[0] for sign in (1.0, -1.0))
+        target = np.repeat((2.0 + 0.5 * exponent, 0.0), omega.size) - (up - down) / (2.0 * step)
+        vector = np.linalg.lstsq(matrix, target, rcond=None)[0]
+        if np.linalg.norm(matrix @ vector - target) < 1e-5 * np.linalg.norm(target):
+            words = (
+                "The restitution coefficient determines no modulus and no time: give a contact time, force or modulus."
+            )
+            found.append((vector, words))
+    return found
+
+
+def _logarithms(moduli: NDArray[np.complex128]) -> Array:
+    """Logarithms of the magnitudes of moduli of shape (m, n), then their phases, shape (m, 2 n)."""
+    return np.hstack([np.log(np.abs(moduli)), np.angle(moduli)])
+
+
+def _complement(space: Array, vector: Array) -> Array:
+    """Basis of the part of the space of some rows that is orthogonal to a vector in it."""
+    unit = vector / np.linalg.norm(vector)
+    return np.linalg.svd(space - np.outer(space @ unit, unit))[2][: len(space) - 1]
+
+
+def _reduced_rows(space: Array) -> tuple[Array, list[int]]:
+    """Basis of a space of rows in which each vector has an entry 1 where the others have 0, and these places."""
+    basis, pivots = space.copy(), list[int]()
+    for n in range(len(basis)):
+        pivots.append(int(np.argmax(np.abs(basis[n]))))
+        basis[n] /= basis[n, pivots[n]]
+        others = np.arange(len(basis)) != n
+        basis[others] -= np.outer(basis[others, pivots[n]], basis[n])
+    return basis, pivots
+
+
+def _sparse(vector: Array, exact: Array) -> Array:
+    """Direction plus the multiple of an exact one, which changes no datum, that leaves the fewest parameters."""
+    found = [vector]
+    for row in exact:
+        found += [vector - vector[n] / row[n] * row for n in np.flatnonzero(np.abs(row) > _SMALL)]
+    best = min(found, key=lambda one: (len(_changes(range(one.size), one)), float(np.abs(one).sum())))
+    return best / best[np.argmax(np.abs(best))]
+
+
+def _changes(names: Iterable[Any], vector: Array) -> dict[Any, float]:
+    """Powers of a common factor by which parameters change, halves recognised."""
+    largest = float(np.abs(vector).max())
+    pairs = zip(names, vector.tolist(), strict=True)
+    return {name: _simple(power) for name, power in pairs if abs(power) > _SMALL * largest}
+
+
+def _simple(power: float) -> float:
+    half = round(2.0 * power) / 2.0
+    return half if half and abs(half - power) < 0.02 else float(f"{power:.2g}")
+
+
+def _power(name: str, power: float) -> str:
+    return name if power == 1.0 else f"{name}^{power:g}"
+
+
+def _factor(power: float) -> str:
+    return f"multiplied by {_power('x', power)}" if power > 0.0 else f"divided by {_power('x', -power)}"
+
+
+def _listed(changes: dict[str, float]) -> str:
+    """Changes in words; equal ones together."""
+    groups: dict[float, list[str]] = {}
+    for name, power in changes.items():
+        groups.setdefault(power, []).append(name)
+    return _joined([f"{_joined(n)} {'is' if len(n) == 1 else 'are'} {_factor(power)}" for power, n in groups.items()])
+
+
+def _joined(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _functionals(
+    columns: Columns, theta: Array, window: tuple[float, float], information: Array, impacts: Rebounds | None
+) -> str:
+    """How well abs(E*), E'' and tan delta are known in the middle of the data."""
+    omega = math.sqrt(window[0] * window[1])
+    _, gradients = functional_slopes(columns, theta, omega)
+    place = f"{omega:.4g} rad/s"
+    if impacts is not None:
+        # The frequency of a bounce shifts with its contact time.
+        times = impacts.predicted(columns(stencil(theta)))["contact_time"]
+        middle = int(np.argsort(times[0])[times.shape[1] // 2])
+        omega = math.pi / float(times[0, middle])
+        _, gradients = functional_slopes(columns, theta, omega)
+        above, below = (functional_slopes(columns, theta, factor * omega)[0] for factor in (1.01, 1.0 / 1.01))
+        over_omega = np.log(above / below) / (2.0 * math.log(1.01))
+        gradients = gradients - over_omega[:, None] * slope(np.log(times))[middle]
+        place = f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
+    errors = standard_errors(information, gradients)
+    listed = [f"{symbol} {known(error)}" for symbol, error in zip(FUNCTIONALS.values(), errors, strict=True)]
+    return f"Determined at {place}: {', '.join(listed)}."
+
+
+def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], vector: Array) -> str:
+    """Where a change of the parameters would show, if it does not show within the window."""
+
+    def seen(low: float, high: float) -> float:
+        logs = _logarithms(columns(stencil(theta)).reduced.complex_modulus(np.geomspace(low, high, 15)))
+        return float(np.abs(slope(logs) @ vector).max())
+
+    inside, below, above = seen(*window), seen(0.01 * window[0], window[0]), seen(window[1], 100.0 * window[1])
+    if max(below, above) < 3.0 * inside:
+        return ""
+    if above > below:
+        return "It shows at higher frequencies: in shorter contacts, of smaller balls or at higher velocities."
+    return "It shows at lower frequencies: in longer contacts, of larger balls or at lower velocities, or in a hold."
+
+
+def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Array) -> list[str]:
+    """Products of powers of parameters that the data determine although they do not determine each parameter."""
+    basis, pivots = _reduced_rows(hidden)
+    found: list[str] = []
+    for n, name in enumerate(names):
+        gradient = np.eye(len(names))[n]
+        gradient[pivots] -= basis[:, n]
+        error = float(np.sqrt(np.sum((seen @ gradient / singular) ** 2)))
+        powers = {names[pivot]: _simple(gradient[pivot]) for pivot in pivots if abs(gradient[pivot]) > _SMALL}
+        if n not in pivots and powers and error < 1.0:
+            above = [name, *(_power(other, power) for other, power in powers.items() if power > 0.0)]
+            below = [f"/{_power(other, -power)}" for other, power in powers.items() if power < 0.0]
+            found.append(f"{' '.join(above)}{''.join(below)} {known(error)}")
+    return [f"Determined: {', '.join(found)}."] if found else []
+
+
+def _further(
+    names: Sequence[str], columns: Columns, theta: Array, information: Array, impacts: Rebounds | None
+) -> list[str]:
+    """The one more measurement that would settle the parameters, and the largest standard error that it leaves."""
+    ways = {} if impacts is None else _impacts_like(impacts, columns, theta)
+    for n, name in enumerate(names):
+        ways[f"a known {name} (to 5 %)"] = 20.0 * np.eye(len(names))[n : n + 1]
+    left = {words: float(standard_errors(information + rows.T @ rows, np.eye(len(names))).max())
+            for words, rows in ways.items() if np.all(np.isfinite(rows))}  # fmt: skip
+    best = min(left, key=left.__getitem__)
+    if left[best] > _SETTLED:
+        rest = f"leaves a standard error of {per_cent(left[best])}" if left[best] < math.inf else "does not, either"
+        return [f"No single further measurement settles it; the best, {best}, {rest}."]
+    # The simplest one comes first.
+    simple = next(words for words, error in left.items() if error <= _SETTLED)
+    listed = [f"{words} leaves standard errors of at most {per_cent(left[words])}" for words in {simple: 0, best: 0}]
+    return [f"One more measurement would settle it: {'; '.join(listed)}."]
+
+
+def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str, Array]:
+    """Derivatives of the data of further impacts like the middle one, over a noise of 1 %, by their description."""
+    middle = int(np.argsort(impacts.velocity)[impacts.velocity.size // 2])
+    velocity, mass = float(impacts.velocity[middle]), float(impacts.mass[middle])
+    both = Noise(restitution_coefficient="1 %", contact_time="1 %")
+    kinds = [
+        ("a contact time", 1.0, 1.0, Noise(contact_time="1 %")),
+        ("a peak force", 1.0, 1.0, Noise(max_force="1 %")),
+        ("e and contact time at ten times the velocity", 1.0, 10.0, both),
+        ("e and contact time at a tenth of the velocity", 1.0, 0.1, both),
+        ("e and contact time of a ball of three times the radius", 3.0, 1.0, both),
+        ("e and contact time of a ball of a third of the radius", 1.0 / 3.0, 1.0, both),
+    ]
+    found: dict[str, Array] = {}
+    for words, size, speed, noise in kinds:
+        if impacts.radius is not None:
+            one = Rebounds(speed * velocity, [1.0], radius=size * float(impacts.radius[middle]), mass=size**3 * mass)
+        elif size == 1.0:
+            one = Rebounds(speed * velocity, [1.0], profile=impacts.profile, mass=mass)
+        else:
+            continue
+        found[f"{words} (to 1 %)"] = sensitivities(one, columns, theta, noise)[1][0]
+    return found

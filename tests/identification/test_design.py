@@ -1,0 +1,152 @@
+"""Designs of experiments: predicted errors, the table of the design page, criteria, refusals."""
+
+import json
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.errors import InputError
+from restitution.identification.design import design
+from restitution.identification.observations import Noise
+from restitution.identification.rebounds import Rebounds
+
+# The design page lets balls go deeper than small strains allow.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
+VELOCITIES = np.geomspace(0.03, 10.0, 12)
+STEEL = 7800.0
+
+
+def solid(equilibrium, branch, time):
+    return rs.standard_solid(equilibrium, branch, branch * time, poisson_ratio=0.5)
+
+
+def two_terms(equilibrium, first, first_time, second, second_time):
+    return rs.generalised_maxwell(equilibrium, [first, second], [first_time, second_time], poisson_ratio=0.5)
+
+
+CASES = {
+    "A": partial(solid, 1e6, 1e7, 1e-3),
+    "B": partial(solid, 1e6, 1e7, 3e-5),
+    "C": partial(solid, 1e6, 1e7, 3e-2),
+    "D": partial(solid, 1e6, 2e5, 1e-3),
+    "two terms": partial(two_terms, 1e6, 5e6, 1e-4, 2e6, 5e-3),
+}
+# Section 7 of the design page: largest standard errors in per cent, velocities alone and with three radii.
+KNOWN = {"A": (4.0, 0.68), "B": (45.0, 3.2), "C": (6e3, 645.0), "D": (6.9, 5.4), "two terms": (42.0, 2.6)}
+
+
+def plan(model, radius, **options):
+    return design(model, {"velocity": VELOCITIES, "radius": radius, "density": STEEL}, **options)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_largest_errors_are_those_of_the_design_page(case):
+    for radius, known in zip(([0.01], [0.003, 0.01, 0.03]), KNOWN[case], strict=True):
+        # Read off a table of two digits; the candidates may differ in their velocities.
+        assert 100.0 * plan(CASES[case], radius).largest_error == pytest.approx(known, rel=0.1)
+
+
+def test_radii_beat_velocities_and_the_design_says_by_how_much():
+    found = plan(CASES["A"], [0.003, 0.01, 0.03])
+    assert found.gains[0.01] > 4.0
+    assert found.one_radius[0.01] == pytest.approx(plan(CASES["A"], [0.01]).largest_error)
+    assert any("0.01 m" in line for line in found.statements)
+
+
+def test_a_predicted_error_is_that_of_the_jacobian_of_its_impacts():
+    found = plan(CASES["A"], [0.003, 0.03], n=7)
+    assert found.repeats.sum() == 7
+    balls = Rebounds(
+        np.repeat(found.velocity, found.repeats), np.ones(7), radius=np.repeat(found.radius, found.repeats),
+        mass=np.repeat(found.mass, found.repeats),
+    )  # fmt: skip
+    guess = np.array([1e6, 1e7, 1e-3])
+
+    def logs(values):
+        impact = rs.Impact(solid(*values), rs.Parabola(balls.radius), mass=balls.mass, velocity=balls.velocity)
+        result = rs.solve(impact, rtol=1e-11)
+        return np.log(np.concatenate([result.restitution_coefficient, result.contact_time])) / 0.01
+
+    step = 1e-3
+    jacobian = np.stack(
+        [(logs(guess * np.exp(step * e)) - logs(guess * np.exp(-step * e))) / (2.0 * step) for e in np.eye(3)], axis=1
+    )
+    errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    np.testing.assert_allclose(list(found.standard_errors.values()), errors, rtol=1e-3)
+
+
+@pytest.mark.parametrize("criterion", ["E", "D"])
+def test_a_design_beats_random_choices(criterion):
+    found = plan(CASES["D"], [0.003, 0.01, 0.03], n=10, criterion=criterion)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        some = np.sort(rng.choice(VELOCITIES, 10))
+        other = design(CASES["D"], {"velocity": some[:1], "radius": [0.003, 0.01, 0.03], "density": STEEL}, n=10)
+        assert found.largest_error < other.largest_error
+
+
+def test_both_criteria_agree_within_a_quarter():
+    errors = [plan(CASES["two terms"], [0.003, 0.01, 0.03], criterion=criterion).largest_error for criterion in "ED"]
+    assert max(errors) < 1.3 * min(errors)
+
+
+def test_more_impacts_lower_the_error_by_the_root_of_their_number():
+    few, many = (plan(CASES["A"], [0.003, 0.03], n=n).largest_error for n in (20, 80))
+    assert few / many == pytest.approx(2.0, rel=0.1)
+
+
+def test_the_restitution_coefficient_alone_determines_no_parameter():
+    found = plan(CASES["A"], [0.003, 0.01, 0.03], noise=Noise(restitution_coefficient=0.005))
+    assert all(math.isinf(error) for error in found.standard_errors.values())
+    assert "No choice" in found.statements[-1]
+
+
+def test_parameters_that_are_known_are_left_out():
+    guess = partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.47)
+    assert list(plan(guess, [0.01], n=5).standard_errors) == ["equilibrium_modulus", "branch_modulus", "viscosity"]
+    free = plan(guess, [0.01], n=5, fixed=())
+    assert list(free.standard_errors) == ["equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio"]
+    assert free.largest_error > plan(guess, [0.01], n=5).largest_error
+
+
+def test_fractional_models_have_designs():
+    guess = partial(rs.fractional_zener, 1e6, 1e7, 1e-3, 0.5, poisson_ratio=0.5)
+    found = plan(guess, [0.003, 0.03], n=8)
+    assert 0.0 < found.largest_error < 1.0
+
+
+def test_results_are_plain_numbers_tables_and_pictures():
+    found = plan(CASES["A"], [0.003, 0.03], n=6)
+    assert json.loads(json.dumps(found.to_dict()))["criterion"] == "E"
+    table = found.to_dataset()
+    assert table.velocity.attrs["units"] == "m/s"
+    assert int(table.repeats.sum()) == 6
+    assert str(found).count("\n") > found.velocity.size
+
+
+@pytest.mark.parametrize(
+    ("candidates", "field"),
+    [
+        ({"velocity": [1.0], "density": STEEL}, "candidates.radius"),
+        ({"velocity": [1.0], "radius": [0.01]}, "candidates.mass, candidates.density"),
+        ({"velocity": [-1.0], "radius": [0.01], "density": STEEL}, "candidates.velocity"),
+        ({"velocity": [1.0], "radius": [0.01], "mass": [0.1, 0.2]}, "candidates.mass"),
+        ({"speed": [1.0]}, "candidates"),
+    ],
+)
+def test_bad_candidates_are_refused_in_one_line(candidates, field):
+    with pytest.raises(InputError) as caught:
+        design(CASES["A"], candidates)
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
+
+
+def test_a_model_without_numbers_is_refused():
+    with pytest.raises(InputError, match="model_at_guess"):
+        design(rs.standard_solid, {"velocity": [1.0], "radius": [0.01], "density": STEEL})
+    with pytest.raises(InputError, match="model_at_guess"):
+        design(partial(solid, 1e6), {"velocity": [1.0], "radius": [0.01], "density": STEEL})

@@ -1,0 +1,169 @@
+"""What the package says about what data determine: exact invariances, flat directions, one more measurement."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
+
+import restitution as rs
+from restitution.identification.design import sensitivities
+from restitution.identification.parameters import parameters
+from restitution.identification.statements import knowledge, statements
+
+NU = {"poisson_ratio": 0.5}
+ONE_BALL = {"radius": 0.01, "velocity": np.geomspace(0.1, 2.0, 12)}
+MODULUS, BRANCH, VISCOSITY = "equilibrium_modulus", "branch_modulus", "viscosity"
+
+
+def known_from(model, start, impacts, quantities, *, fixed=NU, exponent=1.0, rows=()):
+    """Knowledge from exact data, with 1 % of noise."""
+    space = parameters(model, fixed=fixed, start=start)
+    theta = np.array([one.inward(space.start[one.name]) for one in space.free])
+
+    def columns(coordinates):
+        return space.columns(coordinates, (1e-7, 1.0))
+
+    noise = rs.Noise(**dict.fromkeys(quantities, "1 %"))
+    values, jacobian = sensitivities(impacts, columns, theta, noise)
+    times = values["contact_time"]
+    jacobian = np.vstack([jacobian.reshape(-1, theta.size), *rows])
+    window = math.pi / times.max(), math.pi / times.min()
+    return knowledge(space.names, jacobian, columns, theta, window, exponent=exponent, impacts=impacts), jacobian
+
+
+def impacts(profile=None, radius=0.01, velocity=ONE_BALL["velocity"]):
+    body = {"profile": profile} if profile is not None else {"radius": radius}
+    return rs.Rebounds(velocity, np.ones(12), mass=0.033, **body)
+
+
+SOLID = {MODULUS: 1e6, BRANCH: 1e7, VISCOSITY: 1e4}
+
+
+@pytest.mark.parametrize("case", STANDARD_SOLIDS)
+@pytest.mark.parametrize("body", [ONE_BALL, {}], ids=["one ball", "three radii"])
+def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
+    balls = rebounds(standard_solid(*STANDARD_SOLIDS[case]), seed=1, measured=(), **body)
+    found = rs.identify(balls, rs.standard_solid, fixed=NU)
+    assert not any(one.determined for one in found.parameters.values())
+    lines = statements(found)
+    # E*(t) to L^(5/2) E*(L t): moduli times x^2.5, the viscosity times x^1.5.
+    wanted = (
+        "No datum changes (exactly) when equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity "
+        "is multiplied by x^1.5."
+    )
+    assert any(line.startswith(wanted) and "contact time" in line for line in lines)
+    assert "abs(E*) not at all" in lines[0]
+    assert "tan delta to" in lines[0]
+
+
+def test_a_contact_time_settles_it_as_the_statement_predicts():
+    known, jacobian = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
+    predicted = re.search(r"a contact time \(to 1 %\) leaves standard errors of at most ([\d.]+) %", known.lines[-1])
+    assert predicted is not None
+    # The same with the contact time of the middle impact among the data.
+    both = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient", "contact_time"])[1]
+    middle = both.reshape(12, 2, 3)[6, 1]
+    information = jacobian.T @ jacobian + np.outer(middle, middle)
+    error = 100.0 * np.sqrt(np.diag(np.linalg.inv(information))).max()
+    assert float(predicted[1]) == pytest.approx(error, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("profile", "beta"), [(rs.Parabola(0.01), 2.5), (rs.Cone(half_angle=1.3), 3.0), (rs.FlatPunch(0.002), 2.0)]
+)
+def test_the_power_of_the_invariance_is_that_of_the_profile(profile, beta):
+    # F ~ E c d^(1 + p/2): times over L need moduli times L^(2 + p/2).
+    exponent = float(profile.path_exponent)
+    known, _ = known_from(rs.standard_solid, SOLID, impacts(profile), ["restitution_coefficient"], exponent=exponent)
+    exact = [one for one in known.flat_directions if one.exact]
+    # Under a flat punch the motion is linear: e is one number, the same at all velocities.
+    assert len(exact) == (2 if beta == 2.0 else 1)
+    assert exact[0].exponents == {MODULUS: beta, BRANCH: beta, VISCOSITY: beta - 1.0}
+
+
+def test_the_power_of_a_springpot_follows_from_its_exponent():
+    known, _ = known_from(
+        "fractional_kelvin_voigt", {MODULUS: 1e6, "coefficient": 1e5, "exponent": 0.4}, impacts(),
+        ["restitution_coefficient"],
+    )  # fmt: skip
+    exact = [one for one in known.flat_directions if one.exact]
+    # V (L t)^-alpha L^(5/2)
+    assert exact[0].exponents == pytest.approx({MODULUS: 2.5, "coefficient": 2.1})
+
+
+def test_a_known_bulk_modulus_breaks_the_invariance():
+    known, _ = known_from(
+        rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"], fixed={"bulk_modulus": 1e7}
+    )
+    assert not any(one.exact for one in known.flat_directions)
+
+
+def test_a_reduced_modulus_determines_no_poisson_ratio():
+    def model(equilibrium_modulus, branch_modulus, viscosity, poisson_ratio):
+        shear = rs.PronySeries(equilibrium_modulus, [branch_modulus], [viscosity / branch_modulus])
+        return rs.Material(shear, shear.scaled(2.0 * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))))
+
+    quantities = ["restitution_coefficient", "contact_time", "max_force"]
+    known, _ = known_from(model, SOLID | {"poisson_ratio": 0.3}, impacts(), quantities, fixed={})
+    (flat,) = known.flat_directions
+    assert flat.exact
+    assert "poisson_ratio" in flat.exponents
+    assert "reduced modulus E*" in flat.words
+    assert "abs(E*) to" in known.lines[0]
+
+
+def test_the_kelvin_voigt_limit_is_flat_along_the_branch():
+    fast = {MODULUS: 1e6, BRANCH: 1e9, VISCOSITY: 300.0}
+    known, _ = known_from(rs.standard_solid, fast, impacts(), ["restitution_coefficient", "contact_time"])
+    (flat,) = known.flat_directions
+    # With the viscosity as a parameter only the branch modulus is free.
+    assert flat.exponents == {BRANCH: 1.0}
+    assert not flat.exact
+    assert "higher frequencies" in flat.words
+
+
+def test_slow_relaxation_is_flat_along_the_equilibrium_modulus():
+    slow = {MODULUS: 1e6, BRANCH: 1e7, VISCOSITY: 1e6}
+    known, _ = known_from(rs.standard_solid, slow, impacts(), ["restitution_coefficient", "contact_time"])
+    assert any(max(one.exponents, key=one.exponents.get) == MODULUS for one in known.flat_directions)
+    assert any("lower frequencies" in one.words for one in known.flat_directions)
+
+
+def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
+    # E sqrt(v) = const: an unknown velocity changes the forces as moduli do, and the gain takes up their size.
+    names = (MODULUS, BRANCH, VISCOSITY, "velocity", "gain")
+    rng = np.random.default_rng(1)
+    data = rng.normal(size=(40, 3))
+    joint = data @ np.array([1.0, 1.0, 1.0])
+    jacobian = np.column_stack([data, 0.5 * joint, rng.normal(size=40)])
+    space = parameters(rs.standard_solid, fixed=NU, start=SOLID)
+    theta = np.array([one.inward(space.start[one.name]) for one in space.free])
+    known = knowledge(names, 100.0 * jacobian, lambda z: space.columns(z, (1e-7, 1.0)), theta, (1e2, 1e4))
+    (flat,) = known.flat_directions
+    assert flat.exact
+    assert flat.exponents == {MODULUS: 1.0, BRANCH: 1.0, VISCOSITY: 1.0}
+    assert flat.words.endswith("Give velocity.")
+
+
+def test_what_is_determined_has_no_flat_direction():
+    balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1)
+    lines = statements(rs.identify(balls, rs.standard_solid, fixed=NU))
+    assert len(lines) == 1
+    assert lines[0].startswith("Determined at pi over the contact time")
+
+
+def test_combinations_are_as_well_determined_as_repeated_fits_say():
+    material = standard_solid(*STANDARD_SOLIDS["strong"])
+    known, _ = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
+    stated = re.search(r"viscosity/equilibrium_modulus\^0.6 to ([\d.]+) %", "\n".join(known.lines))
+    assert stated is not None
+    found = [
+        rs.identify(rebounds(material, seed=seed, measured=(), **ONE_BALL), rs.standard_solid, fixed=NU)
+        for seed in range(12)
+    ]
+    sums = [one.coordinates[one.names.index(VISCOSITY)] - 0.6 * one.coordinates[one.names.index(MODULUS)]
+            for one in found]  # fmt: skip
+    # The standard deviation of 12 draws scatters by 21 %.
+    assert 100.0 * np.std(sums, ddof=1) == pytest.approx(float(stated[1]), rel=0.7)
