@@ -29,8 +29,8 @@ from restitution.kernel.lanes import (
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import BASIS, LENGTH, START, Work
 
-# Weight of the second to last Legendre coefficient of an element in its tail, because the last may vanish by chance.
-_SECOND_TO_LAST = 0.05
+# Weights of the last two Legendre coefficients of an element in its tail. The last one alone may vanish by chance.
+_LAST, _SECOND_TO_LAST = 0.85, 0.09
 # Search for a crossing.
 _MARGIN = 0.01  # distance from the ends of the interval over its length
 _ROUNDS = 100
@@ -219,8 +219,8 @@ def interpolate_at(scheme: Scheme, work: Work, hint: int, sigma: float, row: Any
 
 @inlined
 def tail(scheme: Scheme, row: Any) -> float:
-    """Size of the last two Legendre coefficients of a row over an element, the second to last with less weight."""
-    return abs(product(scheme.tail[1], row)) + _SECOND_TO_LAST * abs(product(scheme.tail[0], row))
+    """Size of the last two Legendre coefficients of a row over an element, weighted."""
+    return _LAST * abs(product(scheme.tail[1], row)) + _SECOND_TO_LAST * abs(product(scheme.tail[0], row))
 
 
 @inlined
