@@ -1,8 +1,10 @@
 """Code, case files, links, versions and names in the documents."""
 
 import importlib.metadata
+import math
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -113,3 +115,23 @@ def test_headline_numbers_are_computed(name):
     if name.endswith("limits.md"):
         assert f"{one:.4f}" in text
         assert f"{limit:.4f}" in text
+
+
+@pytest.mark.parametrize(("name", "temperature"), [("epoxy", None), ("polyisobutylene", 233.0)])
+def test_the_influence_of_the_bulk_modulus_is_computed(name, temperature):
+    text = (ROOT / "docs" / "theory" / "limits.md").read_text()
+    for bulk in (2e9, 3e9, 5e9 if name == "epoxy" else 4e9, math.inf):
+        material = replace(restitution.library.get(name), bulk=bulk)
+        material = material.at(temperature) if temperature else material
+        impact = restitution.Impact(material, restitution.Parabola(0.005), mass=0.004, velocity=1.0)
+        assert f"{restitution.solve(impact).restitution_coefficient:.3f}" in text
+
+
+def test_poisson_ratios_of_the_curves_of_the_paper_are_computed():
+    text = (ROOT / "docs" / "theory" / "limits.md").read_text()
+    for p2 in (1e-2, 1e-3):
+        solids = (
+            restitution.standard_solid(1.0, 1.0 / p2, 1.0, poisson_ratio=nu)
+            for nu in (0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
+        )
+        assert " | ".join(f"{solid.instantaneous_poisson_ratio:.3f}" for solid in solids) in text
