@@ -58,6 +58,35 @@ def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
     assert "tan delta to" in lines[0]
 
 
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_a_factor_in_radius_is_worth_its_fifth_power_in_velocity(factor):
+    """For balls of one density e and the contact time depend on R^(-5/2) v^(1/2) alone."""
+    solid = rs.standard_solid(1e8, 1e9, 1e5, poisson_ratio=0.4)
+    first, second = (
+        rs.solve(rs.Impact(solid, rs.Parabola(0.01 * size), mass=0.03 * size**3, velocity=0.1 * size**5))
+        for size in (1.0, factor)
+    )
+    assert second.restitution_coefficient == pytest.approx(first.restitution_coefficient, rel=1e-8)
+    assert second.contact_time == pytest.approx(first.contact_time, rel=1e-8)
+
+
+def test_moduli_and_times_can_change_together_without_a_trace_in_restitution():
+    velocities, changed = np.geomspace(0.01, 1.0, 5), 3.0
+    results = [
+        rs.solve(
+            rs.Impact(
+                rs.Material(rs.PronySeries(1e8, [1e9], [1e-4]).scaled(size**2.5, time_factor=1.0 / size), np.inf),
+                rs.Parabola(0.01), mass=0.03, velocity=velocities,
+            )
+        )
+        for size in (1.0, changed)
+    ]  # fmt: skip
+    first, second = results
+    np.testing.assert_allclose(second.restitution_coefficient, first.restitution_coefficient, rtol=1e-8)
+    np.testing.assert_allclose(second.contact_time, first.contact_time / changed, rtol=1e-8)
+    np.testing.assert_allclose(second.max_force, first.max_force * changed, rtol=1e-8)
+
+
 def test_a_contact_time_settles_it_as_the_statement_predicts():
     known, jacobian = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
     predicted = re.search(r"a contact time \(to 1 %\) leaves standard errors of at most ([\d.]+) %", known.lines[-1])

@@ -48,8 +48,8 @@ FORMULA_ERRORS = {
     "broad spectrum": FormulaError(0.025, 0.005, 0.01),
     "power law": FormulaError(0.03, 0.005, 0.01),
     "fractional Zener": FormulaError(0.20, 0.03, 0.04),
-    "two relaxation times": FormulaError(0.30, 0.08, 0.12),
-    "single relaxation time": FormulaError(0.30, 0.08, 0.12),
+    "two relaxation times": FormulaError(0.30, 0.09, 0.12),
+    "single relaxation time": FormulaError(0.30, 0.09, 0.12),
 }
 """Errors of the formulas by family of material; `validation/effective_moduli.py` measures them."""
 
