@@ -14,10 +14,12 @@ from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .files import write_table as write_table
 from .identification.bounce_times import BounceTimes as BounceTimes
+from .identification.curve import IndentationCurve as IndentationCurve
 from .identification.design import design as design
 from .identification.effective_moduli import effective_moduli as effective_moduli
 from .identification.force_history import ForceHistory as ForceHistory
 from .identification.identify import identify as identify
+from .identification.map import identify_map as identify_map
 from .identification.observations import Noise as Noise
 from .identification.rebounds import Rebounds as Rebounds
 from .identification.result import Identification as Identification

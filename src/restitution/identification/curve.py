@@ -21,7 +21,7 @@ from restitution.material.fit import DynamicTable
 Array = NDArray[np.float64]
 
 # Tolerance of a force; differences of residuals need a smaller one than the residuals themselves.
-_RTOL = 1e-8
+RTOL = 1e-8
 _BEFORE = 10
 # Equal largest forces in a row that show saturation, while the depth moves by more than the share below.
 _EQUAL, _MOVED = 5, 0.02
@@ -130,7 +130,7 @@ class IndentationCurve(Observations):
         # Constant and slope, whose part of the residuals is projected out.
         share = (self.time - self.time[0]) / (self.time[-1] - self.time[0])
         baseline = np.stack([np.ones(self.size), share], axis=1) / self.deviations[:, None]
-        self._basis, self._triangle = np.linalg.qr(baseline)
+        self.basis, self._triangle = np.linalg.qr(baseline)
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
         """Start, range and step of the contact point."""
@@ -163,12 +163,12 @@ class IndentationCurve(Observations):
 
     def forces(self, materials: MaterialColumns, nuisances: Array) -> Array:
         """Forces of materials [N] without a baseline, shape (m, n)."""
-        return self.block.forces(materials.at(self.temperature).reduced, nuisances[:, 0], rtol=_RTOL)[0]
+        return self.block.forces(materials.at(self.temperature).reduced, nuisances[:, 0], rtol=RTOL)[0]
 
     def projected(self, forces: Array) -> Array:
         """Residuals of forces [N] of shape (m, n)."""
         residuals = (forces - self.force) / self.deviations
-        return residuals - (residuals @ self._basis) @ self._basis.T
+        return residuals - (residuals @ self.basis) @ self.basis.T
 
     def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
         """Measured and fitted force over time."""
@@ -189,7 +189,7 @@ class IndentationCurve(Observations):
     def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
         """Baseline at the first time, and its slope."""
         off = (self.force - self.forces(materials, nuisances)[0]) / self.deviations
-        baseline, rise = np.linalg.solve(self._triangle, off @ self._basis)
+        baseline, rise = np.linalg.solve(self._triangle, off @ self.basis)
         slope = rise / (self.time[-1] - self.time[0])
         return {"baseline": (float(baseline), "N"), "baseline_slope": (float(slope), "N/s")}
 
@@ -199,7 +199,7 @@ class IndentationCurve(Observations):
         series = PronyColumns(1.0 - shares, np.zeros(shares.size), shares[:, None], times[:, None])
         forces, _ = self.block.forces(series, np.full(shares.size, self.nuisances[0].start), rtol=1e-4)
         forces = np.nan_to_num(forces) / self.deviations
-        forces -= (forces @ self._basis) @ self._basis.T
+        forces -= (forces @ self.basis) @ self.basis.T
         measured = self.force / self.deviations
         size, share = np.einsum("mn,mn->m", forces, forces), forces @ measured
         gain = np.where(share > 0.0, share**2 / np.maximum(size, 1e-300), -np.inf)
