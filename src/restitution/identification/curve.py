@@ -205,7 +205,7 @@ class IndentationCurve(Observations):
         gain = np.where(share > 0.0, share**2 / np.maximum(size, 1e-300), -np.inf)
         best = int(np.argmax(gain))
         if not np.isfinite(gain[best]):
-            raise InputError("force", wanted="does not rise with the depth; is its sign that of a push?")
+            raise InputError("force", wanted="does not rise with the depth; is a push positive?")
         omega = np.geomspace(*self.window(), _FREQUENCIES)
         moduli = series.scaled(share[best] / size[best]).complex_modulus(omega)[best]
         return DynamicTable(omega, moduli.real, np.maximum(moduli.imag, 0.01 * moduli.real), source=self.label)
@@ -239,16 +239,17 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
 
 
 def _check_force(depth: Array, force: Array) -> None:
-    """Refuse a saturated force, and jumps of the force at rest."""
+    """Refuse a force of the wrong sign, one that jumps at rest, and one that is saturated."""
+    if force[np.argmax(depth)] <= np.median(force[:_BEFORE]):
+        raise InputError("force", wanted="must be larger at the largest depth than at the start; is a push positive?")
+    steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
+    jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
+    if jumps.size:
+        n = int(jumps[0]) + 1
+        wanted = "jumps from the point before, which no contact without adhesion does"
+        raise InputError("force", float(force[n]), wanted, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):
         n = int(largest[0])
         wanted = "stands at its largest value while the depth changes: it is saturated"
         raise InputError("force", float(force[n]), wanted, "N", index=(n,))
-    steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
-    jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
-    if jumps.size:
-        n = int(jumps[0]) + 1
-        raise InputError(
-            "force", float(force[n]), "jumps from the point before, which no contact does", "N", index=(n,)
-        )

@@ -21,8 +21,8 @@ _ROUNDS = 60
 _ENOUGH = 1e-6
 # Steps of the coordinates for differences, the largest step of a logarithm in a round.
 STEP, _CONTACT_STEP, _FURTHEST = 1e-4, 1e-2, 2.0
-# Distance from a bound within which a coordinate is at it.
-EDGE = 1e-3
+# Distance from a bound within which a coordinate counts as at it, and within which the descent may hold it there.
+EDGE, _PRESSED = 1e-3, 1e-8
 
 
 class CurveFits(NamedTuple):
@@ -118,7 +118,11 @@ class Descent:
                 slopes = self.jacobian(points[new], new, values[new])
                 normal[new] = slopes @ slopes.swapaxes(1, 2)
                 gradient[new] = np.einsum("sqn,sn->sq", slopes, values[new])
-            step, promise = _steps(normal[active], gradient[active], damping[active])
+            # A coordinate at a bound that chi2 presses against it stays there.
+            at, pull = points[active], gradient[active]
+            free = ~(((at - low[active] < _PRESSED) & (pull > 0.0)) | ((high[active] - at < _PRESSED) & (pull < 0.0)))
+            matrix = normal[active] * (free[:, :, None] & free[:, None, :])
+            step, promise = _steps(matrix, pull * free, damping[active])
             trial = np.clip(points[active] + step, low[active] + 1e-9, high[active] - 1e-9)
             tried = self.residuals(trial[:, None], active)[:, 0]
             cost = _squares(tried)

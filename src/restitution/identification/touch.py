@@ -69,7 +69,7 @@ def _best(t: Array, d: Array, f: Array, places: Array, powers: Array) -> Touch:
     gain = np.where(along > 0.0, along**2 / np.maximum(size, 1e-12 * size.max()), -np.inf)
     best = int(np.argmax(gain))
     if not np.isfinite(gain[best]):
-        raise InputError("force", wanted="does not rise with the depth of the approach; is its sign that of a push?")
+        raise InputError("force", wanted="does not rise with the depth of the approach; is a push positive?")
     weight = along[best] / size[best]
     rest = f @ f - own @ own - gain[best]
     baseline, slope = np.linalg.solve(triangle, own - weight * within[best])

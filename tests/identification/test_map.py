@@ -1,0 +1,133 @@
+"""Maps of indentation curves: as curve by curve, coverage, curves that fail, interrupts."""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.errors import RestitutionWarning
+from restitution.identification.map import MapStatus
+from restitution.indentation.block import IndentationBlock
+from restitution.material.columns import PronyColumns
+
+TIP = rs.Parabola(2.5e-6)
+FIXED = {"poisson_ratio": 0.5}
+NAMES = ("equilibrium_modulus", "branch_modulus", "viscosity", "contact_point")
+TIME = np.linspace(0.0, 2.8, 200)
+DEPTH = np.interp(TIME, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+SD = 1e-11
+
+
+def curves_of(count, seed, spread=0.4):
+    """Curves of random standard solids and contact points, and the truth, shape (4, count)."""
+    rng = np.random.default_rng(seed)
+    equilibrium, branch, time = np.array([[70.0], [270.0], [0.3]]) * np.exp(rng.normal(0.0, spread, (3, count)))
+    places = rng.uniform(0.3e-6, 0.5e-6, count)
+    reduced = PronyColumns(4.0 * equilibrium, np.zeros(count), 4.0 * branch[:, None], time[:, None])
+    forces, _ = IndentationBlock(TIP, [(TIME, DEPTH, TIME)], 2e-6).forces(reduced, places)
+    forces += rng.normal(0.0, SD, forces.shape)
+    made = [rs.IndentationCurve(TIME, DEPTH, one, profile=TIP, noise=rs.Noise(force=SD)) for one in forces]
+    return made, np.stack([equilibrium, branch, branch * time, places])
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_map_is_curve_by_curve(workers):
+    curves, _ = curves_of(6, 1)
+    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=workers, shape=(2, 3))
+    assert dict(found.sizes) == {"y": 2, "x": 3}
+    for n, one in enumerate(curves):
+        alone = rs.identify(one, rs.standard_solid, fixed=FIXED, profiles=False)
+        estimates = alone.parameters | {"contact_point": alone.nuisances["contact_point"]}
+        for name in NAMES:
+            error = estimates[name].standard_error
+            assert found[name].values.flat[n] == pytest.approx(estimates[name].value, abs=2e-3 * error)
+            assert found[f"{name}_standard_error"].values.flat[n] == pytest.approx(error, rel=1e-3)
+        assert found["chi2"].values.flat[n] == pytest.approx(alone.chi2, rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [120, pytest.param(1000, marks=pytest.mark.slow)])
+def test_intervals_cover_the_truth(count):
+    """Of 95 %, also that of the contact point; within 3.5 standard deviations of the count and 2 %."""
+    curves, truth = curves_of(count, 2, spread=0.2)
+    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=2)
+    assert np.all(found["status"] == MapStatus.FITTED)
+    for name, value in zip(NAMES, truth, strict=True):
+        z = (found[name].values - value) / found[f"{name}_standard_error"].values
+        assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=0.02 + 3.5 * math.sqrt(0.95 * 0.05 / count))
+        assert np.std(z) == pytest.approx(1.0, abs=0.1 + 3.5 / math.sqrt(2.0 * count))
+    assert float(found["reduced_chi2"].mean()) == pytest.approx(1.0, abs=3.5 * math.sqrt(2.0 / TIME.size / count))
+
+
+def test_a_curve_that_fails_does_not_stop_the_map():
+    curves, _ = curves_of(3, 3)
+
+    def saturated():
+        return rs.IndentationCurve(TIME, DEPTH, np.minimum(curves[0].force, 3e-10), profile=TIP)
+
+    items = [saturated, curves[0], lambda: curves[1], curves[2]]
+    found = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
+    assert found["status"].values.tolist() == [MapStatus.REFUSED, 0, 0, 0]
+    assert "saturated" in str(found["message"].values[0])
+    assert np.isnan(found["viscosity"].values).tolist() == [True, False, False, False]
+    alone = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
+    assert found["viscosity"].values[1:] == pytest.approx(alone["viscosity"].values, rel=1e-6)
+
+
+def test_two_tips_and_lengths_in_one_map():
+    curves, _ = curves_of(2, 4)
+    half = slice(0, 120)
+    short = [rs.IndentationCurve(TIME[half], DEPTH[half], one.force[half], profile=TIP) for one in curves]
+    cone = rs.Cone(half_angle=1.2)
+    gel = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
+    force = rs.indent(gel, cone, depth=DEPTH - 0.4e-6, time=TIME).force
+    force += np.random.default_rng(0).normal(0.0, 0.005 * force.max(), TIME.size)
+    items = [curves[0], rs.IndentationCurve(TIME, DEPTH, force, profile=cone), short[1]]
+    found = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
+    for n, one in enumerate(items):
+        alone = rs.identify(one, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+        known = alone["branch_modulus"]
+        assert found["branch_modulus"].values[n] == pytest.approx(known.value, abs=0.02 * known.standard_error)
+
+
+def test_an_interrupt_keeps_what_is_done():
+    curves, _ = curves_of(4, 5)
+
+    def press(done, total):
+        assert total == 200
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.warns(RestitutionWarning, match="interrupted"):
+        found = rs.identify_map(curves * 50, rs.standard_solid, fixed=FIXED, workers=1, progress=press)
+    done = found["status"].values != MapStatus.NOT_DONE
+    assert 0 < done.sum() < 200
+    assert np.isfinite(found["viscosity"].values[done]).all()
+    assert np.isnan(found["viscosity"].values[~done]).all()
+
+
+def test_what_a_curve_does_not_determine_is_no_number():
+    """A relaxation that is over within a point: its modulus and time cannot be told apart."""
+    elastic = rs.elastic(shear_modulus=300.0, poisson_ratio=0.5)
+    force = rs.indent(elastic, TIP, depth=DEPTH - 0.4e-6, time=TIME).force
+    force += np.random.default_rng(0).normal(0.0, SD, TIME.size)
+    data = rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD))
+    found = rs.identify_map([data], rs.standard_solid, fixed=FIXED)
+    assert np.isnan(found["viscosity"].values[0]) or np.isnan(found["branch_modulus"].values[0])
+    assert np.isinf(found["viscosity_standard_error"].values[0]) or np.isinf(
+        found["branch_modulus_standard_error"].values[0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("items", "options", "message"),
+    [
+        ([], {}, "shape"),
+        ([1.0], {}, "curves"),
+        ([lambda: None], {}, "curves"),
+        ([], {"shape": (2, 3)}, "shape"),
+    ],
+)
+def test_wrong_arguments_are_refused(items, options, message):
+    with pytest.raises(rs.InputError, match=message):
+        rs.identify_map(items, rs.standard_solid, fixed=FIXED, **options)
