@@ -151,7 +151,7 @@ def test_random_contact_points_give_the_force_of_a_history_begun_at_touch(count)
     data = curve()
     forces = data.forces(MaterialColumns.from_materials([GEL] * count), places[:, None])
     for place, found in zip(places, forces, strict=True):
-        touch, above = place / 1e-6, DEPTH > place
+        touch, above = place / 1e-6, place < DEPTH
         time, depth = [touch, *TIME[above], 2.8 - touch], [0.0, *(DEPTH[above] - place), 0.0]
         history = rs.History.from_points(time, depth)
         inside = (touch < TIME) & (2.8 - touch > TIME)
