@@ -212,3 +212,5 @@ def test_bad_bodies():
         bounces(BALL)
     with pytest.raises(TypeError, match=r"^max_bounces = 2\.5: must be a whole number >= 1$"):
         bounces(drop(BALL, FLOOR, height=0.5), max_bounces=2.5)
+    with pytest.raises(ValueError, match=r"^velocity = 1e\+155 m/s: must be that of a fall from a finite height$"):
+        bounces(Impact(RUBBER, Parabola(0.01), mass=0.005, velocity=1e155))

@@ -201,7 +201,9 @@ def bounces(
     g = single("gravity", positive("gravity", gravity, "m/s2"), "m/s2")
     if height is None:
         velocity = float(impact.velocity)
-        start = velocity**2 / (2.0 * g)
+        start = velocity * velocity / (2.0 * g)
+        if not math.isfinite(start):
+            raise InputError("velocity", velocity, "must be that of a fall from a finite height", "m/s")
     else:
         start = single("height", positive("height", height, "m"), "m")
         velocity = float(fall_velocity(start, g))

@@ -13,7 +13,7 @@ from typing import Any
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
 from restitution.kernel.dashpot import add_dashpot, dashpot_coupling
-from restitution.kernel.dense import combine, crossing, interpolate, invert, invert_modes, lagrange_lanes, matvec, tail
+from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, tail
 from restitution.kernel.kinks import (
     SPACING,
     kink_effect,
@@ -24,6 +24,7 @@ from restitution.kernel.kinks import (
     passed,
 )
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
+from restitution.kernel.modes import LAG, factor_modes, refined
 from restitution.kernel.outcome import CAPTURED, SEPARATED, SINKS_IN, STEP_TOO_SMALL, TOO_DEEP, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals, radius_and_integral
 from restitution.kernel.radau import Scheme
@@ -52,7 +53,6 @@ from restitution.kernel.workspace import (
 
 # Newton's method.
 ROUNDING = 1e-9  # relative size of a step below which it may be rounding
-LAG = 0.05  # length over a relaxation time from which a mode is updated twice per round
 _MOST_ITERATIONS = 12
 _REFINEMENT = 0.1  # error of W_k, over `accept`, at which its refinement ends
 _MOST_REFINEMENTS = 6
@@ -122,11 +122,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         F = equilibrium * Pi
         slope = (equilibrium * a) * r
         if refactor:
-            for k in range(N):
-                rate = (h / problem.times[k]) * r
-                for j in range(WIDTH):
-                    write8(B, k, j, 0, read8(unit, j, 0) + read8(A, j, 0) * rate[j])
-            invert_modes(B, N)
+            factor_modes(problem, scheme, work, r, h)
             for j in range(WIDTH):
                 write8(G, j, 0, broadcast(0.0))
         for k in range(N):
@@ -145,8 +141,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
                 # After a single update, fast modes lag behind s by the size of the chord step, which would be useless.
                 lags = not final_round and h * r[WIDTH - 1] > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
-                    defect = start - Yk - (h / problem.times[k]) * matvec(A, r * Yk)
-                    Yk = Yk + matvec(B[k], defect)
+                    Yk = refined(problem, scheme, work, k, start, Yk, r, h)
             write8(Y, k, 0, Yk)
             F = F + E * Yk
         if eta > 0.0:
@@ -201,7 +196,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
         Wk = matvec(B[k], start)
         for _ in range(rounds):
-            Wk = Wk + matvec(B[k], start - Wk - (h / problem.times[k]) * matvec(A, r * Wk))
+            Wk = refined(problem, scheme, work, k, start, Wk, r, h)
         write8(table, MODES_ + 2 * k, 1, read8(Y, k, 0))
         write8(table, MODES_ + 1 + 2 * k, 1, Wk)
     return iterations

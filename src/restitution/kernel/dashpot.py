@@ -3,6 +3,7 @@
 from restitution.kernel.compile import compiled
 from restitution.kernel.dense import invert, matvec
 from restitution.kernel.lanes import WIDTH, read8, write8
+from restitution.kernel.modes import write_matrix
 from restitution.kernel.path import radius_slope
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SPEED, UNKNOWN, Problem, Work
@@ -18,8 +19,7 @@ def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: floa
     F, a = read8(vectors, FORCE, 0), read8(vectors, RADIUS, 0)
     r = 2.0 * read8(vectors, UNKNOWN, 0)
     braking = (h * problem.viscosity) * (r * a)
-    for j in range(WIDTH):
-        write8(M, j, 0, read8(scheme.identity, j, 0) + read8(A, j, 0) * braking[j])
+    write_matrix(scheme, work.matrices, DASHPOT, braking)
     invert(work.matrices, DASHPOT)
     v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)))
     write8(vectors, SPEED, 0, v)

@@ -27,6 +27,7 @@ import numpy as np
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.dense import combine, interpolate, interpolate_lanes, invert, lagrange_lanes, matvec, product
 from restitution.kernel.lanes import WIDTH, at_least, read8, total, write8
+from restitution.kernel.modes import write_matrix
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
@@ -45,6 +46,10 @@ from restitution.kernel.workspace import (
     Problem,
     Work,
 )
+
+# Last element, where a(s) has a root at the end.
+_PARTS = 24  # the last of which is 1e-7 of the element
+_SHARE = 0.5  # part over what is left of the element
 
 
 class Ledger(NamedTuple):
@@ -74,10 +79,7 @@ def allocate_ledger(N: int, elements: int) -> Ledger:
 @inlined
 def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> None:
     """Write the matrix that solves y' = -rate pace y + source over an element into `matrices[COUPLING]`."""
-    B = work.matrices[COUPLING]
-    step = (h * rate) * pace
-    for j in range(WIDTH):
-        write8(B, j, 0, read8(scheme.identity, j, 0) + read8(scheme.columns, j, 0) * step[j])
+    write_matrix(scheme, work.matrices, COUPLING, (h * rate) * pace)
     invert(work.matrices, COUPLING)
 
 
@@ -149,9 +151,8 @@ def _last_element(
     stored = 0.0
     low = 0.0
     place = work.counts[N_APPROACH]
-    parts = 24
-    for n in range(parts):
-        high = 1.0 if n == parts - 1 else 0.5 * (low + 1.0)
+    for n in range(_PARTS):
+        high = 1.0 if n == _PARTS - 1 else low + _SHARE * (1.0 - low)
         x = low + (high - low) * read8(scheme.c, 1)
         there = at_least(sigma - h * x, 0.0)
         interpolate_lanes(scheme, work, ledger.approach, there, place, past)

@@ -19,10 +19,19 @@ from restitution.kernel.path import radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import N_APPROACH, S_, T_, V_, Problem, Work
 
-# Logarithms of the smallest sigma and age, over sigma and its square at the turning point.
-_EARLIEST, _YOUNGEST = math.log(1e-4), math.log(1e-12)
-# Points of the first grid in each direction; rounds of each search around its best point, and their ratio.
-_GRID, _ROUNDS, _GOLDEN = 18, 11, 0.5 * (math.sqrt(5.0) - 1.0)
+# Quadrature rule.
+_FIRST_EDGES = (0.0, 1 / 256, 1 / 64, 1 / 16, 1 / 4, 0.5, 0.65)  # ends of the first cells
+_CELL_RATIO = 0.25  # ratio of the last cells, at the end of which the integrand is an inverse root
+_LAST_CELLS = 12  # the smallest of which is 6e-8
+_POWER = 8  # of the places
+# Search for the largest pressure.
+_EARLIEST = math.log(1e-4)  # smallest sigma over that at the turning point
+_YOUNGEST = math.log(1e-12)  # smallest age over the square of sigma at the turning point
+_GRID = 18  # points of the first grid in each direction
+_GRADING = 2  # power of the grid, which is denser towards the turning point and the axis
+_RIDGE = 2.0  # additional range of ages over that of times: a ridge may be inclined
+_ROUNDS = 11  # of each search around the best point of the grid
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 class Rule(NamedTuple):
@@ -37,15 +46,13 @@ def graded_rule(n: int) -> Rule:
     """Rule with n nodes per cell and shorter cells towards both ends.
 
     For power laws close to a cone, with an exponent m -> 1, the integrand on the axis rises as sigma^(1 - 2/m) towards
-    0: hence the eighth power there.
+    0: hence the power there.
     """
     nodes, weights = np.polynomial.legendre.leggauss(n)
-    edges = np.concatenate(
-        [[0.0, 1 / 256, 1 / 64, 1 / 16, 0.25, 0.5, 0.65], 1.0 - 0.25 ** np.arange(1.0, 13.0), [1.0]]
-    )
+    edges = np.concatenate([_FIRST_EDGES, 1.0 - _CELL_RATIO ** np.arange(1.0, _LAST_CELLS + 1.0), [1.0]])
     half = 0.5 * np.diff(edges)[:, None]
     y = (edges[:-1, None] + half * (1.0 + nodes)).ravel()[::-1]
-    return Rule(y**8, (half * weights).ravel()[::-1] * 8.0 * y**7, np.empty(3))
+    return Rule(y**_POWER, (half * weights).ravel()[::-1] * _POWER * y ** (_POWER - 1), np.empty(3))
 
 
 @compiled
@@ -105,14 +112,14 @@ def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fi
     i_best, j_best = 0, 0
     for i in range(_GRID):
         for j in range(_GRID):
-            here = _EARLIEST * (i / (_GRID - 1.0)) ** 2, _YOUNGEST * (j / (_GRID - 1.0)) ** 2
+            here = _EARLIEST * (i / (_GRID - 1.0)) ** _GRADING, _YOUNGEST * (j / (_GRID - 1.0)) ** _GRADING
             found = _pressure(problem, scheme, work, coarse, here[0], here[1])
             if found > largest:
                 largest, time, age, i_best, j_best = found, here[0], here[1], i, j
-    step_time = -_EARLIEST * (2.0 * i_best + 1.0) / (_GRID - 1.0) ** 2
-    step_age = -_YOUNGEST * (2.0 * j_best + 1.0) / (_GRID - 1.0) ** 2
+    step_time = _EARLIEST * (i_best**_GRADING - (i_best + 1.0) ** _GRADING) / (_GRID - 1.0) ** _GRADING
+    step_age = _YOUNGEST * (j_best**_GRADING - (j_best + 1.0) ** _GRADING) / (_GRID - 1.0) ** _GRADING
     # The maximum may lie on a narrow ridge: search for the best age at each time.
-    window = age - step_age - 2.0 * step_time, age + step_age + 2.0 * step_time
+    window = age - step_age - _RIDGE * step_time, age + step_age + _RIDGE * step_time
     low, high = time - step_time, time + step_time
     left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     of_left = _over_ages(problem, scheme, work, fine, left, window)

@@ -11,12 +11,13 @@ Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LAG, LEAST_NOISE, ROUGH, TABLE_NOISE
+from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LEAST_NOISE, ROUGH, TABLE_NOISE
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, interpolate_lanes, invert, invert_modes, lagrange_lanes, matvec, tail
+from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrange_lanes, matvec, tail
 from restitution.kernel.kinks import missed_rebound
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, smallest, write8
+from restitution.kernel.modes import LAG, factor_modes, refined
 from restitution.kernel.outcome import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
@@ -134,11 +135,7 @@ def rebound_element(
         psi = equilibrium * v - eta * (F - external_force) + memory
         mode_slope = broadcast(0.0)
         if refactor:
-            for k in range(N):
-                rate = (h / problem.times[k]) * u
-                for j in range(WIDTH):
-                    write8(B, k, j, 0, read8(unit, j, 0) + read8(A, j, 0) * rate[j])
-            invert_modes(B, N)
+            factor_modes(problem, scheme, work, u, h)
             for j in range(WIDTH):
                 write8(G, j, 0, equilibrium * read8(unit, j, 0))
                 write8(M, j, 0, broadcast(0.0))
@@ -158,8 +155,7 @@ def rebound_element(
                 # After a single update, fast modes lag behind u by the size of the chord step, which would be useless.
                 lags = not final_round and h * largest_u > LAG * problem.times[k]
                 for _ in range(2 if lags else 1):
-                    defect = start - Wk - (h / problem.times[k]) * matvec(A, u * Wk)
-                    Wk = Wk + matvec(B[k], defect)
+                    Wk = refined(problem, scheme, work, k, start, Wk, u, h)
             write8(W, k, 0, Wk)
             psi = psi + E * Wk
         if final_round:
@@ -227,7 +223,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
         glass += problem.moduli[k]
-    # Elastic energy at the turning point over the initial kinetic energy: close to 1 for small losses.
+    # Elastic energy at the turning point over the initial kinetic energy: close to 1 for small losses. It
+    # is 2/5 F d under a parabola.
     recoverable = 0.8 * table[F_, 0] * s_m * s_m
     elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
     amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
