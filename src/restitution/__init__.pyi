@@ -55,12 +55,16 @@ from .material.classical import maxwell as maxwell
 from .material.classical import standard_solid as standard_solid
 from .material.conversion import shear_from_tension as shear_from_tension
 from .material.conversion import tension_from_shear as tension_from_shear
+from .material.fit import DynamicTable as DynamicTable
+from .material.fit import RelaxationTable as RelaxationTable
 from .material.fit import fit_prony as fit_prony
 from .material.fractional import FractionalMaterial as FractionalMaterial
 from .material.fractional import fractional_kelvin_voigt as fractional_kelvin_voigt
 from .material.fractional import fractional_maxwell as fractional_maxwell
 from .material.fractional import fractional_zener as fractional_zener
 from .material.fractional import springpot as springpot
+from .material.isotherms import Isotherms as Isotherms
+from .material.isotherms import MasterCurve as MasterCurve
 from .material.prony import PronySeries as PronySeries
 from .material.readers import read_material as read_material
 from .material.shift import WLF as WLF

@@ -35,25 +35,63 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class RelaxationTable:
-    """Relaxation modulus measured over time."""
+    """Relaxation modulus measured over time.
 
-    time: Array  # [s], strictly ascending, shape (n,)
-    modulus: Array  # [Pa], positive, shape (n,)
-    deformation: Deformation | None = None  # None where the file does not state it
-    source: str = ""  # name of the file
-    notes: tuple[str, ...] = ()  # remarks of the reader: units that were assumed, columns that are not used
+    Attributes
+    ----------
+    time : array, shape (n,)
+        Times t >= 0 [s], strictly ascending.
+    modulus : array, shape (n,)
+        Relaxation modulus > 0 [Pa].
+    deformation : str, optional
+        "tension" or "shear", None where the file does not state it.
+    source : str
+        Name of the file.
+    notes : tuple of str
+        Remarks of the reader: units that were assumed, columns that are not used.
+    temperature : float, optional
+        Temperature T [K], None where the file does not state it.
+
+    Examples
+    --------
+    >>> RelaxationTable(np.array([0.1, 1.0]), np.array([3e6, 2e6]), "shear").modulus
+    array([3000000., 2000000.])
+    """
+
+    time: Array
+    modulus: Array
+    deformation: Deformation | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+    temperature: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class DynamicTable:
-    """Storage and loss modulus measured over frequency (DMA)."""
+    r"""Storage and loss modulus measured over frequency (DMA).
 
-    angular_frequency: Array  # [rad/s], strictly ascending, shape (n,)
-    storage_modulus: Array  # [Pa], positive, shape (n,)
-    loss_modulus: Array  # [Pa], non-negative, shape (n,)
-    deformation: Deformation | None = None  # this and the rest as in `RelaxationTable`
+    Attributes
+    ----------
+    angular_frequency : array, shape (n,)
+        $\omega > 0$ [rad/s], strictly ascending.
+    storage_modulus, loss_modulus : array, shape (n,)
+        Storage modulus > 0 and loss modulus >= 0 [Pa].
+    deformation, source, notes, temperature
+        As in `RelaxationTable`.
+
+    Examples
+    --------
+    >>> DynamicTable(np.array([1.0, 10.0]), np.array([3e6, 4e6]), np.array([2e5, 3e5]), temperature=293.15).temperature
+    293.15
+    """
+
+    angular_frequency: Array
+    storage_modulus: Array
+    loss_modulus: Array
+    deformation: Deformation | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    temperature: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

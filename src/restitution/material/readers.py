@@ -2,26 +2,45 @@
 
 from __future__ import annotations
 
-import math
 import re
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError, InputTypeError
-from restitution.material.conversion import Deformation
 from restitution.material.deck import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
 from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.sheet import PLAIN_UNITS, FileError, Sheet, read_sheet, read_text, unit
+from restitution.material.formats import read_sheets, read_workbook
+from restitution.material.isotherms import Curve, Isotherms, average
+from restitution.material.roles import (
+    ANGULAR_FREQUENCY,
+    BRANCH,
+    COMPLEX,
+    FREQUENCY,
+    LOG_SHIFT,
+    LOSS,
+    MODULUS,
+    RELAXATION_TIME,
+    SHARE,
+    SHIFT,
+    STORAGE,
+    SWEEP,
+    TANGENT,
+    TEMPERATURE,
+    TIME,
+    Column,
+    Table,
+)
+from restitution.material.sheet import FileError, Sheet, is_workbook, read_bytes, read_text, unit
 from restitution.material.shift import ShiftTable
 
 Array = NDArray[np.float64]
-MaterialFile = RelaxationTable | DynamicTable | PronyTerms | ShiftTable | ViscoelasticDeck
+MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
-# Data that scatter by half of their size cannot be fitted.
-_NOISE = 1.5
+# Sweeps whose temperatures [K] differ by less are at one temperature.
+_SAME_TEMPERATURE = 1.0
 _LONGEST_COMMENT = 500
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
 
@@ -62,6 +81,10 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     """
     if not isinstance(path, str | Path):
         raise InputTypeError("path", path, "must be the name of a file")
+    content = read_bytes(Path(path))
+    if is_workbook(content):
+        _refuse_name(str(path), name)
+        return _content(str(path), read_workbook(str(path), content))
     return parse(read_text(Path(path)), str(path), name=name)
 
 
@@ -69,187 +92,140 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
     """Read a text as `read_material` reads a file; `source` is its name in messages."""
     if "\0" in text:
         raise FileError(source, 0, "cannot be read: must be text")
-    # Blanks but no ends of lines: these would cost quadratic time.
-    if re.search(r"^[ \t]*TB[ \t]*,[ \t]*PRON", text, re.IGNORECASE | re.MULTILINE):
-        return read_ansys(source, text, name)
-    if re.search(r"^[ \t]*\*[ \t]*VISCOELASTIC", text, re.IGNORECASE | re.MULTILINE):
-        return read_abaqus(source, text, name)
+    for pattern, read_deck in _DECKS:
+        if pattern.search(text):
+            return read_deck(source, text, name)
+    _refuse_name(source, name)
+    return _content(source, read_sheets(source, text))
+
+
+# Blanks but no ends of lines: these would cost quadratic time.
+_DECKS = (
+    (re.compile(r"^[ \t]*TB[ \t]*,[ \t]*PRON", re.IGNORECASE | re.MULTILINE), read_ansys),
+    (re.compile(r"^[ \t]*\*[ \t]*VISCOELASTIC", re.IGNORECASE | re.MULTILINE), read_abaqus),
+)
+
+
+def _refuse_name(source: str, name: str | None) -> None:
     if name is not None:
         raise FileError(source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names")
-    table = _read_table(source, text)
-    for kind in (_dynamic, _prony_terms, _relaxation, _shift_table):
-        found = kind(table)
-        if found is not None:
-            return found
-    message = f"columns {', '.join(filter(None, table.sheet.labels))[:200]}: must be time and relaxation modulus; "
-    message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
-    raise FileError(source, table.sheet.header_line, message)
 
 
-class Role(NamedTuple):
-    """Quantity of a column."""
-
-    name: str
-    dimensions: tuple[str, ...]  # admissible dimensions of its unit
-    assumed: str = ""  # unit that is assumed where none is given
-    least: float | None = 0.0  # bound of its values, None for none
-    open_bound: bool = True  # whether the bound itself is excluded
-
-
-TIME = Role("time", ("time",), "s", open_bound=False)
-FREQUENCY = Role("frequency", ("frequency", "angular frequency"), "Hz")
-ANGULAR_FREQUENCY = Role("angular frequency", ("angular frequency", "frequency"), "rad/s")
-MODULUS = Role("relaxation modulus", ("modulus",), "Pa")
-STORAGE = Role("storage modulus", ("modulus",), "Pa")
-LOSS = Role("loss modulus", ("modulus",), "Pa", open_bound=False)
-COMPLEX = Role("magnitude of the complex modulus", ("modulus",), "Pa")
-TANGENT = Role("loss tangent", ("number",), open_bound=False)
-RELAXATION_TIME = Role("relaxation time", ("time",), "s")
-BRANCH = Role("branch modulus", ("modulus",), "Pa", open_bound=False)
-SHARE = Role("relative modulus", ("number",), open_bound=False)
-TEMPERATURE = Role("temperature", ("temperature",), "K")
-LOG_SHIFT = Role("log10 of the shift factor", ("number",), least=None)
-SHIFT = Role("shift factor", ("number",))
-
-_SPELLINGS: dict[Role, str] = {
-    TIME: "t time zeit",
-    FREQUENCY: "f freq frequency frequenz",
-    ANGULAR_FREQUENCY: "w omega ω angfreq angularfrequency angfrequency kreisfrequenz",
-    MODULUS: "e g er gr erelax grelax e(t) g(t) modulus relaxationmodulus tensilemodulus shearmodulus "
-    "tensilerelaxationmodulus shearrelaxationmodulus youngsmodulus relaxationsmodul",
-    STORAGE: "e' g' ep gp estor gstor estorage gstorage eprime gprime storage storagemodulus "
-    "tensilestoragemodulus shearstoragemodulus speichermodul",
-    LOSS: "e'' g'' epp gpp eloss gloss edoubleprime gdoubleprime loss lossmodulus "
-    "tensilelossmodulus shearlossmodulus verlustmodul",
-    COMPLEX: "e* g* |e*| |g*| complexmodulus dynamicmodulus",
-    TANGENT: "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor",
-    RELAXATION_TIME: "tau taui tauk τ reltime relaxationtime relaxationtimes",
-    BRANCH: "branchmodulus branchmoduli ei ek",
-    SHARE: "relmod relativemodulus relativemoduli alpha alphai gi ki",
-    TEMPERATURE: "temp temperature temperatur",
-    LOG_SHIFT: "logat log10at loga log10a logshift",
-    SHIFT: "at a shiftfactor",
-}
-_ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
-_TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
-_SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
-_QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
+def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
+    """Material data of sheets: that of the only one, or the sweeps of several."""
+    tables = [Table.of(sheet) for sheet in sheets]
+    found: list[Curve] = []
+    unused: list[str] = []
+    for table in tables:
+        curves = _curves(table)
+        found += curves
+        unused += [] if curves else [table.sheet.title]
+    if found:
+        return _joined(source, found, unused)
+    if len(tables) == 1 and not unused[0]:
+        for kind in (_prony_terms, _shift_table):
+            if (one := kind(tables[0])) is not None:
+                return one
+        sheet = tables[0].sheet
+        message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
+        message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
+        raise tables[0].error(message, sheet.header_line)
+    titles = ", ".join(unused)[:200]
+    wanted = "one must have several frequencies with storage and loss modulus, or times with the relaxation modulus"
+    raise FileError(source, 0, f"{titles or 'no step'}: {wanted}")
 
 
-class Column(NamedTuple):
-    """Column of a table, in SI (angular frequencies in rad/s)."""
-
-    role: Role
-    label: str  # its name in the file
-    values: Array
-    note: str  # the unit that was assumed; empty where the file gives one
-
-
-class Table(NamedTuple):
-    """Sheet of known quantities; a column is read when it is asked for."""
-
-    sheet: Sheet
-    roles: list[Role | None]
-
-    def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
-        """Column of the first known role of each choice; empty if a choice has none."""
-        found = [next((role for role in choice if role in self.roles), None) for choice in choices]
-        return [] if None in found else [self._column(role) for role in found if role is not None]
-
-    def _column(self, role: Role) -> Column:
-        if self.roles.count(role) > 1:
-            raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
-        index = self.roles.index(role)
-        label, given = self.sheet.labels[index], self.sheet.units[index]
-        scale = unit(role.assumed if given is None else given)
-        if scale is None or scale.dimension not in role.dimensions:
-            usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
-            wanted = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
-            raise self.error(f"column {label!r}: unit {given!r}: {wanted}", self.sheet.unit_line)
-        factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
-        with np.errstate(over="ignore"):
-            values = (self.sheet.numbers(index) + scale.offset) * factor
-        good = np.isfinite(values)
-        if role.least is not None:
-            good &= values > role.least if role.open_bound else values >= role.least
-        if not good.all():
-            row = int(np.argmin(good))
-            bound = "" if role.least is None else f" and {'>' if role.open_bound else '>='} {role.least:g}"
-            raise self.error(f"{label} = {self.sheet.cells[index][row]}: must be finite{bound}", row=row)
-        note = f"unit of {label} not given: {role.assumed} assumed" if given is None and role.assumed else ""
-        return Column(role, label, values, note)
-
-    def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:
-        """Deformation that the columns state, source, and remarks: assumed units, columns that are not used."""
-        labels = [column.label for column in used]
-        plain = [_plain(label).lower() for label in labels]
-        tension, shear = (any(map(pattern.match, plain)) for pattern in (_TENSION, _SHEAR))
-        if tension and shear:
-            raise self.error("one modulus is in tension, the other in shear: must be of one kind")
-        notes = [column.note for column in used if column.note]
-        left = [label for label in self.sheet.labels if label and label not in labels]
-        if left:
-            notes.append(f"columns not used: {', '.join(left)}")
-        return "tension" if tension else "shear" if shear else None, self.sheet.source, tuple(notes)
-
-    def order(self, column: Column) -> slice:
-        """Order in which a column ascends; the file may list it in descending order."""
-        steps = np.diff(column.values)
-        if steps.size and (steps < 0).all():
-            return slice(None, None, -1)
-        if not (steps > 0).all():
-            row = int(np.argmin(steps > 0)) + 1
-            what = "repeats" if steps[row - 1] == 0 else "is less than"
-            wanted = "must be strictly ascending or descending"
-            raise self.error(f"{column.label} {what} that of line {self.sheet.lines[row - 1]}: {wanted}", row=row)
-        return slice(None)
-
-    def refuse_growth(self, column: Column, values: Array, order: slice, wanted: str) -> None:
-        """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
-        values, moduli, lines = values[order], column.values[order], self.sheet.lines[order]
-        beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
-        if beyond.size:
-            last = int(beyond[0])
-            first = int(np.argmin(values[:last]))
-            message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
-            raise self.error(f"{message}: must {wanted}, apart from noise", lines[last])
-
-    def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
-        """Error for a line of the file, or for a row of the table."""
-        return FileError(self.sheet.source, line if row is None else self.sheet.lines[row], message)
+def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isotherms:
+    """The only sweep, or one at each temperature. Sweeps at one temperature are averaged."""
+    kind = DynamicTable if any(isinstance(curve, DynamicTable) for curve in curves) else RelaxationTable
+    alike = [curve for curve in curves if isinstance(curve, kind)]
+    notes = [f"not used: {', '.join(unused)[:200]}"] if unused else []
+    notes += [f"{len(curves) - len(alike)} relaxations are not used"] if len(alike) < len(curves) else []
+    if len(alike) > 1 and any(curve.temperature is None for curve in alike):
+        raise FileError(source, 0, f"holds {len(alike)} sweeps: the temperature of each must be stated, or one kept")
+    groups: list[list[Curve]] = []
+    for curve in sorted(alike, key=lambda one: one.temperature or 0.0):
+        if groups and (curve.temperature or 0.0) - (groups[-1][0].temperature or 0.0) < _SAME_TEMPERATURE:
+            groups[-1].append(curve)
+        else:
+            groups.append([curve])
+    for group in groups:
+        if len(group) > 1:
+            notes.append(f"{len(group)} sweeps at {(group[0].temperature or 0.0) - 273.15:.1f} °C are averaged")
+    tables = [average(group) if len(group) > 1 else group[0] for group in groups]
+    remarks = tuple(dict.fromkeys([*(note for curve in alike for note in curve.notes), *notes]))
+    if len(tables) == 1:
+        return replace(tables[0], source=source, notes=remarks)
+    return Isotherms(tables, source=source, notes=remarks)
 
 
-def _read_table(source: str, text: str) -> Table:
-    sheet = read_sheet(source, text, lambda tail: unit(tail) is not None, lambda name: _role(name) is not None)
-    roles = [_role(label) for label in sheet.labels]
-    if RELAXATION_TIME in roles:
-        roles = [BRANCH if role is MODULUS else role for role in roles]
-    for i, role in enumerate(roles):
-        given = unit(sheet.units[i] or "")
-        if role is SHARE and given is not None and given.dimension == "modulus":
-            roles[i] = BRANCH
-    return Table(sheet, roles)
+def _curves(table: Table) -> list[Curve]:
+    """Sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
+    read, columns = _dynamic, table.columns((ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (LOSS, TANGENT))
+    if not columns:
+        read, columns = _relaxation, table.columns((TIME,), (MODULUS,))
+        # Creep and flow have times and moduli as well.
+        names = table.sheet.title, *(column.label for column in columns)
+        if not columns or (table.sheet.title and not any("relax" in name.lower() for name in names)):
+            return []
+    x = columns[0].values
+    if table.sheet.title and (not x.size or np.ptp(x) <= 1e-3 * x.max()):
+        return []  # a sweep of amplitudes or temperatures
+    rows = _sweeps(table, x)
+    parts = [table] if len(rows) == 1 else [table.part(some) for some in rows]
+    return [read(part, several=len(rows) > 1) for part in parts]
 
 
-def _plain(label: str) -> str:
-    return re.sub(r"[\s_.]", "", label[:100]).translate(_QUOTES)
+def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
+    """Rows of each sweep over frequency or time: by their number, where the order turns back, or by temperature."""
+    every = [np.arange(x.size)]
+    if table.sheet.scattered or x.size < 2:
+        return every
+    if numbers := table.columns((SWEEP,)):
+        return [np.flatnonzero(numbers[0].values == one) for one in np.unique(numbers[0].values)]
+    # A table of one sweep may lack units of its temperatures, which are not needed.
+    if TEMPERATURE not in table.roles:
+        return every
+    steps = np.sign(np.diff(x))
+    if abs(steps.sum()) == steps.size:
+        return every
+    column = table.temperature
+    if column is None or np.ptp(column.values) < _SAME_TEMPERATURE:
+        return every
+    kelvin = column.values
+    # A sweep ends where the order turns back; it begins with the next row.
+    turns, direction = [0], 0.0
+    for i, step in enumerate(steps.tolist(), 1):
+        if direction and step != direction:
+            turns.append(i)
+            direction = 0.0
+        else:
+            direction = step
+    runs = np.split(np.arange(x.size), turns[1:])
+    if all(np.ptp(kelvin[run]) < _SAME_TEMPERATURE for run in runs) and 2 * len(runs) <= x.size:
+        return runs
+    order = np.argsort(kelvin, kind="stable")
+    jumps = np.flatnonzero(np.diff(kelvin[order]) > _SAME_TEMPERATURE) + 1
+    return [np.sort(rows) for rows in np.split(order, jumps)]
 
 
-def _role(label: str) -> Role | None:
-    # Only the capital T is a temperature, and the small one a time.
-    plain = _plain(label)
-    return TEMPERATURE if plain == "T" else _ROLES.get(plain.lower())
+def _temperature(table: Table, several: bool) -> tuple[float | None, list[Column]]:
+    """Mean temperature [K] of a sweep, and the columns that it needs."""
+    stated = TEMPERATURE in table.roles and table.sheet.units[table.roles.index(TEMPERATURE)] is not None
+    column = table.temperature if stated or several else None
+    numbers = table.columns((SWEEP,)) if several else []
+    if column is None:
+        return table.sheet.temperature, numbers
+    return float(column.values.mean()), [column, *numbers]
 
 
-def _dynamic(table: Table) -> DynamicTable | None:
+def _dynamic(table: Table, *, several: bool = False) -> DynamicTable:
     complex_first = STORAGE not in table.roles
     columns = table.columns(
         (ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (TANGENT, LOSS) if complex_first else (LOSS, TANGENT)
     )
-    if not columns:
-        return None
     omega, first, second = columns
-    order = table.order(omega)
+    order = slice(None) if table.sheet.scattered else table.order(omega)
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -264,18 +240,23 @@ def _dynamic(table: Table) -> DynamicTable | None:
     if not good.all():
         wanted = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
         raise table.error(wanted, row=int(np.argmin(good)))
-    table.refuse_growth(first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
-    return DynamicTable(omega.values[order], storage[order], loss[order], *table.about(omega, first, second))
+    if not table.sheet.scattered:
+        table.refuse_growth(first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
+    kelvin, others = _temperature(table, several)
+    about = table.about(omega, first, second, *others)
+    found = DynamicTable(omega.values[order], storage[order], loss[order], *about, temperature=kelvin)
+    return average([found]) if table.sheet.scattered else found
 
 
-def _relaxation(table: Table) -> RelaxationTable | None:
-    columns = table.columns((TIME,), (MODULUS,))
-    if not columns:
-        return None
-    time, modulus = columns
-    order = table.order(time)
-    table.refuse_growth(modulus, modulus.values, order, "fall over time")
-    return RelaxationTable(time.values[order], modulus.values[order], *table.about(time, modulus))
+def _relaxation(table: Table, *, several: bool = False) -> RelaxationTable:
+    time, modulus = table.columns((TIME,), (MODULUS,))
+    order = slice(None) if table.sheet.scattered else table.order(time)
+    if not table.sheet.scattered:
+        table.refuse_growth(modulus, modulus.values, order, "fall over time")
+    kelvin, others = _temperature(table, several)
+    about = table.about(time, modulus, *others)
+    found = RelaxationTable(time.values[order], modulus.values[order], *about, temperature=kelvin)
+    return average([found]) if table.sheet.scattered else found
 
 
 def _prony_terms(table: Table) -> PronyTerms | None:

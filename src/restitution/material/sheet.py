@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -26,15 +26,19 @@ _HEADER_LINES = 300
 class FileError(InputError):
     """Malformed file, with its name and the number of the line."""
 
-    def __init__(self, source: str, line: int, message: str) -> None:
-        super().__init__("", ABSENT, f"line {line}: {message}" if line else message, where=source)
-        self._given = source, line, message
+    def __init__(self, source: str, line: int, message: str, place: str = "line") -> None:
+        super().__init__("", ABSENT, f"{place} {line}: {message}" if line else message, where=source)
+        self._given = source, line, message, place
 
     def within(self, section: str = "", *, where: str = "") -> InputError:
         """Return the same error for the field that names the file."""
         return InputError(section, ABSENT, self.wanted, where=where or self.where)
 
-    def __reduce__(self) -> tuple[type[FileError], tuple[str, int, str]]:
+    def moved(self, source: str, place: str) -> FileError:
+        """Return the same error for another name of the file, and another word for its lines."""
+        return FileError(source, self._given[1], self._given[2], place)
+
+    def __reduce__(self) -> tuple[type[FileError], tuple[str, int, str, str]]:
         return FileError, self._given
 
 
@@ -56,6 +60,11 @@ class Sheet(NamedTuple):
     cells: list[list[str]]  # texts of each column
     lines: list[int]  # number of the line of each row
     comments: list[Line]  # lines that begin with #, without it
+    title: str = ""  # name that an instrument gave to its step or interval
+    temperature: float | None = None  # temperature [K] that stands outside the columns
+    remarks: tuple[str, ...] = ()
+    place: str = "line"  # what the numbers of lines count
+    scattered: bool = False  # whether the rows are in any order, such as those of a master curve
 
     def numbers(self, column: int) -> NDArray[np.float64]:
         """Numbers of a column; other cells are refused."""
@@ -65,22 +74,44 @@ class Sheet(NamedTuple):
         except ValueError:
             row = next(i for i, cell in enumerate(cells) if not _is_number(cell))
             shown = cells[row] if len(cells[row]) <= 40 else f"{cells[row][:39]}…"
-            raise FileError(self.source, self.lines[row], f"{shown!r}: must be a number") from None
+            raise self.error(f"{shown!r}: must be a number", self.lines[row]) from None
+
+    def error(self, message: str, line: int = 0) -> FileError:
+        """Error for one of its lines."""
+        return FileError(self.source, line, message, self.place)
+
+    def part(self, rows: Sequence[int] | NDArray[np.intp]) -> Sheet:
+        """Sheet of some of its rows."""
+        cells = [[column[row] for row in rows] for column in self.cells]
+        return self._replace(cells=cells, lines=[self.lines[row] for row in rows])
 
 
-def read_text(path: Path) -> str:
-    """Text of a file in UTF-8, UTF-16 or Latin-1."""
+def read_bytes(path: Path) -> bytes:
+    """Content of a file."""
     try:
-        content = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         raise FileError(str(path), 0, "no such file") from None
     except OSError as error:
         raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
-    if content.startswith(_ARCHIVES):
+
+
+def is_workbook(content: bytes) -> bool:
+    """Whether the content is that of a workbook of Excel."""
+    return content.startswith(_ARCHIVES)
+
+
+def read_text(path: Path) -> str:
+    """Text of a file in UTF-8, UTF-16 or Latin-1."""
+    content = read_bytes(path)
+    if is_workbook(content):
         raise FileError(str(path), 0, "cannot be read: is a workbook; save its sheet as CSV")
     encoding = next((name for mark, name in _MARKS.items() if content.startswith(mark)), "utf-8")
-    if encoding == "utf-8" and content[:1] != b"\0" and content[1::2].count(0) > 0.4 * len(content):
-        encoding = "utf-16-le"
+    if encoding == "utf-8":
+        # The zeros of most letters are the second byte of each pair, or the first one.
+        low, high = content[1::2].count(0), content[::2].count(0)
+        if max(low, high) > 0.4 * len(content) and min(low, high) < 0.1 * len(content):
+            encoding = "utf-16-le" if low > high else "utf-16-be"
     for name in (encoding, "cp1252", "latin-1"):
         try:
             text = content.decode(name)
@@ -104,13 +135,17 @@ def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda n
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
     in a second line of units.
     """
-    lines = split_lines(text, " ")
+    return read_lines(source, split_lines(text, " "), is_unit, is_name)
+
+
+def read_lines(source: str, lines: Sequence[Line], is_unit: _Test, is_name: _Test, mark: str = "") -> Sheet:
+    """Table of named columns in some lines, as `read_sheet` finds it; an instrument's has a known separator."""
     comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
     body = [line for line in lines if not line.text.startswith("#")]
     if not body:
         raise FileError(source, 0, "holds no numbers" if lines else "is empty")
     start = _header(body, is_unit, is_name)
-    header, separator = body[start], _separator(body[start].text)
+    header, separator = body[start], mark or _separator(body[start].text)
     if all(map(_is_number, filter(None, _cells(header.text, separator)))):
         above = [line for line in comments if line.number < header.number]
         if not above:
@@ -126,6 +161,8 @@ def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda n
     labels, units, unit_line = [name for name, _ in names], [unit for _, unit in names], header.number
     if rows and not any(map(_is_number, rows[0])):
         unit_line, below = body[0].number, rows[0]
+        # The last columns of instruments may have no units, such as the number of a step.
+        below += [""] * ((len(labels) - len(below)) * bool(mark))
         if len(below) != len(labels):
             raise FileError(source, unit_line, f"{len(below)} units for {len(labels)} columns")
         units, body, rows = [cell.strip("[]() ") or None for cell in below], body[1:], rows[1:]

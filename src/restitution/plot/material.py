@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from restitution.errors import InputError
 from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.isotherms import Curve, Isotherms, MasterCurve
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.material.viscoelastic import Material, reduced_modulus
@@ -160,6 +161,66 @@ def _reduced(
         return points, np.asarray(series.storage_modulus(points) + 1j * series.loss_modulus(points))
     factors = {"shear": 2.0 / (1.0 - poisson_ratio), "tension": 1.0 / (1.0 - poisson_ratio**2), None: 1.0}
     return data.angular_frequency, factors[data.deformation] * (data.storage_modulus + 1j * data.loss_modulus)
+
+
+def isotherms(measured: Isotherms) -> Figure:
+    """Return a figure of the moduli at each temperature."""
+    with style.context():
+        figure, (ax,) = style.panels("A", style.COLUMN_WIDTH, 3.2)
+        _curves(ax, measured.tables, measured.temperatures)
+        return style.finish(figure)
+
+
+def superposition(curve: MasterCurve) -> Figure:
+    """Return a figure of the isotherms, of the master curve, and of the shifts with their standard errors."""
+    kelvin = curve.temperatures
+    with style.context():
+        figure, (left, middle, right) = style.panels("ABC", height=3.0)
+        _curves(left, curve.isotherms.tables, kelvin)
+        _curves(middle, curve.reduced, kelvin, reduced=True)
+        middle.set_title(f"at {curve.reference_temperature - 273.15:.4g} °C", fontsize=9)
+        known = np.isfinite(curve.errors)
+        celsius = kelvin - 273.15
+        errors = np.where(known, curve.errors, 0.0)
+        right.errorbar(celsius, curve.log10_factors, errors, fmt=".", color=style.BLUE, capsize=2, label="shift")
+        if not known.all():
+            right.plot(celsius[~known], curve.log10_factors[~known], "o", mfc="none", color=style.VERMILION,
+                       label="not determined")  # fmt: skip
+        if curve.law != "free":
+            law, fine = curve.shift, np.linspace(kelvin[0], kelvin[-1], 200)
+            factors = [law.factor(one) for one in fine.tolist()]
+            right.plot(fine - 273.15, np.log10(factors), color=style.BLUE, linewidth=0.8)
+        if np.any(curve.vertical_errors > 0.0):
+            right.errorbar(celsius, curve.log10_vertical_factors, curve.vertical_errors, fmt="x",
+                           color=style.GREEN, markersize=3, label="vertical")  # fmt: skip
+        if len(right.get_legend_handles_labels()[0]) > 1:
+            right.legend()
+        style.labelled(right, "temperature [°C]", r"$\log_{10} a_T$")
+        return style.finish(figure)
+
+
+def _curves(ax: Axes, tables: Sequence[Curve], kelvin: Array, *, reduced: bool = False) -> None:
+    """Draw moduli at each temperature: storage or relaxation modulus as dots, loss modulus as crosses."""
+    from matplotlib import colormaps
+
+    colors = colormaps["coolwarm"]((kelvin - kelvin[0]) / (kelvin[-1] - kelvin[0]))
+    dynamic_ = isinstance(tables[0], DynamicTable)
+    first = [one.storage_modulus if isinstance(one, DynamicTable) else one.modulus for one in tables]
+    factor, prefixed = scaled_unit(np.concatenate(first), "Pa")
+    for place, (table, color) in enumerate(zip(tables, colors, strict=True)):
+        # The colour bar would take the room of a panel.
+        label = f"{kelvin[place] - 273.15:.4g} °C" if place in (0, len(tables) - 1) else None
+        x = table.angular_frequency if isinstance(table, DynamicTable) else table.time
+        ax.plot(x, first[place] * factor, ".", color=color, markersize=3, label=label)
+        if isinstance(table, DynamicTable):
+            loss = np.where(table.loss_modulus > 0.0, table.loss_modulus, np.nan)
+            ax.plot(x, loss * factor, "x", color=color, markersize=2.5, markeredgewidth=0.6)
+    words = "storage (dots) and loss modulus (crosses)" if dynamic_ else "relaxation modulus"
+    frequency = r"$\omega a_T$ [rad/s]" if reduced else r"angular frequency $\omega$ [rad/s]"
+    time = "$t/a_T$ [s]" if reduced else "time $t$ [s]"
+    ax.set(xscale="log", yscale="log")
+    ax.legend(handletextpad=0.2)
+    style.labelled(ax, frequency if dynamic_ else time, f"{words} [{prefixed}]")
 
 
 def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:
