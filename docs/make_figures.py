@@ -16,6 +16,7 @@ FIGURES = (
     "figure_examples", "figure_relaxation_times",
 )  # fmt: skip
 LINE = {"color": "black", "linewidth": 1.1, "solid_capstyle": "round"}
+ARROW = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
 
 
 def main() -> None:
@@ -47,7 +48,7 @@ def _blank(width, height, across, up):
 
 
 def _arrow(ax, start, end):
-    ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.1})
+    ax.annotate("", end, start, arrowprops=ARROW)
 
 
 def scheme():

@@ -20,8 +20,8 @@ small, large = rs.Body(rubber, radius=0.01), rs.Body(polyisobutylene, radius=0.0
 velocity = np.geomspace(1e-2, 3.0, 41)
 pairs = {
     "rubber on polyisobutylene": (small, large),
-    "rubber on rigid": (small, rs.Body(None, radius=0.02, mass=large.mass)),
-    "rigid on polyisobutylene": (rs.Body(None, radius=0.01, mass=small.mass), large),
+    "rubber on a rigid sphere": (small, rs.Body(None, radius=0.02, mass=large.mass)),
+    "rigid sphere on polyisobutylene": (rs.Body(None, radius=0.01, mass=small.mass), large),
 }
 fig, ax = plt.subplots(layout="constrained")
 for name, (one, other) in pairs.items():

@@ -78,7 +78,7 @@ def compare(compressible: xr.Dataset, incompressible: xr.Dataset) -> xr.Dataset:
         compressible=e, incompressible=e_inc, relative_error=(e_inc - e) / e, relative_excess=(e - e_inc) / e_inc
     )
     return described(
-        result.assign_attrs(title=f"Error of taking nu = {nu:g} as incompressible"),
+        result.assign_attrs(title=f"Error of the incompressible value for nu = {nu:g}"),
         compressible=f"restitution coefficient, nu = {nu:g}",
         incompressible="restitution coefficient, incompressible",
         relative_error="error of the incompressible value relative to the compressible one",
@@ -98,7 +98,7 @@ def draw_error(dataset: xr.Dataset) -> Figure:
     above: Any = {"cmap": "YlOrBr", "norm": LogNorm(0.1, 1e4, clip=True)}
     with style.context():
         figure, (left, right) = panels("AB", height=3.6)
-        figure.suptitle(rf"error of taking $\nu = {nu:g}$ as incompressible", fontsize=11)
+        figure.suptitle(rf"error of the incompressible value for $\nu = {nu:g}$", fontsize=11)
         for ax in (left, right):
             plane_axes(ax)
         right.set_ylabel("")
@@ -242,10 +242,10 @@ def draw_terms(dataset: xr.Dataset) -> Figure:
         figure, axes = panels("AB")
         for ax, nu in zip(axes, dataset["poisson_ratio"].values, strict=True):
             curve_axes(ax)
-            looks = zip(TERMS, (style.BLACK, style.BLUE, style.ORANGE), ("-", "--", "-."), strict=True)
-            for terms, color, dashes in looks:
+            labels = "one relaxation time", "two relaxation times", "three relaxation times"
+            looks = zip(TERMS, labels, (style.BLACK, style.BLUE, style.ORANGE), ("-", "--", "-."), strict=True)
+            for terms, label, color, dashes in looks:
                 e = dataset["restitution_coefficient"].sel(poisson_ratio=nu, terms=terms)
-                label = "one relaxation time" if terms == 1 else f"{terms} relaxation times"
                 look: Any = {"linestyle": dashes} | markers(e.size)
                 ax.plot(dataset["p3"].values, e.values, color=color, label=label, **look)
             words = "incompressible" if nu == 0.5 else rf"$\nu = {nu:g}$"

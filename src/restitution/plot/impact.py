@@ -165,7 +165,14 @@ def height_time(ax: Axes, bounces: Bounces) -> Axes:
 def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
     factor, unit = scaled_unit(bounces.velocity, "m/s")
-    ax.plot(bounces.velocity * factor, bounces.restitution_coefficient, "o", color=style.VERMILION, markersize=4)
+    ax.plot(
+        bounces.velocity * factor,
+        bounces.restitution_coefficient,
+        "o",
+        color=style.VERMILION,
+        markersize=4,
+        clip_on=False,
+    )
     ax.set(xscale="log", ylim=(0.0, 1.0))
     return style.labelled(ax, f"impact velocity $v_0$ [{unit}]", "restitution coefficient $e$")
 

@@ -81,7 +81,6 @@ def curve_family(
 
 def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors: Sequence[Any]) -> None:
     """Write a label on each curve, far from other curves and labels; the curve with the least room comes first."""
-    from matplotlib.patheffects import withStroke
     from scipy.spatial.distance import cdist
 
     figure: Any = ax.figure
@@ -108,8 +107,8 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
         best = int(np.argmax(score))
         taken.append(shown[n, best])
         at = x[places[best]], rows[n, places[best]]
-        halo = [withStroke(linewidth=2.2, foreground="white")]
-        ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], path_effects=halo)
+        box = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
+        ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], bbox=box)
 
 
 def contour_map(
