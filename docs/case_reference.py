@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, impact, indentation, material, profile, sweep
+from restitution.case import axes, impact, indentation, material, profile, shift, sweep
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
 
@@ -19,7 +19,8 @@ WORDS = {
     "name": "name of the material in messages and pictures",
     "temperature": "temperature of the impact, to which the shift takes the moduli",
     "density": "density; the density of a solid sphere replaces the mass of a body",
-    "reference_temperature": "temperature of the given moduli",
+    "reference_temperature": "temperature of the given moduli, or of the master curve of several temperatures",
+    "superposition": "shifts of a file with several temperatures: free for each, the default, or by a law",
     "max_bounces": "bounces after which the series ends",
     "n_points": "number of equally spaced times of the table that `--history` writes",
     "shift": "section with the law of the time-temperature shift, or the name of a table of shift factors",
@@ -152,8 +153,8 @@ def page() -> str:
     ):
         lines += table(title, one, [key for key in one.model_fields if key not in shared])
     lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", material.PronySection)
-    lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
-    lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
+    lines += table("`[material.shift]`: Williams, Landel and Ferry", shift.WLFSection)
+    lines += table("`[material.shift]`: Arrhenius", shift.ArrheniusSection)
     lines += table("`[impact]`", impact.ImpactSection)
     lines += table("`[bounces]`", impact.BouncesSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)

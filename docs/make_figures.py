@@ -1,5 +1,7 @@
 """Make the pictures of README and documentation from the package: `.venv/bin/python docs/make_figures.py`."""
 
+import re
+from contextlib import chdir
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,16 +27,31 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         made = reproduce(folder)
         for name in FIGURES:
-            # Half of the resolution for print, and a palette: a tenth of the bytes.
-            with Image.open(made.folder / f"{name}.png") as picture:
-                small = picture.convert("RGB").resize(
-                    (picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS
-                )
-                small.quantize(200).save(FOLDER / f"{name}.png", optimize=True)
+            _shrunk(made.folder / f"{name}.png")
         (FOLDER / "claims.md").write_bytes((made.folder / "claims.md").read_bytes())
+        _shrunk(style.save_figure(superposition(folder), Path(folder, "superposition.png")))
     with style.context():
         style.save_figure(scheme(), FOLDER / "figure_1.svg")
         style.save_figure(element(), FOLDER / "figure_2.svg")
+
+
+def _shrunk(path):
+    # Half of the resolution for print, and a palette: a tenth of the bytes.
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").resize((picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS)
+        small.quantize(200).save(FOLDER / path.name, optimize=True)
+
+
+def superposition(folder):
+    """Figure of the page about materials, made by its own code."""
+    page = (FOLDER.parent / "materials.md").read_text(encoding="utf-8")
+    names = {}
+    with chdir(folder):
+        for block in re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE):
+            exec(compile(block, "materials.md", "exec"), names)
+            if "curve" in names:
+                return names["figure"]
+    raise RuntimeError("the page has no master curve")
 
 
 def _blank(width, height, across, up):

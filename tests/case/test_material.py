@@ -14,7 +14,9 @@ from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.material import classical, library
 from restitution.material.conversion import shear_from_tension
+from restitution.material.fit import fit_prony
 from restitution.material.fractional import FractionalMaterial, springpot
+from restitution.material.isotherms import Isotherms
 from restitution.material.prony import PronySeries
 from restitution.material.readers import read_material
 from restitution.material.shift import WLF, Arrhenius, ShiftTable
@@ -392,3 +394,51 @@ def test_the_counter_material_has_the_same_forms() -> None:
     assert found.counter_material == library.get("steel")
     Path("terms.csv").write_text(TERMS)
     assert read_material("terms.csv").deformation == "tension"
+
+
+def several_temperatures() -> Isotherms:
+    """File of dynamic moduli at three temperatures whose shifts obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
+    law, series = WLF(293.15, 9.0, 110.0), PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])
+    omega = np.geomspace(0.1, 100.0, 16)
+    lines = ["omega,G',G'',T", "rad/s,Pa,Pa,°C"]
+    for celsius in (10.0, 20.0, 30.0):
+        reduced = omega * law.factor(celsius + 273.15)
+        columns = omega, series.storage_modulus(reduced), series.loss_modulus(reduced)
+        lines += [f"{','.join(map(repr, row))},{celsius}" for row in zip(*(x.tolist() for x in columns), strict=True)]
+    Path("dma.csv").write_text("\n".join(lines))
+    found = read_material("dma.csv")
+    assert isinstance(found, Isotherms)
+    return found
+
+
+def test_a_file_with_several_temperatures() -> None:
+    curve = several_temperatures().superposed(reference_temperature=293.15, shift="wlf")
+    text = 'file = "dma.csv"\nbulk_modulus = "3 GPa"\nreference_temperature = "20 degC"\nsuperposition = "wlf"\n'
+    found = material(text)
+    assert found.shear == fit_prony(curve.data).series
+    assert (found.shift, found.temperature) == (curve.shift, 293.15)
+    warm = material(f'{text}temperature = "30 degC"')
+    assert warm.shear.relaxation_times == pytest.approx(found.shear.relaxation_times * curve.shift.factor(303.15))
+    # The middle temperature and free shifts by default.
+    assert material('file = "dma.csv"\nbulk_modulus = "3 GPa"').temperature == 293.15
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('superposition = "vft"', "superposition"),
+        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 303.15\] K"),
+        (
+            "shift = { reference_temperature = 300, c1 = 8, c2 = 100 }",
+            "shift.*has no meaning for several temperatures",
+        ),
+        ("equilibrium_modulus = 1", "equilibrium_modulus.*has no meaning for several temperatures; known are"),
+    ],
+)
+def test_refused_superpositions(text: str, message: str) -> None:
+    several_temperatures()
+    with pytest.raises(CaseError, match=message):
+        material(f'file = "dma.csv"\nbulk_modulus = "3 GPa"\n{text}')
+    Path("t.csv").write_text("t,G\n1,3\n10,2\n100,1\n1000,1\n")
+    with pytest.raises(CaseError, match=r"superposition.*has no meaning for measured data"):
+        material('file = "t.csv"\nbulk_modulus = "3 GPa"\nsuperposition = "wlf"')

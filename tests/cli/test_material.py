@@ -11,6 +11,8 @@ from typer.testing import CliRunner, Result
 
 from restitution.cli.main import app
 from restitution.material import library
+from restitution.material.prony import PronySeries
+from restitution.material.shift import WLF
 
 
 @pytest.fixture(autouse=True)
@@ -271,3 +273,58 @@ def test_a_place_in_a_deck_that_does_not_exist_is_refused() -> None:
         2,
         "error: m.mac: line 4: TBDATA from place 0: must be a whole number >= 1\n",
     )
+
+
+def several_temperatures() -> None:
+    """File of dynamic moduli at four temperatures that obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
+    law, series = WLF(293.15, 9.0, 110.0), PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])
+    lines = ["f,E',E'',T", "Hz,Pa,Pa,°C"]
+    for celsius in (10.0, 20.0, 30.0, 40.0):
+        for omega in np.geomspace(0.1, 100.0, 16).tolist():
+            reduced = omega * law.factor(celsius + 273.15)
+            moduli = float(series.storage_modulus(reduced)), float(series.loss_modulus(reduced))
+            lines.append(f"{omega / (2 * np.pi)!r},{moduli[0]!r},{moduli[1]!r},{celsius}")
+    Path("dma.csv").write_text("\n".join(lines))
+
+
+def test_several_temperatures_become_a_master_curve() -> None:
+    several_temperatures()
+    answer = run(
+        "dma.csv", "--reference-temperature", "20 degC", "--superposition", "wlf", "--json", "--plot", "p.png"
+    )
+    content = json.loads(answer.stdout)
+    assert content["kind"] == "storage and loss modulus over frequency, at 4 temperatures"
+    assert (content["reference_temperature_K"], content["superposition"]) == (293.15, "wlf")
+    assert content["c1"] == pytest.approx(9.0, rel=0.02)
+    assert content["c2_K"] == pytest.approx(110.0, rel=0.02)
+    assert content["log10_factors"] == pytest.approx([0.9, 0.0, -0.75, -1.3846], abs=0.01)
+    assert content["temperatures_K"] == pytest.approx([283.15, 293.15, 303.15, 313.15])
+    assert len(content["standard_errors"]) == 4
+    assert Path("p.png").read_bytes().startswith(b"\x89PNG")
+    rows = words(run("dma.csv"))
+    assert ["superposition", "free"] in rows
+    # The third of four temperatures is the default.
+    assert any(row[:2] == ["30", "0"] for row in rows)
+    warm = json.loads(run("dma.csv", "--at", "40 degC", "--json").stdout)
+    assert np.log10(warm["shift_factor"]) == pytest.approx(-1.3846 + 0.75, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["dma.csv", "--superposition", "vft"], "--superposition vft: must be free, wlf or arrhenius"),
+        (["dma.csv", "--reference-temperature", "80 degC"], r"reference_temperature = 353.15 K: must be in \[283.15"),
+        (["dma.csv", "--at", "80 degC"], r"temperature = 353.15 K: must be in \[283.15, 313.15\] K"),
+        (["ice", "--superposition", "wlf"], "--superposition wlf: ice must have moduli at several temperatures"),
+        (
+            ["t.csv", "--reference-temperature", "300"],
+            "--reference-temperature 300: t.csv must have moduli at several",
+        ),
+    ],
+)
+def test_refused_superpositions(arguments: list[str], message: str) -> None:
+    several_temperatures()
+    Path("t.csv").write_text("t,E\n1,3\n10,2\n100,1\n1000,1\n")
+    answer = run(*arguments)
+    assert answer.exit_code == 2
+    assert re.search(message, answer.stderr)

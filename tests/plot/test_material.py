@@ -1,8 +1,13 @@
 """Pictures of relaxation functions and shift factors."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from restitution.errors import RestitutionWarning
 from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.isotherms import Isotherms
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.plot.material import overview, shift_factors
@@ -39,3 +44,42 @@ def test_shift_factors_over_the_temperature_in_celsius() -> None:
     (ax,) = shift_factors(ShiftTable([273.15, 293.15], [1.0, 0.0])).axes
     np.testing.assert_allclose(ax.lines[0].get_xdata(), [0.0, 20.0], atol=1e-12)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [1.0, 0.0])
+
+
+def isotherms(kind):
+    series, omega = PronySeries(1e6, [1e7, 1e8], [1.0, 0.01]), np.geomspace(0.1, 100.0, 13)
+    tables = []
+    for kelvin, factor in ((290.0, 10.0), (300.0, 1.0), (310.0, 0.2)):
+        if kind is DynamicTable:
+            moduli = series.storage_modulus(omega * factor), series.loss_modulus(omega * factor)
+            tables.append(DynamicTable(omega, *moduli, temperature=kelvin))
+        else:
+            time = 1.0 / omega[::-1]
+            tables.append(RelaxationTable(time, series.relaxation_modulus(time / factor), temperature=kelvin))
+    return Isotherms(tables)
+
+
+@pytest.mark.parametrize("kind", [DynamicTable, RelaxationTable])
+def test_isotherms_and_their_superposition(kind):
+    measured = isotherms(kind)
+    (ax,) = measured.plot().axes
+    dynamic = kind is DynamicTable
+    assert len(ax.lines) == (6 if dynamic else 3)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["16.85 °C", "36.85 °C"]
+    curve = measured.superposed(reference_temperature=300.0, shift="wlf", vertical=True)
+    left, middle, right = curve.plot().axes
+    name = "angular_frequency" if dynamic else "time"
+    np.testing.assert_array_equal(left.lines[0].get_xdata(), getattr(measured.tables[0], name))
+    np.testing.assert_array_equal(middle.lines[0].get_xdata(), getattr(curve.reduced[0], name))
+    np.testing.assert_allclose(right.containers[0].lines[0].get_ydata(), curve.log10_factors)
+    assert {text.get_text() for text in right.get_legend().get_texts()} == {"shift", "vertical"}
+    words = ("modulus [MPa]", "(crosses) [MPa]")[dynamic]
+    assert left.get_ylabel().endswith(words)
+
+
+def test_shifts_that_are_not_determined_are_marked():
+    tables = isotherms(DynamicTable).tables
+    moduli = {name: 1e3 * getattr(tables[0], name) for name in ("storage_modulus", "loss_modulus")}
+    with pytest.warns(RestitutionWarning, match=r"the isotherms at -23\.1 and 26\.9 °C do not overlap"):
+        curve = Isotherms([replace(tables[0], **moduli, temperature=250.0), *tables[1:]]).superposed()
+    assert "not determined" in [text.get_text() for text in curve.plot().axes[2].get_legend().get_texts()]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cache, cached_property
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -26,86 +25,26 @@ from pydantic import (
 )
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
-from restitution.case.section import Section, folder_of, refuse, toml_value
+from restitution.case.section import Section, refuse, toml_value
+from restitution.case.shift import AnyShift, ShiftSection, Temperature, read_file
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
 from restitution.material.deck import PronyTerms, ViscoelasticDeck
 from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fit_prony
 from restitution.material.fractional import Window
+from restitution.material.isotherms import Isotherms, MasterCurve
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
-from restitution.material.readers import MaterialFile, read_material
-from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
+from restitution.material.shift import ShiftTable
+from restitution.material.superposition import ShiftLaw
 from restitution.material.viscoelastic import Material
-from restitution.quantities import MOLAR_ENERGY, NUMBER, TEMPERATURE_DIFFERENCE, known
+from restitution.quantities import NUMBER, known
 
-Temperature = Annotated[float, of("temperature")]
 Modulus = Annotated[float, of("instantaneous_modulus")]
 EndModulus = Annotated[float, of("equilibrium_modulus")]
 PoissonRatio = Annotated[float, of("poisson_ratio")]
 Bulk = Annotated[float, of("bulk_modulus")]
-
-
-def _read_file(value: Any, info: ValidationInfo, example: str, name: str | None = None) -> MaterialFile:
-    """Read a file of a material beside the case file."""
-    if not isinstance(value, str):
-        refuse(f'must be the name of a file, e.g. "{example}"')
-    try:
-        return read_material(Path(folder_of(info), value), name=name)
-    except InputError as error:
-        refuse(error.wanted)
-
-
-class ShiftSection(Section):
-    """A law of the time-temperature shift."""
-
-    law: ClassVar[type[WLF] | type[Arrhenius]]
-    reference_temperature: Temperature
-    temperature_range: Annotated[list[Temperature], LIST] | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> ShiftSection:
-        if self.temperature_range is not None and len(self.temperature_range) != 2:
-            refuse("must be two temperatures, the lowest and the highest", "temperature_range")
-        self.build()
-        return self
-
-    def build(self) -> Shift:
-        """Law in SI."""
-        given: dict[str, Any] = self.model_dump(exclude_none=True)
-        if self.temperature_range is not None:
-            given["temperature_range"] = tuple(self.temperature_range)
-        return self.law(**given)
-
-
-class WLFSection(ShiftSection):
-    """Law of Williams, Landel and Ferry."""
-
-    law = WLF
-    c1: Annotated[float, positive(NUMBER, "constant C1")]
-    c2: Annotated[float, positive(TEMPERATURE_DIFFERENCE, "constant C2")]
-
-
-class ArrheniusSection(ShiftSection):
-    """Law of Arrhenius."""
-
-    law = Arrhenius
-    activation_energy: Annotated[float, positive(MOLAR_ENERGY, "activation energy")]
-
-
-def _shift(value: Any, info: ValidationInfo) -> Any:
-    """Check a table by the section of its law, or read a table of shift factors."""
-    if isinstance(value, dict):
-        law = ArrheniusSection if "activation_energy" in value else WLFSection
-        return law.model_validate(value, context=info.context)
-    table = _read_file(value, info, "shift.csv")
-    if not isinstance(table, ShiftTable):
-        refuse("must hold temperatures and shift factors")
-    return table
-
-
-AnyShift = Annotated[SerializeAsAny[ShiftSection] | InstanceOf[ShiftTable], BeforeValidator(_shift)]
 
 
 class PronySection(Section):
@@ -127,7 +66,7 @@ class PronySection(Section):
     @field_validator("terms", mode="before")
     @classmethod
     def _read(cls, value: Any, info: ValidationInfo) -> PronyTerms:
-        terms = _read_file(value, info, "prony.csv")
+        terms = read_file(value, info, "prony.csv")
         if not isinstance(terms, PronyTerms):
             refuse("must hold Prony terms; give measured data and solver decks as material.file")
         if terms.deformation == "tension":
@@ -280,8 +219,14 @@ class FileSection(MaterialSection):
     # Before the file, whose reading needs it.
     material_name: str | None = None
     file: (
-        InstanceOf[RelaxationTable] | InstanceOf[DynamicTable] | InstanceOf[PronyTerms] | InstanceOf[ViscoelasticDeck]
+        InstanceOf[RelaxationTable]
+        | InstanceOf[DynamicTable]
+        | InstanceOf[Isotherms]
+        | InstanceOf[PronyTerms]
+        | InstanceOf[ViscoelasticDeck]
     )
+    reference_temperature: Temperature | None = None
+    superposition: ShiftLaw | None = None
     deformation: Literal["tension", "shear"] | None = None
     bulk_modulus: Bulk | None = None
     youngs_modulus: Annotated[float, of("youngs_modulus")] | None = None
@@ -294,7 +239,7 @@ class FileSection(MaterialSection):
     @field_validator("file", mode="before")
     @classmethod
     def _read(cls, value: Any, info: ValidationInfo) -> Any:
-        content = _read_file(value, info, "dma.csv", info.data.get("material_name"))
+        content = read_file(value, info, "dma.csv", info.data.get("material_name"))
         if isinstance(content, ShiftTable):
             refuse("holds shift factors and no moduli; give it as shift")
         return content
@@ -305,6 +250,10 @@ class FileSection(MaterialSection):
             what, keys = "the deck of a solver", ("material_name", "youngs_modulus", "poisson_ratio")
         elif not isinstance(self.file, PronyTerms):
             what, keys = "measured data", ("misfit", "liquid", *_OF_MODULI)
+        if isinstance(self.file, Isotherms):
+            what, keys = "several temperatures", ("reference_temperature", "superposition", *keys)
+            if self.shift is not None:
+                refuse("has no meaning for several temperatures, whose shift is fitted", "shift")
         for key in self.given(*type(self).model_fields):
             if key not in ("file", *keys, *MaterialSection.model_fields):
                 refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
@@ -314,22 +263,36 @@ class FileSection(MaterialSection):
                 refuse('must be "tension" or "shear", as the data do not state it', "deformation")
         try:
             _ = self.fit
+            _ = self.curve and self.curve.shift
         except InputError as error:
-            refuse(error.wanted, "file" if error.where else error.field)
+            own = error.field in type(self).model_fields
+            refuse(error.wanted, error.field if own or not error.where else "file")
+
+    @cached_property
+    def curve(self) -> MasterCurve | None:
+        """Master curve of several temperatures."""
+        if not isinstance(self.file, Isotherms):
+            return None
+        law = self.superposition or "free"
+        return self.file.superposed(reference_temperature=self.reference_temperature, shift=law)
 
     @cached_property
     def fit(self) -> PronyFit | None:
         """Fit to measured data."""
-        if not isinstance(self.file, RelaxationTable | DynamicTable):
+        data = self.file if self.curve is None else self.curve.data
+        if not isinstance(data, RelaxationTable | DynamicTable):
             return None
-        return fit_prony(self.file, **{key: getattr(self, key) for key in self.given("misfit", "liquid")})
+        return fit_prony(data, **{key: getattr(self, key) for key in self.given("misfit", "liquid")})
 
     def isothermal(self, window: Window | None) -> Material:
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
             given: dict[str, Any] = {key: getattr(self, key) for key in _OF_MODULI}
-            return self.fit.material(**given)
+            material = self.fit.material(**given)
+            if self.curve is None:
+                return material
+            return replace(material, shift=self.curve.shift, temperature=self.curve.reference_temperature)
         terms = self.file
         assert isinstance(terms, PronyTerms)
         ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}

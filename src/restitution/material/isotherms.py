@@ -319,11 +319,13 @@ class MasterCurve:
         for place in np.flatnonzero(_gaps(self.isotherms.tables, self.log10_factors) > 0.0).tolist():
             pair = f"{kelvin[place - 1] - 273.15:.1f} and {kelvin[place] - 273.15:.1f} °C"
             lines.append(f"the isotherms at {pair} do not overlap")
+        # Beyond a gap the error is infinite, which is said already.
+        errors = np.where(np.isinf(self.errors), 0.0, self.errors) if lines else self.errors
         if self._rise:
             lines.append(f"the shifts rise with the temperature: {self._rise}")
-        worst = int(np.argmax(self.errors))
-        if self.errors[worst] > _UNCERTAIN:
-            error = f"{self.errors[worst]:.2g} decades" if math.isfinite(self.errors[worst]) else "infinite"
+        worst = int(np.argmax(errors))
+        if errors[worst] > _UNCERTAIN:
+            error = f"{errors[worst]:.2g} decades" if math.isfinite(errors[worst]) else "infinite"
             lines.append(f"the standard error of the shift at {kelvin[worst] - 273.15:.1f} °C is {error}")
         if self.misfit > _POOR:
             line = f"the misfit is {self.misfit:.2g}, above {_POOR:g}: "

@@ -203,7 +203,7 @@ def _curves(ax: Axes, tables: Sequence[Curve], kelvin: Array, *, reduced: bool =
     """Draw moduli at each temperature: storage or relaxation modulus as dots, loss modulus as crosses."""
     from matplotlib import colormaps
 
-    colors = colormaps["coolwarm"]((kelvin - kelvin[0]) / (kelvin[-1] - kelvin[0]))
+    colors = colormaps["plasma"](0.85 * (kelvin - kelvin[0]) / (kelvin[-1] - kelvin[0]))
     dynamic_ = isinstance(tables[0], DynamicTable)
     first = [one.storage_modulus if isinstance(one, DynamicTable) else one.modulus for one in tables]
     factor, prefixed = scaled_unit(np.concatenate(first), "Pa")
