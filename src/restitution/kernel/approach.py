@@ -82,7 +82,7 @@ _MOST_MISSED = 6  # solves that may miss the end at a kink
 _CORRECTION = (0.5, 2.0)  # smallest and largest factor of the predicted length to a kink
 _WHOLE = 0.999  # share of the longest element that counts as all of it
 # Rough tables, over `accept`.
-ROUGH = 0.05  # velocity that an element may miss where a(s) is rough between its nodes
+ROUGH = 0.02  # velocity that an element may miss where a(s) is rough between its nodes
 TABLE_NOISE, LEAST_NOISE = 0.2, 1e-12  # error of the table, and a constant part of it
 # End without a turning point.
 _BALANCED = 1e-7  # net force over the constant force below which a body is in balance
