@@ -132,9 +132,9 @@ def main() -> None:
         rows = pd.DataFrame([row for rows in track(found, "fits", total=len(tasks)) for row in rows])
     half = 196.0 * math.sqrt(0.95 * 0.05 / given.repetitions)
     times = rows.drop_duplicates(["case", "seed"]).groupby("case", sort=False)[["fit", "profiles", "chi2"]].median()
-    lines = [f"{given.repetitions} repetitions. Noise of 1 % in e and contact time. A coverage of 95 % is known to "
-             f"{half:.1f} %.", "", *table(rows), "",
-             "| case | median of chi2/dof | a fit, ms | profiles of all parameters, ms |", "|---|---|---|---|"]  # fmt: skip
+    head = f"{given.repetitions} repetitions. Noise of 1 % in e and contact time. A coverage of 95 % is known to "
+    lines = [head + f"{half:.1f} %.", "", *table(rows), ""]
+    lines += ["| case | median of chi2/dof | a fit, ms | profiles of all parameters, ms |", "|---|---|---|---|"]
     lines += [f"| {case} | {one.chi2:.2f} | {1e3 * one.fit:.0f} | {1e3 * one.profiles:.0f} |"
               for case, one in times.iterrows()]  # fmt: skip
     Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n", encoding="utf-8")
