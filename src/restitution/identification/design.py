@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from restitution import checks
 from restitution.contact.analytic import sphere_mass
 from restitution.errors import InputError, InputTypeError
+from restitution.identification.arguments import parameters
 from restitution.identification.observations import Noise
-from restitution.identification.parameters import Parameters, parameters
+from restitution.identification.parameters import Parameters
 from restitution.identification.rebounds import Rebounds
 from restitution.impact.problem import window_around
 from restitution.material.columns import MaterialColumns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from restitution.errors import InputError
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
+from restitution.identification.starts import effective_tables, starts
 from restitution.material.columns import MaterialColumns
 from restitution.material.fit import DynamicTable
 
@@ -21,13 +22,6 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
-_N_STARTS, _N_FITS = 9, 3
-# Starts spread over factors of 10 in a modulus and of 30 in a time to both sides of the effective ones.
-_SPREAD = math.log(10.0)
-# Error of the formulas for effective moduli: of the logarithm, and of the phase.
-_MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
-# The modulus [Pa], and the angular frequency [rad/s], of data that show none.
-_ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 # Factor by which a shift may move times, for fractional models.
 _SHIFTED = 1e4
 
@@ -180,7 +174,7 @@ def _cost(residuals: Array, loss: Loss) -> float:
 
 def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem, Array, list[DynamicTable]]:
     """Problem with its bounds, the start without data, and the effective moduli of the data."""
-    tables = _tables(data, space)
+    tables = effective_tables(data, space)
     modulus = float(
         np.exp(np.mean([np.log(np.hypot(one.storage_modulus, one.loss_modulus)).mean() for one in tables]))
     )
@@ -202,93 +196,6 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem
     return problem, start, tables
 
 
-def _tables(data: Sequence[Observations], space: Parameters) -> list[DynamicTable]:
-    """Effective moduli of the data; of an arbitrary size where no datum shows one."""
-    found = [table for one in data if (table := one.effective_moduli()) is not None]
-    if not found:
-        known = [float(np.nanmax(value)) for name, value in space.fixed.items()
-                 if "modul" in name and name != "bulk_modulus"]  # fmt: skip
-        size = 4.0 * known[0] if known else _ARBITRARY
-        found = [table for one in data if (table := one.assumed_moduli(size)) is not None]
-    one = np.ones(1)
-    return found or [DynamicTable(_ARBITRARY_FREQUENCY * one, _ARBITRARY * one, 0.1 * _ARBITRARY * one)]
-
-
-def starts(problem: Problem, centre: Array, tables: Sequence[DynamicTable]) -> Array:
-    """Coordinates of the best few starts, best first: fits of the complex moduli of the model to effective ones."""
-    n, p = problem.n_parameters, centre.size
-    spread = np.array([0.0 if one.name in problem.space.start else _SPREAD for one in problem.space.free])
-    # Points of an additive lattice fill the cube evenly.
-    root = _lattice_root(n)
-    lattice = np.mod(0.5 + np.outer(np.arange(_N_STARTS), root ** -np.arange(1.0, n + 1.0)), 1.0)
-    points = np.tile(centre, (_N_STARTS, 1))
-    points[:, :n] += (2.0 * lattice - 1.0) * spread * 1.5
-    low, high = problem.low, problem.high
-    points = np.clip(points, low + 1e-6, high - 1e-6)
-
-    def misfit(coordinates: Array) -> Array:
-        materials, parts = problem.columns(coordinates), list[Array]()
-        for table in tables:
-            series = materials.reduced if table.deformation is None else materials.modulus(table.deformation)
-            model = series.complex_modulus(table.angular_frequency)
-            ratio = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
-            phase = np.arctan2(table.loss_modulus, table.storage_modulus)
-            parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
-        return np.hstack([*parts, penalties(problem.space, coordinates[:, :n])])
-
-    with np.errstate(all="ignore"):
-        points, costs = descend(misfit, points, low, high, np.arange(p) < n)
-    order = [k for k in np.argsort(costs, kind="stable") if math.isfinite(costs[k])]
-    chosen: list[int] = []
-    for k in order:
-        if all(np.abs(points[k] - points[other]).max() > 0.1 for other in chosen):
-            chosen.append(int(k))
-    return points[chosen[:_N_FITS]] if chosen else centre[None]
-
-
-def _lattice_root(n: int) -> float:
-    """Positive root of x^(n + 1) = x + 1."""
-    x = 1.5
-    for _ in range(40):
-        x = (1.0 + x) ** (1.0 / (n + 1.0))
-    return x
-
-
-def descend(
-    residuals: Callable[[Array], Array], points: Array, low: Array, high: Array, free: NDArray[np.bool_],
-    rounds: int = 25,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Levenberg-Marquardt steps from many points at once, shape (s, p); the last points and their sums of squares."""
-    s = len(points)
-    places = np.flatnonzero(free)
-    damping = np.full(s, 1e-2)
-    values = residuals(points)
-    costs = np.where(np.all(np.isfinite(values), axis=1), (values**2).sum(axis=1), np.inf)
-    for _ in range(rounds):
-        moved = np.repeat(points, places.size, axis=0)
-        moved[np.arange(len(moved)), np.tile(places, s)] += _STEP
-        slopes = (residuals(moved).reshape(s, places.size, -1) - values[:, None]) / _STEP
-        slopes = np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
-        normal = np.einsum("spn,sqn->spq", slopes, slopes)
-        gradient = np.einsum("spn,sn->sp", slopes, np.nan_to_num(values))
-        scale = np.einsum("spp->sp", normal) + 1e-12
-        matrix = normal + np.einsum("sp,pq->spq", damping[:, None] * scale, np.eye(places.size))
-        change = -np.linalg.solve(matrix, gradient[..., None])[..., 0]
-        trial = points.copy()
-        trial[:, places] += np.clip(change, -2.0, 2.0)
-        trial = np.clip(trial, low + 1e-6, high - 1e-6)
-        tried = residuals(trial)
-        cost = np.where(np.all(np.isfinite(tried), axis=1), (tried**2).sum(axis=1), np.inf)
-        better = cost < costs
-        small = better & (costs - cost < 1e-3 * costs + 1e-6)
-        points, values = np.where(better[:, None], trial, points), np.where(better[:, None], tried, values)
-        costs = np.where(better, cost, costs)
-        damping = np.clip(np.where(better, 0.2 * damping, 10.0 * damping), 1e-9, 1e9)
-        if np.all(small | (damping > 1e8)):
-            break
-    return points, costs
-
-
 class Estimation(NamedTuple):
     """Best fit, the others, and the Jacobian there."""
 
@@ -302,7 +209,11 @@ class Estimation(NamedTuple):
 def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "linear") -> Estimation:
     """Fit a model to data from starts of the data."""
     problem, centre, tables = problem_of(data, space)
-    fits = sorted((minimise(problem, one, loss) for one in starts(problem, centre, tables)), key=lambda fit: fit.cost)
+    points = starts(space, tables, problem.columns, centre, problem.low, problem.high)
+    sums = (problem.residuals(points) ** 2).sum(axis=1)
+    best_first = points[np.argsort(np.where(np.isfinite(sums), sums, np.inf), kind="stable")]
+    n_fits = 3 if any(one.name in ("bulk_modulus", "poisson_ratio") for one in space.free) else 2
+    fits = sorted((minimise(problem, one, loss) for one in best_first[:n_fits]), key=lambda fit: fit.cost)
     if not math.isfinite(fits[0].cost):
         raise InputError("start", wanted="no start leads to materials from which all bodies rebound; give start")
     best = fits[0]
@@ -318,7 +229,26 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
             fits = [one._replace(cost=one.cost * scale) for one in fits]
             best = fits[0]
             break
-    return Estimation(problem, loss, best, (best, *fits[1:]), problem.jacobian(best.coordinates))
+    return moved(Estimation(problem, loss, best, (best, *fits[1:]), np.empty((0, 0))), best)
+
+
+def moved(estimation: Estimation, best: Fit) -> Estimation:
+    """The estimation at another fit, with branches in ascending order of their times."""
+    best = best._replace(coordinates=_ordered(estimation.problem.space, best.coordinates))
+    return estimation._replace(fit=best, jacobian=estimation.problem.jacobian(best.coordinates))
+
+
+def _ordered(space: Parameters, coordinates: Array) -> Array:
+    """Coordinates with free branches in ascending order of their relaxation times."""
+    places = {argument: [k for k, one in enumerate(space.free) if one.argument == argument]
+              for argument in ("branch_moduli", "relaxation_times")}  # fmt: skip
+    moduli, times = places.values()
+    if len(moduli) != len(times) or any(name.partition("[")[0] in places for name in (*space.prior, *space.start)):
+        return coordinates
+    order, found = np.argsort(coordinates[times], kind="stable"), coordinates.copy()
+    for group in (moduli, times):
+        found[group] = coordinates[group][order]
+    return found
 
 
 def _rescaled(problem: Problem, fit: Fit, loss: Loss) -> Problem | None:

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import one_of, whole
 from restitution.errors import InputError
-from restitution.identification.estimation import Loss, estimate
+from restitution.identification.arguments import parameters
+from restitution.identification.estimation import Loss, estimate, minimise, moved
 from restitution.identification.observations import Observations
-from restitution.identification.parameters import parameters
 from restitution.identification.result import Identification
 from restitution.identification.tables import as_observations
 from restitution.identification.uncertainty import Estimate, Uncertainty
 
+if TYPE_CHECKING:
+    from restitution.identification.comparison import Comparison
+
 Array = NDArray[np.float64]
 
+# A profile that meets a point this much better than the fit moves the fit there.
+_BETTER, _RESTARTS = 1e-2, 3
+SPECTRUM = "spectrum"
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -35,7 +42,7 @@ def identify(
     terms: int = 2,
     loss: Loss = "linear",
     profiles: bool | None = None,
-) -> Identification:
+) -> Any:
     """Material that fits measured data, with honest errors.
 
     Parameters
@@ -45,7 +52,8 @@ def identify(
         mixture.
     model : callable or str
         Function that returns a `Material` or a `FractionalMaterial`, such as `standard_solid`, or the name of a model
-        of the package. Its arguments are the unknowns. Positive ones enter as logarithms.
+        of the package. Its arguments are the unknowns. Positive ones enter as logarithms. The name "spectrum" takes a
+        smooth spectrum of relaxation times instead.
     fixed : dict
         Known arguments by name, such as ``{"poisson_ratio": 0.47}``.
     bounds, start : dict
@@ -64,7 +72,7 @@ def identify(
 
     Returns
     -------
-    Identification
+    Identification or Spectrum
         Estimates with intervals; `None` in place of a number that the data do not determine.
 
     Raises
@@ -94,6 +102,10 @@ def identify(
     """
     one_of("loss", loss, _LOSSES)
     sets = _observations(data)
+    if isinstance(model, str) and model == SPECTRUM:
+        from restitution.identification.spectrum import spectrum
+
+        return spectrum(sets, **{name: value for name, value in (fixed or {}).items() if name == "poisson_ratio"})
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift, terms=whole("terms", terms),
         temperature=_middle_temperature(sets),
@@ -102,9 +114,26 @@ def identify(
         bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
         if bulk and bulk[0] not in space.prior:
             raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
-    uncertainty = Uncertainty(estimate(sets, space, loss))
-    found = {one.name: uncertainty.estimate(k, profiles) for k, one in enumerate(space.free)}
-    return Identification(uncertainty, found, _nuisances(uncertainty), _warnings(uncertainty))
+    estimation = estimate(sets, space, loss)
+    for _ in range(_RESTARTS):
+        uncertainty = Uncertainty(estimation)
+        found = {one.name: uncertainty.estimate(k, profiles) for k, one in enumerate(space.free)}
+        better = uncertainty.best
+        if better.cost > estimation.fit.cost - _BETTER:
+            break
+        estimation = moved(estimation, minimise(estimation.problem, better.coordinates, loss))
+    result = Identification(uncertainty, found, _nuisances(uncertainty))
+    return replace(result, warnings=_warnings(result))
+
+
+def _compare(data: Any, models: Any, **options: Any) -> Comparison:
+    from restitution.identification.comparison import compare
+
+    return compare(data, models, **options)
+
+
+_compare.__doc__ = "Fit several models to the same data; see `restitution.identification.comparison.compare`."
+identify.compare = _compare  # pyright: ignore[reportFunctionMemberAccess]
 
 
 def _observations(data: Any) -> list[Observations]:
@@ -138,5 +167,27 @@ def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
     return found
 
 
-def _warnings(uncertainty: Uncertainty) -> tuple[str, ...]:
-    return ()
+def _warnings(found: Identification) -> tuple[str, ...]:
+    """Doubts about a fit."""
+    from scipy.special import gammainc
+
+    estimation, problem, freedom = found.estimation, found.problem, found.degrees_of_freedom
+    lines: list[str] = []
+    if freedom > 0 and not any(one.scaled for one in problem.data) and estimation.loss == "linear":
+        share, ratio = float(gammainc(0.5 * freedom, 0.5 * found.chi2)), found.reduced_chi2
+        if share > 0.995:
+            lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong")
+        elif share < 0.005:
+            lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
+    if found.runs_test < 0.005:
+        lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
+    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < 1.0]
+    n = problem.n_parameters
+    for other in others:
+        apart = np.abs(other.coordinates[:n] - estimation.fit.coordinates[:n])
+        k = int(np.argmax(apart))
+        name = problem.space.names[k]
+        if apart[k] > math.log(2.0) and found.parameters[name].determined:
+            value = float(problem.space.free[k].outward(other.coordinates[k]))
+            lines.append(f"another minimum fits almost as well, with {name} = {value:.3g}")
+    return tuple(lines)

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -317,6 +318,8 @@ class Identification:
     def _functional(self, value: Any, error: Any, unit: str) -> Estimate:
         number, spread = float(value), float(error)
         reach = self.uncertainty.quantile() * spread
+        if number == 0.0 or (number == 1.0 and spread == 0.0):  # nothing relaxes in this model
+            return Estimate(number, 0.0, (number, number), True, unit)
         if not reach < FAR:
             return Estimate(None, None, (0.0, math.inf), False, unit, (True, True))
         ends = number * math.exp(-reach), number * math.exp(reach)
@@ -358,6 +361,16 @@ class Identification:
             "statements": list(self.statements),
             "warnings": list(self.warnings),
         }
+
+    def to_toml(self, path: str | Path) -> Path:
+        """Write the material as the section of a case file, with the first impact of the data where there is one.
+
+        Comments hold the window, the covariance of the logarithms and the names of the data. `restitution solve` reads
+        the file. Parameters that are not determined stand at the best fit.
+        """
+        from restitution.identification.material_file import write_material
+
+        return write_material(self, path)
 
     def __str__(self) -> str:
         n, freedom = self.problem.n_data, self.degrees_of_freedom

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.identification.estimation import Estimation
+from restitution.identification.estimation import Estimation, Fit
 from restitution.identification.profiles import FAR, Profile, profile
 
 Array = NDArray[np.float64]
@@ -64,6 +64,7 @@ class Uncertainty:
     """Uncertainty of the coordinates of a fit."""
 
     estimation: Estimation
+    _profiles: dict[tuple[int, float], Profile] = field(default_factory=dict)
 
     def quantile(self, level: float = _LEVEL) -> float:
         """Half width of an interval over the standard error: Student's t where the size of the noise is unknown."""
@@ -126,7 +127,16 @@ class Uncertainty:
 
     def profile(self, k: int, level: float = _LEVEL) -> Profile:
         """Profile of one coordinate."""
-        return profile(self.estimation, k, self.standard_errors, self.covariance, self.quantile(level))
+        key = k, level
+        if key not in self._profiles:
+            quantile = self.quantile(level)
+            self._profiles[key] = profile(self.estimation, k, self.standard_errors, self.covariance, quantile)
+        return self._profiles[key]
+
+    @property
+    def best(self) -> Fit:
+        """Best fit that the profiles met."""
+        return min((self.estimation.fit, *(one.best for one in self._profiles.values())), key=lambda fit: fit.cost)
 
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Estimate of parameter k; its profile is walked where it is asked for, or where its error is not small."""

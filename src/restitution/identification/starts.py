@@ -1,0 +1,131 @@
+"""Starts of a fit: materials whose complex modulus is near the effective moduli of the data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.identification.observations import Observations
+from restitution.identification.parameters import Parameters, penalties
+from restitution.material.columns import MaterialColumns
+from restitution.material.fit import DynamicTable
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-4
+_N_STARTS = 9
+# Starts spread over this factor to both sides of the effective modulus and time.
+_SPREAD = 1.5 * math.log(10.0)
+# Two starts differ if some parameter does by more than this logarithm.
+_APART = 0.5
+# Bulk moduli over the effective modulus, and Poisson ratios, from which a fit with an unknown one starts.
+_BULKS = {"bulk_modulus": (0.3, 1.0, 10.0), "poisson_ratio": (0.2, 0.42, 0.49)}
+# Error of the formulas for effective moduli: of the logarithm, and of the phase.
+_MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
+# The modulus [Pa], and the angular frequency [rad/s], of data that show none.
+_ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
+
+
+def effective_tables(data: Sequence[Observations], space: Parameters) -> list[DynamicTable]:
+    """Effective moduli of the data; of an arbitrary size where no datum shows one."""
+    found = [table for one in data if (table := one.effective_moduli()) is not None]
+    if not found:
+        known = [float(np.nanmax(value)) for name, value in space.fixed.items()
+                 if "modul" in name and name != "bulk_modulus"]  # fmt: skip
+        size = 4.0 * known[0] if known else _ARBITRARY
+        found = [table for one in data if (table := one.assumed_moduli(size)) is not None]
+    one = np.ones(1)
+    return found or [DynamicTable(_ARBITRARY_FREQUENCY * one, _ARBITRARY * one, 0.1 * _ARBITRARY * one)]
+
+
+def starts(
+    space: Parameters, tables: Sequence[DynamicTable], columns: Callable[[Array], MaterialColumns],
+    centre: Array, low: Array, high: Array,
+) -> Array:  # fmt: skip
+    """Coordinates of distinct starts, shape (s, n_unknown).
+
+    The complex modulus of the model is fitted to the effective moduli from points spread about the centre. An unknown
+    bulk modulus, which these moduli hardly show, is held at three values.
+    """
+    n = len(space.free)
+    spread = np.array([0.0 if one.name in space.start else _SPREAD for one in space.free])
+    # Points of an additive lattice fill the cube evenly.
+    lattice = np.mod(0.5 + np.outer(np.arange(_N_STARTS), _lattice_root(n) ** -np.arange(1.0, n + 1.0)), 1.0)
+    points = np.tile(centre, (_N_STARTS, 1))
+    points[:, :n] += (2.0 * lattice - 1.0) * spread
+    held = -1
+    for k, one in enumerate(space.free):
+        if one.name in _BULKS:
+            values = np.array(_BULKS[one.name])
+            if one.name == "bulk_modulus":
+                values = values * float(np.hypot(tables[0].storage_modulus, tables[0].loss_modulus)[0])
+            if one.name in (*space.start, *space.prior):
+                values[0] = one.outward(centre[k])
+            held, points[:, k] = k, one.inward(values)[np.arange(_N_STARTS) % values.size]
+    points = np.clip(points, low + 1e-6, high - 1e-6)
+
+    def misfit(coordinates: Array) -> Array:
+        materials, parts = columns(coordinates), list[Array]()
+        for table in tables:
+            series = materials.reduced if table.deformation is None else materials.modulus(table.deformation)
+            model = series.complex_modulus(table.angular_frequency)
+            ratio = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
+            phase = np.arctan2(table.loss_modulus, table.storage_modulus)
+            parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
+        return np.hstack([*parts, penalties(space, coordinates[:, :n])])
+
+    with np.errstate(all="ignore"):
+        points, costs = _descend(
+            misfit, points, low, high, (np.arange(centre.size) < n) & (np.arange(centre.size) != held)
+        )
+    chosen: list[int] = []
+    for k in np.argsort(costs, kind="stable"):
+        if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
+            chosen.append(int(k))
+    return points[chosen] if chosen else centre[None]
+
+
+def _lattice_root(n: int) -> float:
+    """Positive root of x^(n + 1) = x + 1."""
+    x = 1.5
+    for _ in range(40):
+        x = (1.0 + x) ** (1.0 / (n + 1.0))
+    return x
+
+
+def _descend(
+    residuals: Callable[[Array], Array], points: Array, low: Array, high: Array, free: NDArray[np.bool_],
+    rounds: int = 25,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Levenberg-Marquardt steps from many points at once, shape (s, p); the last points and their sums of squares."""
+    s = len(points)
+    places = np.flatnonzero(free)
+    damping = np.full(s, 1e-2)
+    values = residuals(points)
+    costs = np.where(np.all(np.isfinite(values), axis=1), (values**2).sum(axis=1), np.inf)
+    for _ in range(rounds):
+        moved = np.repeat(points, places.size, axis=0)
+        moved[np.arange(len(moved)), np.tile(places, s)] += _STEP
+        slopes = (residuals(moved).reshape(s, places.size, -1) - values[:, None]) / _STEP
+        slopes = np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
+        normal = np.einsum("spn,sqn->spq", slopes, slopes)
+        gradient = np.einsum("spn,sn->sp", slopes, np.nan_to_num(values))
+        scale = np.einsum("spp->sp", normal) + 1e-12
+        matrix = normal + np.einsum("sp,pq->spq", damping[:, None] * scale, np.eye(places.size))
+        change = -np.linalg.solve(matrix, gradient[..., None])[..., 0]
+        trial = points.copy()
+        trial[:, places] += np.clip(change, -2.0, 2.0)
+        trial = np.clip(trial, low + 1e-6, high - 1e-6)
+        tried = residuals(trial)
+        cost = np.where(np.all(np.isfinite(tried), axis=1), (tried**2).sum(axis=1), np.inf)
+        better = cost < costs
+        small = better & (costs - cost < 1e-3 * costs + 1e-6)
+        points, values = np.where(better[:, None], trial, points), np.where(better[:, None], tried, values)
+        costs = np.where(better, cost, costs)
+        damping = np.clip(np.where(better, 0.2 * damping, 10.0 * damping), 1e-9, 1e9)
+        if np.all(small | (damping > 1e8)):
+            break
+    return points, costs
