@@ -8,8 +8,8 @@ import pytest
 from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
 
 import restitution as rs
+from restitution.identification.arguments import parameters
 from restitution.identification.design import sensitivities
-from restitution.identification.parameters import parameters
 from restitution.identification.statements import knowledge, statements
 
 NU = {"poisson_ratio": 0.5}
