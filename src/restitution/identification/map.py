@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from restitution.checks import whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.identification.arguments import parameters
 from restitution.identification.curve import IndentationCurve
 from restitution.identification.curve_fits import EDGE, STEP, CurveFits, Descent
 from restitution.identification.estimation import Estimation, estimate
-from restitution.identification.parameters import Parameters, parameters
+from restitution.identification.parameters import Parameters
 from restitution.identification.uncertainty import Uncertainty
 from restitution.parallel import on_threads
 
