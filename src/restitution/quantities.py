@@ -34,7 +34,7 @@ class Dimension(NamedTuple):
 
     @property
     def advice(self) -> str:
-        """How to write one."""
+        """Advice on how to write one."""
         if not self.unit:
             return "write a plain number"
         return f'write e.g. "{self.example}", or a plain number in {self.unit}'
@@ -107,7 +107,7 @@ class Quantity(NamedTuple):
         return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
-        """Return values, perhaps with a unit, as a float or a read-only array in SI; messages call them `field`."""
+        """Return values, perhaps with a unit, as a float or a read-only array in SI; `field` is their name in messages."""
         name = field or self.name
         if self.low == 0.0 and self.high == math.inf and not self.infinite:
             return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)
@@ -158,7 +158,7 @@ INPUTS = _by_name(
     _positive("p2", NUMBER, "equilibrium over branch modulus", r"$p_2$"),
     _positive("p3", NUMBER, "dimensionless viscosity", r"$p_3$"),
 )
-"""What an axis of a sweep may set by name; a builder or a case file may have further quantities."""
+"""Quantities that an axis of a sweep may set by name; a builder or a case file may have further ones."""
 
 CONSTANTS = _by_name(
     _positive("shear_modulus", MODULUS, "shear modulus", r"$G$"),
@@ -201,7 +201,7 @@ OUTPUTS = _by_name(
     _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
     Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
 )  # fmt: skip
-"""What an impact gives. An entry with `derive` follows from those before it."""
+"""Outputs of an impact. An entry with `derive` follows from those before it."""
 
 VALIDITY = _by_name(
     _nonnegative("strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"),
@@ -212,7 +212,7 @@ VALIDITY = _by_name(
     Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
     _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
 )
-"""What an impact shows of the assumptions of the theory; see `restitution.validity`."""
+"""Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 
 SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OUTPUTS)
 """Outputs that a sweep can compute: those of an impact, then those of its validity."""
@@ -243,14 +243,14 @@ HISTORY = _by_name(
     _nonnegative("stored_energy", ENERGY, "energy in the springs of the foundation", r"$E_\mathrm{s}$"),
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
 )
-"""What a history over time holds."""
+"""Columns of a history over time."""
 
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),
     _positive("interval", TIME, "time to the next touch", r"$D$"),
     _nonnegative("height", LENGTH, "height reached after the bounce", r"$h$"),
 )
-"""What a series of bounces holds besides the outputs of its impacts."""
+"""Columns of a series of bounces, besides the outputs of its impacts."""
 
 MODULI = _by_name(
     _positive("angular_frequency", ANGULAR_FREQUENCY, "angular frequency", r"$\omega$"),
@@ -259,7 +259,7 @@ MODULI = _by_name(
     _nonnegative("loss_tangent", NUMBER, "loss tangent", r"$\tan\delta$"),
     _positive("absolute_modulus", MODULUS, "magnitude of the complex modulus", r"$|E^*|$"),
 )
-"""Complex moduli over frequency, and what derives from them."""
+"""Complex moduli over frequency, and the quantities that derive from them."""
 
 
 def register_output(output: Quantity) -> None:

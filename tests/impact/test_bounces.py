@@ -206,7 +206,7 @@ def test_bad_bodies():
         drop(BALL, Body(RUBBER, mass=1.0), height=1.0)
     with pytest.raises(TypeError, match=r"^body_1 = 3: must be a Body$"):
         drop(3, FLOOR, height=1.0)
-    with pytest.raises(ValueError, match=r"^impact: must be a single impact, and has shape \(2,\)$"):
+    with pytest.raises(ValueError, match=r"^impact: must be a single impact, not an array of shape \(2,\)$"):
         bounces(drop(BALL, FLOOR, height=[0.1, 0.2]))
     with pytest.raises(TypeError, match=r"must be an Impact$"):
         bounces(BALL)

@@ -42,7 +42,7 @@ class Ending(StrEnum):
 
     @property
     def message(self) -> str:
-        """The reason in words."""
+        """The reason, in words."""
         return _MEANING[self]
 
 
@@ -81,7 +81,7 @@ class Bounces:
     contact_time : array
         Contact time [s]; infinite where the body stays.
     residual_indentation_depth : array
-        Depth [m] at separation; of a body that stays, the static depth under its weight, infinite in a liquid.
+        Depth [m] at separation. If the body stays: the static depth under its weight, infinite in a liquid.
     height : array
         Greatest height [m] of the lowest point over the undeformed surface after the bounce; 0 where the body stays,
         negative where it does not leave its imprint.
@@ -196,7 +196,7 @@ def bounces(
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
     if impact.shape:
-        raise InputError("impact", wanted=f"must be a single impact, and has shape {impact.shape}")
+        raise InputError("impact", wanted=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
     g = single("gravity", positive("gravity", gravity, "m/s2"), "m/s2")
     if height is None:

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 STAGES = 8
-# Impacts in a task: some 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
+# Impacts in a task: about 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
 _CHUNK = 512
 
 # Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
@@ -46,7 +46,7 @@ def newton_tolerance(rtol: float) -> float:
 
 
 def kernel_path(block: ScaledBlock) -> Path:
-    """Return the profile of a block as the kernel takes it."""
+    """Return the profile of a block for the kernel."""
     from restitution.contact.path import scaled
     from restitution.kernel.path import power_path, table_path
 
@@ -95,7 +95,7 @@ def solve_scaled(
             run(chunk)
             report()
     else:
-        # The first chunk alone compiles; threads that start together would each do so.
+        # The first chunk compiles alone; threads that start together would each compile.
         run(next(chunks))
         report()
         on_threads(run, chunks, workers, report)
@@ -187,7 +187,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
 
 
 def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, Array]:
-    """Solve a block; return its outcomes, and the scaled forces at rising times, both of shape (n, n_time).
+    """Solve a block; return its outcomes, and the scaled forces at ascending times, both of shape (n, n_time).
 
     The forces are 0 outside the contact, and NaN where the body does not separate.
     """

@@ -48,12 +48,12 @@ def solve(
         "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
         scheme of the paper, of first order. "reference": the reduced equations by SciPy, slow and independent.
     rtol : float
-        The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of some 1e-12; in [1e-12, 1e-2].
+        The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2].
     errors : {"raise", "warn"}, optional
         "raise": a failed solve raises. "warn": its results are NaN with its status, and a warning counts such solves.
         The default is to raise for a single impact and to warn for several.
     workers : int, optional
-        Number of threads for several impacts; by default that of the cores. Results do not depend on it.
+        Number of threads for several impacts; by default the number of cores. Results do not depend on it.
     progress : callable, optional
         Called with (impacts done, all impacts).
     n_elements, time_step : int, float, optional
@@ -74,8 +74,8 @@ def solve(
     Warns
     -----
     RestitutionWarning
-        For several impacts: how many failed, and how many exceed the limit of each assumption of the theory. Of a
-        single impact see `ImpactResult.validity`.
+        For several impacts: how many failed, and how many exceed the limit of each assumption of the theory. For a
+        single impact, see `ImpactResult.validity`.
 
     Examples
     --------

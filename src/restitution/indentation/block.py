@@ -21,9 +21,9 @@ from restitution.parallel import on_threads
 
 Array = NDArray[np.float64]
 
-# Rows in a task of a thread: some 10 ms.
+# Rows in a task of a thread: about 10 ms.
 _CHUNK = 64
-# Elements of a growing contact that a thread has room for, beside four in each segment.
+# Elements of a growing contact for which a thread has room, beside four in each segment.
 _ELEMENTS = 1024
 
 
@@ -38,7 +38,7 @@ class IndentationBlock:
         For each curve: times [s] and depths [m] of points joined by straight lines, and the ascending times [s] of the
         samples within them.
     deepest : float
-        Largest depth [m] below a contact point that a table of the profile must hold.
+        Largest depth [m] below a contact point that a table of the profile must cover.
     """
 
     def __init__(self, profile: Profile, histories: Sequence[tuple[Array, Array, Array]], deepest: float) -> None:
@@ -74,16 +74,16 @@ class IndentationBlock:
         contact_points : array, shape (n,)
             Depth readings [m] at first touch.
         curves : array of int, shape (n,)
-            Place of the history of each row; the first one where left out.
+            Index of the history of each row; the first history by default.
         rtol : float
             Error of forces over the largest one.
         workers : int, optional
-            Number of threads; that of the cores for None.
+            Number of threads; the number of cores for None.
 
         Returns
         -------
         forces : array, shape (n, n_samples)
-            Forces [N], NaN where a row has no result and behind the last sample of its curve.
+            Forces [N]; NaN in a row without a result, and after the last sample of its curve.
         statuses : array of int, shape (n,)
             `restitution.indentation.result.IndentationStatus`.
         """
@@ -92,7 +92,7 @@ class IndentationBlock:
         forces = np.full((n, int(self.n_samples.max())), np.nan)
         statuses = np.empty(n, dtype=np.int64)
         columns = (*map(np.ascontiguousarray, reduced), np.ascontiguousarray(contact_points, dtype=np.float64), places)
-        # Arrays of each thread, which the next chunk of rows uses again.
+        # Arrays of each thread, for all its chunks of rows.
         kept = local()
 
         def run(start: int) -> None:
@@ -114,7 +114,7 @@ class IndentationBlock:
         return forces, statuses
 
     def _room(self, modes: int) -> Room:
-        """Arrays for one indentation after another, in one thread."""
+        """Arrays for the indentations of one thread."""
         m, nothing, samples = self._segments, np.empty(0), int(self.n_samples.max())
         rates, none = np.empty(modes), allocate(np.empty(0), 0)
         contact = ScaledContact(

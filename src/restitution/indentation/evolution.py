@@ -40,7 +40,7 @@ def scratch(modes: int) -> Scratch:
 
 
 def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past]:
-    """Room for a history of so many segments and a growing contact of so many elements, with modes of these rates."""
+    """Arrays for a history of `segments` and a growing contact of `elements`, with modes of these rates."""
     grown = Elements(
         np.empty(elements), np.empty(elements), np.empty(elements, dtype=np.int64), np.zeros(elements + 1),
         np.zeros(elements + 1), np.empty((elements, TERMS)), np.empty((elements, TERMS)),
@@ -79,7 +79,7 @@ def points_of_checks(contact: Contact, past: Past) -> tuple[NDArray[np.int64], A
 
 
 def end_of_force(contact: Contact) -> float:
-    """Time at which a prescribed force has fallen to zero; infinite where it does not."""
+    """Time at which a prescribed force has fallen to zero; infinite if it does not."""
     ends = contact.values.sum(axis=1)
     falls = np.cumsum(ends < contact.values[:, 0]) > 0
     zero = np.flatnonzero(falls & (ends <= NO_FORCE * ends.max()))
@@ -96,7 +96,7 @@ def end_of_force(contact: Contact) -> float:
 def shrink_contact(
     contact: Contact, past: Past, work: Scratch, tolerance: float
 ) -> tuple[Past, NDArray[np.int64], Array]:
-    """Contact with its end, and the segments and times of the checks; one that grows before is refused."""
+    """Contact with its end, and the segments and times of the checks; refuse a contact that grows again before."""
     places, times = points_of_checks(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, places, times))
@@ -166,7 +166,7 @@ def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Ar
 def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
     """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
 
-    With the load gone it is a sum of exponentials at the retardation times.
+    Without load it is a sum of exponentials at the retardation times.
     """
     n = int(np.searchsorted(contact.knots, past.end, side="left"))
     jumps = n + 1 < contact.knots.size and contact.knots[n] == contact.knots[n + 1] == past.end
@@ -186,7 +186,7 @@ def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retar
 
 
 def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float) -> Recovery:
-    """Depth of the shrinking contact under a prescribed force; empty where the contact does not shrink."""
+    """Depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
     count, room = 0, 512
     starts, lengths, q = np.empty(0), np.empty(0), np.empty((0, TERMS))
     if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:

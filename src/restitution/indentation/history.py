@@ -68,7 +68,7 @@ class History:
         values : array, shape (n,)
             Depths [m] or forces [N].
         name : str
-            What messages call the values.
+            Name of the values in messages.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class History:
         time : array, shape (n,)
             Times [s], n >= 2: the ends of the history, and the kinks of the function, at which it is exact then.
         name : str
-            What messages call the function.
+            Name of the function in messages.
 
         Raises
         ------
@@ -165,12 +165,12 @@ class History:
         return float(self.knots[-1])
 
     def __call__(self, time: ArrayLike) -> Any:
-        """Value at the times [s]; behind a jump at its time."""
+        """Value at the times [s]; at a jump the value behind it."""
         piece, u, _ = self._place(time)
         return polyval(u, np.moveaxis(self.coefficients[piece], -1, 0), tensor=False)[()]
 
     def rate(self, time: ArrayLike) -> Any:
-        """Rate of change at the times [s]; behind a kink at its time."""
+        """Rate of change at the times [s]; at a kink the rate behind it."""
         piece, u, width = self._place(time)
         slopes = polyder(np.moveaxis(self.coefficients[piece], -1, 0))
         return (polyval(u, slopes, tensor=False) / width)[()]
@@ -210,10 +210,10 @@ class History:
 
 
 def contact_part(history: History, name: str) -> History:
-    """History from first touch on; one that starts in contact or never touches is refused."""
+    """History from first touch on; refuse a history that starts in contact or never touches."""
     history = history.cut()
     ends = history.coefficients.sum(axis=1)
-    # A piece does not change its sign within, and its middle is far from the rounding of its ends.
+    # A piece has one sign, and its middle is far from the rounding of its ends.
     middles = polyval(0.5, history.coefficients.T)
     touching = np.flatnonzero(np.where(np.diff(history.knots) > 0.0, middles, ends) > 0.0)
     first = float(history.coefficients[0, 0])
@@ -288,9 +288,9 @@ def triangle(
     loading_time : float
         [s], > 0.
     unloading_time : float, optional
-        [s], > 0; as long as the loading unless given.
+        [s], > 0; equal to the loading time by default.
     hold_time : float
-        Time [s] for which the peak is held, which makes it a trapezoid.
+        Time [s] for which the peak is held: a trapezoid.
 
     Examples
     --------
@@ -319,7 +319,7 @@ def sine_arch(peak: float, duration: float) -> History:
 
 
 def _first_pieces(t: Array) -> Array:
-    """Edges of the pieces to begin with: about `_FIRST_PIECES` of them, between given times."""
+    """Edges of the first pieces: about `_FIRST_PIECES`, between given times."""
     if t.size > _FIRST_PIECES:
         return t[np.unique(np.linspace(0, t.size - 1, _FIRST_PIECES + 1).astype(np.intp))]
     parts = -(-_FIRST_PIECES // (t.size - 1))
@@ -328,7 +328,7 @@ def _first_pieces(t: Array) -> Array:
 
 
 def _middles(t: Array, lows: Array, highs: Array) -> Array:
-    """Times at which pieces are cut: the given time nearest to the middle, a possible kink, or else the middle."""
+    """Times at which pieces are cut: the given time nearest to the middle, as a possible kink, or else the middle."""
     middles = 0.5 * (lows + highs)
     after = np.searchsorted(t, middles)
     before, behind = t[np.maximum(after - 1, 0)], t[np.minimum(after, t.size - 1)]
@@ -347,7 +347,7 @@ def _errors_at(t: Array, values: Array, lows: Array, highs: Array, fit: Array) -
 
 
 def without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
-    """Points without those on the line through their neighbours, so that a sampled straight line is one piece."""
+    """Points that are not on the line through their neighbours, so that a sampled straight line is one piece."""
     if t.size < 3:
         return t, v
     tolerance = 4.0 * np.finfo(np.float64).eps * np.max(np.abs(v))

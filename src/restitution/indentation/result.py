@@ -34,7 +34,7 @@ COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _MOST_PANELS = 4000
-# Places between two breaks at which a largest value is first looked for.
+# Number of places between two breaks at which the search for a largest value starts.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
@@ -88,7 +88,7 @@ class IndentationResult:
         At a jump or a kink of the history: the values behind it. After the contact F = a = 0; under a prescribed force
         d is then the depth of the recovering imprint.
     contact_end_time : float
-        Time [s] at which the contact ends; infinite where it outlasts the history.
+        Time [s] at which the contact ends; infinite if it outlasts the history.
     turning_time : float
         Time [s] at which the contact radius has become largest; it stays or shrinks from there on.
     status : IndentationStatus

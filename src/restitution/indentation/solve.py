@@ -36,7 +36,7 @@ from restitution.material.viscoelastic import Material
 Array = NDArray[np.float64]
 Prescribed = History | ArrayLike | Callable[[Any], Any]
 
-# Number of even times of a result where none are asked for.
+# Number of even times of a result if no times are given.
 _POINTS = 401
 
 
@@ -63,12 +63,12 @@ def indent(
         `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
         function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
-        Normal force F >= 0 [N], in its place.
+        Normal force F >= 0 [N] instead of the depth.
     time : array, optional
         Times [s] of the result, ascending: for an array of values those of the values; for a function they should
         include its kinks. About 400 times if a `History` is given alone.
     counter_material : Material, optional
-        Material of the indenter; rigid where left out.
+        Material of the indenter; rigid by default.
     rtol : float
         Error of force, depth and contact radius over their largest value, and of times over the duration; in
         [1e-11, 1e-2].
@@ -104,7 +104,7 @@ def indent(
     """
     contact = _contact(material, profile, counter_material)
     if np.ndim(profile.contact_radius(0.0)):
-        raise InputError("profile", wanted="has arrays for parameters; an indentation has one profile")
+        raise InputError("profile", wanted="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
         raise InputError("depth, force", wanted="exactly one of the two must be given: depth= or force=")
     rtol = float(within("rtol", rtol, 1e-11, 1e-2))
@@ -115,7 +115,7 @@ def indent(
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
     if first.size:
-        # A time that is given twice: before and behind the jump.
+        # A time that is given twice is before and behind the jump.
         for column, values in zip(columns, solution.at(times[first], before=True), strict=True):
             column[first] = values
     end = solution.end_time
@@ -145,7 +145,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
 
 
 def _step(name: str, value: float, time: ArrayLike | None) -> History:
-    """One value, which prevails at once from the first time on."""
+    """One value, from the first time on."""
     value = float(positive(name, value, UNITS[name]))
     if time is None:
         raise InputError("time", wanted=f"must be given with {name} as a number, which is held from first to last")
@@ -196,19 +196,19 @@ class Solution:
 
     @property
     def turning_time(self) -> float:
-        """Time at which the contact starts to shrink [s]; the end of the history where it does not."""
+        """Time at which the contact starts to shrink [s]; the end of the history if it does not."""
         return self._moment(self._past.turning if self._contact.path.exponent != 0.0 else 1.0)
 
     @property
     def max_contact_radius(self) -> float:
-        """Contact radius as the contact ceases to grow [m]."""
+        """Contact radius at the end of growth [m]."""
         if self._contact.path.exponent == 0.0:
             return self.units.radius
         return float(self._profile.contact_radius(self.units.length * self._past.elements.depths[-1]))
 
     @property
     def end_time(self) -> float:
-        """Time at which the contact ends [s]; infinite where it outlasts the history."""
+        """Time at which the contact ends [s]; infinite if it outlasts the history."""
         return self._moment(self._past.end)
 
     def times(self, n_points: int) -> Array:
@@ -261,7 +261,7 @@ class Solution:
             inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact.moduli.size), inside, sampled)
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
-        # A force near zero may have either sign by rounding; there is no adhesion.
+        # A force near zero may have either sign by rounding; the theory has no adhesion.
         np.maximum(sampled[2], 0.0, out=sampled[2])
         if early:
             free = np.zeros((4, early))

@@ -1,10 +1,11 @@
-"""Growing contact under a prescribed depth or force, cut into elements on which its rates are polynomials.
+"""Growing contact under a prescribed depth or force, in elements on which its rates are polynomials.
 
 While the contact grows, d = g(a) and (Lee and Radok)
 
     F(t) = int E(t - t') dPi(t'),    Pi(t) = int J(t - t') dF(t').
 
-The elements shrink towards first touch, where the rates are not smooth, and towards every sudden change of the force.
+The elements become shorter towards first touch, where the rates are not smooth, and towards every sudden change of
+the force.
 """
 
 import math
@@ -35,19 +36,22 @@ from restitution.kernel.memory import (
 from restitution.kernel.path import Path, radius_and_integral
 
 NO_ROOM, BEYOND_PROFILE = -1, -2
-# Length of the shortest element at first touch over the duration, where rates are powers of time.
+# Length of the shortest element over the duration: at first touch, where the rates are powers of time.
 FIRST_ELEMENT = 1e-60
 # Rounding of the rate of Pi over Pi/t and the rate of the force; a smaller fall is not a turning point.
 RATE_ROUNDING = 1e-13
-# Share of what is left of a segment that counts as all of it.
+# An element that would cover this share of the rest of its segment covers all of it.
 MOST_OF_REST = 0.75
-# Search for a turning point: even steps in a segment, places in all, the first place over the length of the segment,
-# and the factor to the next; bisections.
-_EVEN_STEPS, _PLACES, _FIRST_PLACE, _RATIO, _BISECTIONS = 16.0, 64, 1e-12, 2.5, 80
-# Newton's method: rounds at most, and a last step over the unknown, which is rounding.
-NEWTON_ROUNDS, NEWTON_ROUNDING = 200, 4e-16
-
-
+# Search for a turning point in a segment: number of even steps, and of all places.
+_EVEN_STEPS = 16.0
+_PLACES = 64
+# First place after the start of a segment, over its length, and the ratio of the next places.
+_FIRST_PLACE = 1e-12
+_RATIO = 2.5
+_BISECTIONS = 80
+# Newton's method: largest number of steps; a step of this size over the unknown is rounding.
+NEWTON_ROUNDS = 200
+NEWTON_ROUNDING = 4e-16
 # Rounding of a time over the duration.
 CLOCK_ROUNDING = 4e-16
 
@@ -72,8 +76,8 @@ class Past(NamedTuple):
     depth: Memory  # H_k over the elements and, under a prescribed depth, over the rest of the history
     integral: Memory  # Y_k over the elements
     first: int  # Segment of the history in which the contact starts to shrink
-    turning: float  # Time at which it does; the end of the history where it does not
-    end: float  # Time at which the contact ends; infinite where it does not
+    turning: float  # Time of that; the end of the history if the contact only grows
+    end: float  # Time at which the contact ends; infinite if it does not
 
 
 @compiled
@@ -137,7 +141,7 @@ def _growing_contact_by_force(contact: Contact, work: Scratch, i: int, t: float)
 
 @inlined
 def _turning_segment(contact: Contact, tolerance: float) -> int:
-    """Segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
+    """Find the segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
     m = contact.values.shape[0]
     first, highest = 0, -math.inf
     for i in range(m):
@@ -153,9 +157,9 @@ def _turning_segment(contact: Contact, tolerance: float) -> int:
 
 @compiled
 def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
-    """Turning point under a prescribed force: the segment, and the time in it.
+    """Find the turning point under a prescribed force: the segment, and the time in it.
 
-    The contact grows as long as Pi does, beyond the largest force where creep outweighs the unloading.
+    The contact grows as long as Pi grows: beyond the largest force if creep outweighs the unloading.
     """
     last = contact.knots[segments]
     unloading = False
@@ -174,7 +178,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
                 return i, b
             continue
         low = b
-        # Even points, and others as close to the start as the fastest recovery.
+        # Even places, and places near the start for fast recoveries.
         step = h / _EVEN_STEPS
         offset = 0.0
         for n in range(_PLACES):
@@ -201,7 +205,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
 
 @inlined
 def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
-    """Rate of Pi, where rounding does not count as a fall."""
+    """Rate of Pi plus its rounding: negative if Pi falls by more than rounding."""
     rate = prescribed(contact, i, t)[1]
     _, _, integral, integral_rate = growing_contact(contact, work, i, t)
     return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
@@ -307,10 +311,10 @@ def growing_contact_at(contact: Contact, work: Scratch, i: int, t: float) -> tup
 def grow_contact(
     contact: Contact, quadrature: Quadrature, work: Scratch, tolerance: float, segments: Segments, past: Past
 ) -> tuple[int, int, float]:
-    """Write the growing contact and its memory to the arrays of `past`, which may have more room than is needed.
+    """Write the growing contact and its memory to the arrays of `past`, which may be longer than needed.
 
-    Returns the number of elements, NO_ROOM or BEYOND_PROFILE, the segment in which the contact starts to shrink, and
-    the time at which it does. The tolerance is that of `grow`.
+    Returns the number of elements, NO_ROOM or BEYOND_PROFILE; the segment in which the contact starts to shrink; and
+    the time of that. The tolerance is that of `grow`.
     """
     m = contact.values.shape[0]
     by_depth, punch = contact.control == DEPTH, contact.path.exponent == 0.0
@@ -322,7 +326,7 @@ def grow_contact(
         if not punch:
             first, turning = turning_point(contact, work, m)
     elif punch:
-        # The contact radius never changes, so that there is nothing to look up in the past.
+        # The contact radius never changes, so that no instant of equal contact is needed.
         first, turning = 0, 0.0
     else:
         first = _turning_segment(contact, tolerance)

@@ -1,11 +1,11 @@
-"""Contact under a prescribed history at requested times: growing, shrinking, and over.
+"""Contact under a prescribed history at given times: growth, shrinkage, and after the end.
 
 Under a prescribed depth the force follows from the past. Under a prescribed force the depth of the shrinking contact
-does, by creep: d - d_m = int J(t - t') dq(t') with
+follows by creep: d - d_m = int J(t - t') dq(t') with
 
-    q(t) = E d1 + sum E_k X_k H_k(t1) - (the same for t1 = t_m),
+    q(t) = E d1 + sum E_k X_k H_k(t1) - (the same for t1 = t_m).
 
-which is cut into elements like the rates of the growing contact (docs/theory/indentation.md).
+q is cut into elements like the rates of the growing contact (docs/theory/indentation.md).
 """
 
 import math
@@ -65,7 +65,7 @@ from restitution.kernel.shrinking import (
 
 # Share of the tolerance for the elements, as errors of the past add up.
 ELEMENT_SHARE = 0.05
-# Squares of depths, radii and forces must be normal numbers.
+# Range of depths, radii and forces: their squares must be normal numbers.
 SMALLEST, LARGEST = 1e-150, 1e150
 
 
@@ -89,7 +89,7 @@ def recover(
     lengths: Any,
     q: Any,
 ) -> int:
-    """Cut q of the shrinking contact under a prescribed force into elements; returns their number, -1 without room."""
+    """Cut q of the shrinking contact under a prescribed force into elements; return their number, -1 without room."""
     room = starts.shape[0]
     m = contact.values.shape[0]
     r = 0
@@ -148,7 +148,7 @@ def _load_after_contact(contact: Contact, past: Past, t: float) -> tuple[float, 
 def _load_since_turning(
     contact: Contact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
 ) -> tuple[int, float, float]:
-    """Element and instant of equal contact, from which to start too, and q, at time t under this force."""
+    """Element and instant t1 of equal contact, and q, at time t under this force; the search starts at t1 in e."""
     q, _ = _load_after_contact(contact, past, t)
     if force > 0.0:
         e, t1, depth, _, _, _ = equal_contact(contact, past, work, t, force, e, t1)
@@ -161,14 +161,14 @@ def _load_since_turning(
 def _load_at(
     contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float]:
-    """The same in segment i, under the prescribed force."""
+    """Element and instant of equal contact, and q, at time t in segment i under the prescribed force."""
     force = prescribed(contact, i, t)[0] if t < past.end else 0.0
     return _load_since_turning(contact, past, work, t, force, e, t1)
 
 
 @compiled
 def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float) -> tuple[float, float]:
-    """Part of the depth at time t in element r of the recovery that is due to creep, and its rate."""
+    """Depth by creep alone at time t in element r of the recovery, and its rate."""
     elapsed = t - recovery.starts[r]
     legendre_values(2.0 * elapsed / recovery.lengths[r] - 1.0, work.basis)
     legendre_slopes(recovery.lengths[r], work.basis, work.slopes)
@@ -182,7 +182,7 @@ def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: i
 
 @entry_point
 def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
-    """Write depth, its rate, force and contact radius at rising times of the history; behind a jump at its time."""
+    """Write depth, its rate, force and contact radius at ascending times of the history; behind a jump at its time."""
     m = contact.values.shape[0]
     by_depth = contact.control == DEPTH
     punch = contact.path.exponent == 0.0
@@ -244,7 +244,7 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
 def through_jump(
     contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, fractions: Any, columns: Any
 ) -> None:
-    """Write depth and force at rising shares in [0, 1] of the jump that is segment i."""
+    """Write depth and force at ascending shares in [0, 1] of the jump that is segment i."""
     K = contact.moduli.shape[0]
     by_depth = contact.control == DEPTH
     t = contact.knots[i]
@@ -306,14 +306,14 @@ def through_jump(
 
 
 class Room(NamedTuple):
-    """Room for the longest history and the most modes of many indentations, one after another."""
+    """Arrays for the longest history and the most modes of many indentations, which are computed one by one."""
 
     contact: Contact
     segments: Segments
     past: Past
     work: Scratch
-    places: Any  # Of the checks
-    times: Any
+    places: Any  # Segments of the checks
+    times: Any  # Times of the checks
     moments: Any  # (N,): scaled times of the samples
     columns: Any  # (4, N)
 
@@ -323,19 +323,19 @@ class Rows(NamedTuple):
 
     equilibria: Any  # (n,): E*(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-t/times_k)
     viscosities: Any  # (n,)
-    moduli: Any  # (n, K): 0 where a row has fewer modes
+    moduli: Any  # (n, K): 0 if a row has fewer modes
     times: Any  # (n, K)
-    contact_points: Any  # (n,): depth at touch, which is subtracted
-    curves: Any  # (n,): the history
+    contact_points: Any  # (n,): depth reading at touch, which is subtracted
+    curves: Any  # (n,): index of the history
 
 
 class Histories(NamedTuple):
-    """Prescribed depths as straight lines between points, and the times of the samples; c histories in a line."""
+    """Prescribed depths as straight lines between points, and the times of the samples; c histories one by one."""
 
-    points: Any  # (c + 1,): where the points of each begin, and their end
+    points: Any  # (c + 1,): index of the first point of each history, and the number of points
     knots: Any  # (P,): times, and depths there; the same time twice is a jump
     depths: Any
-    samples: Any  # (c + 1,): where the samples of each begin, and their end
+    samples: Any  # (c + 1,): index of the first sample of each history, and the number of samples
     times: Any  # (S,): ascending
 
 
@@ -344,7 +344,7 @@ def _indent(
     quadrature: Quadrature, rtol: float, rows: Rows, row: int, histories: Histories, deepest: float, unit: float,
     radius: float, room: Room, recovery: Recovery, force: Any,
 ) -> int:  # fmt: skip
-    """Write the force of one row at the samples of its history; returns how the indentation ended."""
+    """Write the force of one row at the samples of its history; return how the indentation ended."""
     curve, touch_depth = rows.curves[row], rows.contact_points[row]
     begin, end = histories.points[curve], histories.points[curve + 1]
     j, knots, depths = begin, histories.knots, histories.depths
@@ -439,8 +439,8 @@ def indent_rows(
 ) -> None:  # fmt: skip
     """Write the forces of each row at the samples of its history, and how the indentation ended.
 
-    The profile, `room.contact.path`, ends at the depth `deepest`. A table is in units of the depth `unit` and of the
-    contact radius `radius` there; for a power law `radius` is its coefficient.
+    The profile `room.contact.path` ends at the depth `deepest`. A table is in units of the depth `unit` and of the
+    contact radius `radius` at that depth. For a power law `radius` is its coefficient.
     """
     for row in range(rows.curves.shape[0]):
         statuses[row] = _indent(

@@ -3,9 +3,8 @@
 On an element of length h, x in [-1, 1], with z = r_k h, the memory solves `M' = h f/2 - z M/2`. It is a polynomial
 plus a transient c exp(-r_k (t - b)). Both forms below are exact for the polynomial f and differ in their rounding:
 
-* z <= 2: no transient. The Legendre coefficients solve a tridiagonal system, backwards as by Olver for minimal
-  solutions.
-* z > 2: the polynomial that solves the equation, by the recurrence from the highest coefficient down, and the
+* z <= 2: no transient. The Legendre coefficients solve a tridiagonal system, by Olver's method for minimal solutions.
+* z > 2: the polynomial that solves the equation, by a recurrence from the highest coefficient down, and the
   transient.
 """
 
@@ -30,6 +29,7 @@ TIME_ROUNDING = COEFFICIENT_ROUNDING = 1e-15
 SHORTEST_ELEMENT = 1e-14
 # Number of Legendre coefficients of an element: resolves exp(-2 (1 + x)/2) to 1e-13.
 TERMS = 12
+# Largest z without a transient.
 _STIFF = 2.0
 # P_(n+1) = _ASCENT[n] x P_n - _DESCENT[n] P_(n-1)
 _ASCENT = np.array([(2 * n + 1) / (n + 1) for n in range(TERMS)])
@@ -37,7 +37,7 @@ _DESCENT = np.array([n / (n + 1) for n in range(TERMS)])
 
 
 class Quadrature(NamedTuple):
-    """Gauss nodes of an element and what maps values there to Legendre coefficients."""
+    """Gauss nodes of an element, and the matrix from values there to Legendre coefficients."""
 
     nodes: Array  # (TERMS,): in [-1, 1]
     weights: Array  # (TERMS,)
@@ -63,7 +63,7 @@ class Memory(NamedTuple):
 
 
 def allocate(rates: Array, elements: int) -> Memory:
-    """Room for the memory of modes of these rates over a number of elements."""
+    """Arrays for the memory of modes with these rates over a number of elements."""
     K = rates.size
     return Memory(rates, np.zeros((elements + 1, K)), np.empty((elements, K, TERMS)), np.empty((elements, K)))
 
@@ -79,7 +79,7 @@ def legendre_values(x: float, basis: Any) -> None:
 
 @inlined
 def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
-    """Write the derivatives of P_0 to P_(TERMS-1) by the time in an element of this length, from their values."""
+    """Write the time derivatives of P_0 to P_(TERMS-1) in an element of this length, from their values `basis`."""
     slopes[0] = 0.0
     slopes[1] = 2.0 / length
     for n in range(1, TERMS - 1):
@@ -90,7 +90,7 @@ def legendre_slopes(length: float, values: Any, slopes: Any) -> None:
 def remember(lengths: Any, f: Any, memory: Memory, sweep: Any) -> None:
     """Fill the memory of f, whose Legendre coefficients are rows of `f`, over elements of these lengths.
 
-    Where a length is 0 the integral of f has a jump, the first of the coefficients. `memory.begin[0]` is given, the
+    If a length is 0, the integral of f has a jump: the first of the coefficients. `memory.begin[0]` is input, the
     rest is written; `sweep` is scratch space.
     """
     begin, polynomial, transient = memory.begin, memory.polynomial, memory.transient
@@ -158,7 +158,7 @@ def remember(lengths: Any, f: Any, memory: Memory, sweep: Any) -> None:
 
 @inlined
 def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
-    """Memory of mode k at the time `elapsed` after the start of element e, with the Legendre polynomials `basis`."""
+    """Memory of mode k at the time `elapsed` after the start of element e; `basis` are Legendre polynomials there."""
     value = 0.0
     for n in range(TERMS):
         value += basis[n] * memory.polynomial[e, k, n]
@@ -170,7 +170,7 @@ def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
 
 @inlined
 def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> float:
-    """Rate of the memory of mode k; f - r_k M without its cancellation where the mode is fast."""
+    """Rate of the memory of mode k: f - r_k M, but without cancellation in fast modes."""
     rate = 0.0
     for n in range(TERMS):
         rate += slopes[n] * memory.polynomial[e, k, n]
@@ -192,12 +192,12 @@ class Contact(NamedTuple):
     moduli: Any
     rates: Any
     viscosity: float
-    shortest: float  # Shortest relaxation time, or the duration where that is less
+    shortest: float  # Shortest relaxation time, at most the duration
     glass: float  # J(t) = glass + sum compliances_j (1 - exp(-recoveries_j t))/recoveries_j; a recovery of 0 is flow
     compliances: Any
     recoveries: Any
-    level: Memory  # Memory of F and of F' over the segments, at the rates `recoveries`; under a prescribed force only
-    slope: Memory
+    level: Memory  # Memory of F at the rates `recoveries` over the segments; only under a prescribed force
+    slope: Memory  # The same of F'
     path: Path  # The profile
 
 
@@ -213,7 +213,7 @@ class Scratch(NamedTuple):
 
 @inlined
 def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]:
-    """Prescribed quantity, its rate and the rate of that, in segment i at time t; the value behind a jump."""
+    """Prescribed quantity and its first two derivatives in segment i at time t; behind a jump."""
     h = contact.knots[i + 1] - contact.knots[i]
     u = 1.0 if h == 0.0 else (t - contact.knots[i]) / h
     value, rate, curvature = 0.0, 0.0, 0.0
@@ -230,8 +230,8 @@ class Segments(NamedTuple):
     """The prescribed quantity over the m segments of its history: Legendre coefficients of its rate and value."""
 
     lengths: Any  # (m,)
-    rates: Any  # (m, TERMS); where a length is 0, first of all the jump
-    levels: Any  # (m, TERMS); where a length is 0, zeros
+    rates: Any  # (m, TERMS); the jump and zeros if the length is 0
+    levels: Any  # (m, TERMS); zeros if the length is 0
 
 
 @compiled
@@ -268,7 +268,7 @@ def expand(quadrature: Quadrature, samples: Any, coefficients: Any) -> None:
 
 @inlined
 def truncation_error(coefficients: Any) -> float:
-    """Truncation error of a Legendre series, about: the size of its last two coefficients."""
+    """Estimate of the truncation error of a Legendre series: the size of its last two coefficients."""
     return abs(coefficients[TERMS - 1]) + abs(coefficients[TERMS - 2])
 
 
@@ -284,7 +284,7 @@ def variation(values: Any) -> float:
 
 @inlined
 def drop_rounding(coefficients: Any) -> None:
-    """Set coefficients to zero that are rounding, which makes the memory of a short series cheaper."""
+    """Set the last coefficients to zero if they are rounding, which makes the memory of a short series cheaper."""
     size = 0.0
     for n in range(TERMS):
         size = max(size, abs(coefficients[n]))

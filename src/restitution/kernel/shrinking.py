@@ -33,11 +33,16 @@ from restitution.kernel.memory import (
 )
 from restitution.kernel.path import radius_and_integral
 
-# Search for an instant: estimate of the step after the next, and width of the interval, over the time: both rounding.
-_NEXT_STEP, _SPACING = 1e-16, 2e-16
-# Checks of the state: shares of a segment, one in `_STRIDE` of them in a segment shorter than `_SHORT`; a mode that
-# relaxes within more than `_QUICK` of a segment is checked at a quarter of its time and at its time.
-_SHARES, _STRIDE, _SHORT, _QUICK = 9, 4, 0.02, 1e-4
+# The search for an instant ends if the estimate of the step after the next, or the width of the interval, is rounding:
+# both over the time.
+_NEXT_STEP = 1e-16
+_SPACING = 2e-16
+# Even checks of the state in a segment; only one in `_STRIDE` of them in a segment shorter than `_SHORT`.
+_SHARES = 9
+_STRIDE = 4
+_SHORT = 0.02
+# A mode whose relaxation time is longer than this share of a segment is checked at a quarter of that time, and at it.
+_QUICK = 1e-4
 # Rounding of a load over the sum of the moduli and the largest rate.
 _LOAD_ROUNDING = 1e-14
 
@@ -46,7 +51,7 @@ _LOAD_ROUNDING = 1e-14
 def equal_contact(
     contact: Contact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float]:
-    """Find the instant t1 at which the growing contact had the radius that it has at t, from t1 in element e on.
+    """Find the instant t1 at which the growing contact had the same radius as at t; start from t1 in element e.
 
     `target` is the right-hand side of the equation for t1. Returns the element, t1, depth and Pi there, the modulus
     E(t - t1), and the derivative of the left-hand side with respect to t1.
@@ -154,9 +159,9 @@ def equal_contact(
 def remaining(
     contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, step: float
 ) -> tuple[float, float]:
-    """Load at t of the modes that they carried at t1 in element e and have not relaxed yet, and its rate of decay.
+    """Part of the load of the modes at t1, in element e, that has not relaxed by t; and its rate of decay.
 
-    `step` is the jump up to there of the quantity whose memory it is, if the element is a jump.
+    If the element is a jump, `step` is the part of the jump up to t1 in the quantity of `memory`.
     """
     b, h = past.elements.starts[e], past.elements.lengths[e]
     if h > 0.0:
@@ -173,9 +178,9 @@ def remaining(
 
 @inlined
 def innermost_load(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
-    """Load of the innermost element under a prescribed depth, and its rate; writes the memory to `work.now`.
+    """Load of the innermost element under a prescribed depth, and its rate; write the memory to `work.now`.
 
-    For segments of the shrinking contact, and for the whole history of a flat punch.
+    Valid in segments of the shrinking contact, and for a flat punch in the whole history.
     """
     value, rate, curvature = prescribed(contact, i, t)
     e = past.total + i - past.first
@@ -198,7 +203,7 @@ def innermost_load(contact: Contact, past: Past, work: Scratch, i: int, t: float
 
 @entry_point
 def write_depth_memory(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
-    """Write the memory of the depth to `work.now`, at time t in segment i of the shrinking contact; before a jump."""
+    """Write the memory of the depth at time t in segment i of the shrinking contact to `work.now`; before a jump."""
     if contact.knots[i + 1] == contact.knots[i]:
         for k in range(contact.moduli.shape[0]):
             work.now[k] = past.depth.begin[past.total + i - past.first, k]
@@ -234,9 +239,9 @@ def shrinking_contact(
 
 @entry_point
 def check_points(contact: Contact, past: Past, places: Any, times: Any) -> int:
-    """Write segments of the shrinking contact and ascending times at which its state is checked; returns their number.
+    """Write ascending times at which the shrinking contact is checked, and their segments; return their number.
 
-    A segment has room for `_SHARES` points and two of each mode.
+    A segment has room for `_SHARES` times and two of each mode.
     """
     count = 0
     for i in range(past.first, contact.values.shape[0]):
@@ -266,7 +271,7 @@ def check_points(contact: Contact, past: Past, places: Any, times: Any) -> int:
 
 @entry_point
 def load_rounding(contact: Contact, past: Past) -> float:
-    """Rounding of the rate of the load while the contact shrinks; the times round the decay of fast modes."""
+    """Rounding of the rate of the load while the contact shrinks, with the rounding of times in fast modes."""
     fastest, moduli = 0.0, contact.equilibrium
     for k in range(contact.rates.shape[0]):
         fastest = max(fastest, contact.rates[k])
@@ -289,9 +294,9 @@ def largest_rate(contact: Contact, past: Past) -> float:
 
 @entry_point
 def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
-    """Time at which the load of the innermost element falls to zero under a prescribed depth; infinite if it does not.
+    """Time at which the load of the innermost element falls to zero under a prescribed depth, or infinity.
 
-    `times` rise through the segments `places`, from the one on in which the contact starts to shrink, ends included.
+    `times` are ascending, and `places` are their segments; they begin where the contact starts to shrink.
     """
     low = 0.0
     for n in range(times.shape[0]):
@@ -322,9 +327,9 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
 def regrowth(
     contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> int:
-    """First of the given times at which the shrinking contact grows again; -1 where it never does.
+    """Index of the first of the times at which the shrinking contact grows again, or -1.
 
-    The tolerance is a growth of the depth at equal contact that is harmless, `rounding` that of the rate of the load.
+    `tolerance` is a harmless growth of the depth at equal contact, `rounding` the rounding of the rate of the load.
     """
     e, t1 = past.total - 1, past.turning
     least = math.inf
@@ -345,9 +350,9 @@ def regrowth(
 def innermost_load_rises(
     contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> bool:
-    """Whether the innermost element, if it stuck to the indenter after the contact, would be loaded again.
+    """Whether the innermost element would be loaded again after the contact if it stuck to the indenter.
 
-    Where it is not, the surface cannot have caught up with the indenter. Nor does it above the undeformed surface.
+    If not, the surface cannot reach the indenter again. Nor can it reach an indenter above the undeformed surface.
     """
     least = 0.0
     for n in range(times.shape[0]):
