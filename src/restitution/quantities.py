@@ -107,7 +107,7 @@ class Quantity(NamedTuple):
         return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
-        """Return values, perhaps with a unit, as a float or a read-only array in SI; `field` is their name in messages."""
+        """Return values, perhaps with a unit, as a float or a read-only array in SI; messages name them `field`."""
         name = field or self.name
         if self.low == 0.0 and self.high == math.inf and not self.infinite:
             return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)

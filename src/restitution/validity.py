@@ -188,7 +188,7 @@ def numbers(
 
     The contact radius and the depth [m] are NaN if a contact was not solved. The velocity [m/s] of an indentation is
     its largest, and the contact time [s] is infinite if it has no end. `body_size` is the smallest dimension [m] of
-    the target, such as the thickness of a layer. The window must contain the times from a third of d/v0, about T/10, to T.
+    the target, such as the thickness of a layer. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
     radius, depth, speed, time, mass, force, size, tip = (
