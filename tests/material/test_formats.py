@@ -324,6 +324,15 @@ def test_workbooks(tmp_path):
     steps = read_material(workbook(tmp_path / "b.xlsx", sheets))
     assert isinstance(steps, Isotherms)
     assert steps.tables[1].storage_modulus == pytest.approx(moduli(0.25)[0])
+    shift = {"data": [["T", "log_aT"], ["C", "-"], [10.0, 1.0], [20.0, 0.0], [30.0, -0.5]]}
+    assert read_material(workbook(tmp_path / "d.xlsx", shift)).log10_factors.tolist() == [1.0, 0.0, -0.5]
+    several = {
+        "moduli": [["t [s]", "E [MPa]"], [1.0, 3.0], [2.0, 2.0]],
+        "factors": shift["data"],
+        "flow": [["Time", "Modulus"], [1.0, 2.0], [2.0, 1.0]],
+    }
+    table = read_material(workbook(tmp_path / "e.xlsx", several))
+    assert (table.modulus.tolist(), table.notes) == ([3e6, 2e6], ("not used: factors, flow",))
     bad = {"data": [["t", "E"], ["s", "MPa"], [1.0, 3.0], [2.0, "x"]]}
     with pytest.raises(InputError, match=r"c\.xlsx, sheet 'data': row 4: 'x': must be a number"):
         read_material(workbook(tmp_path / "c.xlsx", bad))

@@ -49,20 +49,20 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material; the content decides the kind.
 
     Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), shift factors
-    (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Decks: ANSYS with
-    ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
+    (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text,
+    JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
     path
-        The file: text in UTF-8, UTF-16 or Latin-1.
+        The file: text in UTF-8, UTF-16 or Latin-1, or a workbook (.xlsx, with the extra ``restitution[excel]``).
     name
         Which material of a deck that has several: its NAME in Abaqus, its number in ANSYS.
 
     Returns
     -------
-    RelaxationTable, DynamicTable, PronyTerms, ShiftTable or ViscoelasticDeck
-        In SI.
+    RelaxationTable, DynamicTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
+        In SI. `Isotherms` are moduli at several temperatures.
 
     Raises
     ------
@@ -122,10 +122,11 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         unused += [] if curves else [table.sheet.title]
     if found:
         return _joined(source, found, unused)
-    if len(tables) == 1 and not unused[0]:
+    if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
             if (one := kind(tables[0])) is not None:
                 return one
+    if len(tables) == 1 and not unused[0]:
         sheet = tables[0].sheet
         message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
         message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
@@ -164,9 +165,9 @@ def _curves(table: Table) -> list[Curve]:
     read, columns = _dynamic, table.columns((ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (LOSS, TANGENT))
     if not columns:
         read, columns = _relaxation, table.columns((TIME,), (MODULUS,))
-        # Creep and flow have times and moduli as well.
-        names = table.sheet.title, *(column.label for column in columns)
-        if not columns or (table.sheet.title and not any("relax" in name.lower() for name in names)):
+        # Steps of creep and flow have times and a "modulus" as well.
+        title = table.sheet.title.lower()
+        if not columns or (title and "relax" not in title and columns[1].label.lower() == "modulus"):
             return []
     x = columns[0].values
     if table.sheet.title and (not x.size or np.ptp(x) <= 1e-3 * x.max()):
