@@ -13,6 +13,7 @@ from .contact.profile import Parabola as Parabola
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .files import write_table as write_table
+from .identification.afm_files import read_curves as read_curves
 from .identification.bounce_times import BounceTimes as BounceTimes
 from .identification.curve import IndentationCurve as IndentationCurve
 from .identification.design import design as design

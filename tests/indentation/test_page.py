@@ -16,7 +16,7 @@ def blocks(language):
 
 def test_code_prints_the_output_of_the_page(capsys):
     code, texts = blocks("python"), blocks("text")
-    assert len(code) == len(texts) == 3
+    assert len(code) == len(texts) == 5
     names = {}
     for block, text in zip(code, texts, strict=True):
         exec(block, names)
