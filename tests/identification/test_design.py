@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
 
 import restitution as rs
 from restitution.errors import InputError
@@ -117,6 +118,19 @@ def test_fractional_models_have_designs():
     guess = partial(rs.fractional_zener, 1e6, 1e7, 1e-3, 0.5, poisson_ratio=0.5)
     found = plan(guess, [0.003, 0.03], n=8)
     assert 0.0 < found.largest_error < 1.0
+
+
+def test_a_design_continues_an_identification():
+    balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), 0.01, np.geomspace(0.3, 3.0, 20), seed=1)
+    found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    more = plan(found, [0.003, 0.03], n=10)
+    before = {name: one.standard_error / one.value for name, one in found.parameters.items() if one.determined}
+    assert before
+    for name, error in before.items():
+        assert more.standard_errors[name] < error
+    # Twice the data of the same kind: a factor of the root of 2.
+    same = design(found, {"velocity": balls.velocity, "radius": 0.01, "mass": balls.mass[0]}, n=20)
+    assert same.largest_error < max(before.values()) / 1.3
 
 
 def test_results_are_plain_numbers_tables_and_pictures():

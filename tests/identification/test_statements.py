@@ -89,7 +89,7 @@ def test_moduli_and_times_can_change_together_without_a_trace_in_restitution():
 
 def test_a_contact_time_settles_it_as_the_statement_predicts():
     known, jacobian = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
-    predicted = re.search(r"a contact time \(to 1 %\) leaves standard errors of at most ([\d.]+) %", known.lines[-1])
+    predicted = re.search(r"a contact time \(to 1 %\) leaves standard errors of at most ([\d.]+) %", known[1][-1])
     assert predicted is not None
     # The same with the contact time of the middle impact among the data.
     both = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient", "contact_time"])[1]
@@ -106,7 +106,7 @@ def test_the_power_of_the_invariance_is_that_of_the_profile(profile, beta):
     # F ~ E c d^(1 + p/2): times over L need moduli times L^(2 + p/2).
     exponent = float(profile.path_exponent)
     known, _ = known_from(rs.standard_solid, SOLID, impacts(profile), ["restitution_coefficient"], exponent=exponent)
-    exact = [one for one in known.flat_directions if one.exact]
+    exact = [one for one in known[0] if one.exact]
     # Under a flat punch the motion is linear: e is one number, the same at all velocities.
     assert len(exact) == (2 if beta == 2.0 else 1)
     assert exact[0].exponents == {MODULUS: beta, BRANCH: beta, VISCOSITY: beta - 1.0}
@@ -117,7 +117,7 @@ def test_the_power_of_a_springpot_follows_from_its_exponent():
         "fractional_kelvin_voigt", {MODULUS: 1e6, "coefficient": 1e5, "exponent": 0.4}, impacts(),
         ["restitution_coefficient"],
     )  # fmt: skip
-    exact = [one for one in known.flat_directions if one.exact]
+    exact = [one for one in known[0] if one.exact]
     # V (L t)^-alpha L^(5/2)
     assert exact[0].exponents == pytest.approx({MODULUS: 2.5, "coefficient": 2.1})
 
@@ -126,7 +126,7 @@ def test_a_known_bulk_modulus_breaks_the_invariance():
     known, _ = known_from(
         rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"], fixed={"bulk_modulus": 1e7}
     )
-    assert not any(one.exact for one in known.flat_directions)
+    assert not any(one.exact for one in known[0])
 
 
 def test_a_reduced_modulus_determines_no_poisson_ratio():
@@ -136,17 +136,17 @@ def test_a_reduced_modulus_determines_no_poisson_ratio():
 
     quantities = ["restitution_coefficient", "contact_time", "max_force"]
     known, _ = known_from(model, SOLID | {"poisson_ratio": 0.3}, impacts(), quantities, fixed={})
-    (flat,) = known.flat_directions
+    (flat,) = known[0]
     assert flat.exact
     assert "poisson_ratio" in flat.exponents
     assert "reduced modulus E*" in flat.words
-    assert "abs(E*) to" in known.lines[0]
+    assert "abs(E*) to" in known[1][0]
 
 
 def test_the_kelvin_voigt_limit_is_flat_along_the_branch():
     fast = {MODULUS: 1e6, BRANCH: 1e9, VISCOSITY: 300.0}
     known, _ = known_from(rs.standard_solid, fast, impacts(), ["restitution_coefficient", "contact_time"])
-    (flat,) = known.flat_directions
+    (flat,) = known[0]
     # With the viscosity as a parameter only the branch modulus is free.
     assert flat.exponents == {BRANCH: 1.0}
     assert not flat.exact
@@ -156,8 +156,8 @@ def test_the_kelvin_voigt_limit_is_flat_along_the_branch():
 def test_slow_relaxation_is_flat_along_the_equilibrium_modulus():
     slow = {MODULUS: 1e6, BRANCH: 1e7, VISCOSITY: 1e6}
     known, _ = known_from(rs.standard_solid, slow, impacts(), ["restitution_coefficient", "contact_time"])
-    assert any(max(one.exponents, key=one.exponents.get) == MODULUS for one in known.flat_directions)
-    assert any("lower frequencies" in one.words for one in known.flat_directions)
+    assert any(max(one.exponents, key=one.exponents.get) == MODULUS for one in known[0])
+    assert any("lower frequencies" in one.words for one in known[0])
 
 
 def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
@@ -170,7 +170,7 @@ def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
     space = parameters(rs.standard_solid, fixed=NU, start=SOLID)
     theta = np.array([one.inward(space.start[one.name]) for one in space.free])
     known = knowledge(names, 100.0 * jacobian, lambda z: space.columns(z, (1e-7, 1.0)), theta, (1e2, 1e4))
-    (flat,) = known.flat_directions
+    (flat,) = known[0]
     assert flat.exact
     assert flat.exponents == {MODULUS: 1.0, BRANCH: 1.0, VISCOSITY: 1.0}
     assert flat.words.endswith("Give velocity.")
@@ -180,13 +180,13 @@ def test_what_is_determined_has_no_flat_direction():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1)
     lines = statements(rs.identify(balls, rs.standard_solid, fixed=NU))
     assert len(lines) == 1
-    assert lines[0].startswith("Determined at pi over the contact time")
+    assert lines[0].startswith("At pi over the contact time")
 
 
 def test_combinations_are_as_well_determined_as_repeated_fits_say():
     material = standard_solid(*STANDARD_SOLIDS["strong"])
     known, _ = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
-    stated = re.search(r"viscosity/equilibrium_modulus\^0.6 to ([\d.]+) %", "\n".join(known.lines))
+    stated = re.search(r"viscosity/equilibrium_modulus\^0.6 to ([\d.]+) %", "\n".join(known[1]))
     assert stated is not None
     found = [
         rs.identify(rebounds(material, seed=seed, measured=(), **ONE_BALL), rs.standard_solid, fixed=NU)

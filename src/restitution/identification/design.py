@@ -19,6 +19,7 @@ from restitution.identification.arguments import parameters
 from restitution.identification.observations import Noise
 from restitution.identification.parameters import Parameters
 from restitution.identification.rebounds import Rebounds
+from restitution.identification.result import Identification
 from restitution.impact.problem import window_around
 from restitution.material.columns import MaterialColumns
 from restitution.pictures import draw
@@ -39,6 +40,8 @@ FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tange
 _STEP = 1e-3
 # Share of the largest eigenvalue of an information matrix below which one counts as zero.
 _SINGULAR = 1e-11
+# Standard error of a logarithm from which on nothing is known: a factor of 1000.
+_UNKNOWN = math.log(1e3)
 # Largest number of rounds of exchanges; a few suffice.
 _ROUNDS = 20
 
@@ -83,6 +86,15 @@ def standard_errors(information: Array, gradients: Array) -> Array:
     shares = (gradients @ vectors) ** 2
     variance = (shares[:, ~flat] / eigenvalues[~flat]).sum(axis=1)
     return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
+
+
+def without(jacobian: Array, other: Array) -> Array:
+    """Columns without the part that other columns explain."""
+    if not other.shape[1]:
+        return jacobian
+    basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
+    basis = basis[:, sizes > 1e-6]
+    return jacobian - basis @ (basis.T @ jacobian)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,12 +202,14 @@ def per_cent(error: float) -> str:
 
 
 def known(error: float) -> str:
-    """How well something is known."""
-    return f"to {per_cent(error)}" if error < math.inf else "not at all"
+    """How well something is known of which the logarithm has this standard error."""
+    if error < 0.5:
+        return f"to {per_cent(error)}"
+    return f"to a factor of {math.exp(error):.2g}" if error < _UNKNOWN else "not at all"
 
 
 def design(
-    model_at_guess: partial[Any],
+    model_at_guess: partial[Any] | Identification,
     candidates: Mapping[str, Any],
     n: int = 20,
     criterion: Criterion = "E",
@@ -207,8 +221,9 @@ def design(
 
     Parameters
     ----------
-    model_at_guess : functools.partial
-        A model with its numbers, such as `partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)`.
+    model_at_guess : functools.partial or Identification
+        A model with its numbers, such as `partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)`, or what was
+        identified so far: the impacts are then those that add most to its data.
     candidates : mapping
         `velocity` [m/s] and `radius` [m], numbers or arrays, and `density` [kg/m^3] or `mass` [kg] of the balls, one
         number or one for each radius. Each velocity is possible with each ball.
@@ -218,7 +233,7 @@ def design(
         "E" minimises the error of the worst determined direction in the logarithms of the parameters, "D" the volume
         of their error ellipsoid.
     fixed : names
-        Parameters of the model that are known.
+        Parameters of the model that are known; an identification has its own.
     noise : Noise
         Noise of the quantities that are measured; by default 1 % of restitution coefficient and contact time.
 
@@ -249,7 +264,7 @@ def design(
     count = checks.whole("n", n)
     checks.one_of("criterion", criterion, ("E", "D"))
     impacts, radius = _grid(candidates)
-    space, theta = _at_guess(model_at_guess, fixed)
+    space, theta, before = _at_guess(model_at_guess, fixed)
     window = window_around(impacts.predicted(space.columns(theta[None], (1e-12, 1e7)))["contact_time"])
 
     def columns(coordinates: Array) -> MaterialColumns:
@@ -268,16 +283,16 @@ def design(
     ])  # fmt: skip
 
     def errors(places: NDArray[np.intp]) -> Array:
-        return standard_errors(information[places].sum(axis=0), scales)
+        return standard_errors(before + information[places].sum(axis=0), scales)
 
-    chosen = _best(information, np.flatnonzero(possible), count, criterion)
+    chosen = _best(information, before, np.flatnonzero(possible), count, criterion)
     one_radius: dict[float, float] = {}
     for size in np.unique(radius[possible]).tolist():
         own = np.flatnonzero(possible & (radius == size))
-        one_radius[size] = float(errors(_best(information, own, count, criterion)).max())
+        one_radius[size] = float(errors(_best(information, before, own, count, criterion)).max())
     omega = math.pi / float(np.exp(np.mean(np.log(values["contact_time"][chosen]))))
     _, gradients = functional_slopes(columns, theta, omega)
-    functionals = standard_errors(information[chosen].sum(axis=0), gradients)
+    functionals = standard_errors(before + information[chosen].sum(axis=0), gradients)
     places, repeats = np.unique(chosen, return_counts=True)
     return Design(
         radius[places], impacts.mass[places], impacts.velocity[places], repeats,
@@ -287,8 +302,12 @@ def design(
     )  # fmt: skip
 
 
-def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array]:
-    """Parameters of a model with its numbers, and their coordinates."""
+def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array, Array]:
+    """Parameters of a model with its numbers, their coordinates, and what is known of them: an information matrix."""
+    if isinstance(model, Identification):
+        n = model.problem.n_parameters
+        seen = without(model.estimation.jacobian[:, :n], model.estimation.jacobian[:, n:])
+        return model.problem.space, model.coordinates[:n], seen.T @ seen
     if not isinstance(model, partial):
         wanted = "must be a model with its numbers, such as functools.partial(rs.standard_solid, 1e6, 1e7, 1e4)"
         raise InputTypeError("model_at_guess", model, wanted)
@@ -300,7 +319,8 @@ def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array]:
     for name in space.names:
         if name not in space.start:
             raise InputError(f"model_at_guess.{name}", wanted="must be given")
-    return space, np.array([one.inward(space.start[one.name]) for one in space.free])
+    n = len(space.free)
+    return space, np.array([one.inward(space.start[one.name]) for one in space.free]), np.zeros((n, n))
 
 
 def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
@@ -329,10 +349,12 @@ def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
     return Rebounds(velocity, np.ones(velocity.size), radius=radius, mass=mass), radius
 
 
-def _best(information: Array, places: NDArray[np.intp], count: int, criterion: Criterion) -> NDArray[np.intp]:
-    """Chosen ones of some places, repeats included; information matrices of shape (n, p, p)."""
+def _best(
+    information: Array, before: Array, places: NDArray[np.intp], count: int, criterion: Criterion
+) -> NDArray[np.intp]:
+    """Chosen ones of some places, repeats included; information of each, shape (n, p, p), and of the data before."""
     some = information[places]
-    ridge = _SINGULAR * np.trace(some.sum(axis=0)) * np.eye(some.shape[1])
+    ridge = _SINGULAR * np.trace(before + some.sum(axis=0)) * np.eye(some.shape[1])
 
     def best_with(total: Array) -> int:
         eigenvalues = np.linalg.eigvalsh(total + ridge + some)
@@ -342,7 +364,7 @@ def _best(information: Array, places: NDArray[np.intp], count: int, criterion: C
         return int(np.argmax(np.log(np.maximum(eigenvalues, 1e-300)).sum(axis=1)))
 
     chosen: list[int] = []
-    total = np.zeros_like(ridge)
+    total = before.copy()
     for _ in range(count):
         chosen.append(best_with(total))
         total = total + some[chosen[-1]]

@@ -19,6 +19,7 @@ from restitution.identification.design import (
     slope,
     standard_errors,
     stencil,
+    without,
 )
 from restitution.identification.observations import Noise
 from restitution.identification.rebounds import Rebounds
@@ -46,13 +47,6 @@ class FlatDirection(NamedTuple):
     words: str
 
 
-class Knowledge(NamedTuple):
-    """What data determine."""
-
-    flat_directions: tuple[FlatDirection, ...]
-    lines: tuple[str, ...]
-
-
 def statements(found: Identification) -> list[str]:
     """What the data of an identification determine and what they do not."""
     problem, theta = found.problem, found.coordinates[: found.problem.n_parameters]
@@ -66,36 +60,25 @@ def statements(found: Identification) -> list[str]:
     power = powers[0] if powers else None
     same = len(powers) == len(problem.data) and all(one == power for one in powers)
     exponent = float(np.asarray(power)) if same and power is not None else None
-    known_to = knowledge(
+    return knowledge(
         found.names, found.estimation.jacobian, problem.columns, theta, window, exponent=exponent, impacts=impacts
-    )
-    return list(known_to.lines)
+    )[1]
 
 
 def knowledge(
     names: Sequence[str], jacobian: Array, columns: Columns, theta: Array, window: tuple[float, float], *,
     exponent: float | None = None, impacts: Rebounds | None = None,
-) -> Knowledge:  # fmt: skip
+) -> tuple[list[FlatDirection], list[str]]:  # fmt: skip
     """Flat directions of a fit, and statements in words.
 
-    Parameters
-    ----------
-    names
-        Names of the parameters, then of the nuisances.
-    jacobian
-        Derivatives of the residuals over their standard deviations with respect to both, by central differences.
-    columns, theta
-        The materials at given parameters (logarithms, or logits), and the parameters of the fit.
-    window
-        Lowest and highest angular frequency [rad/s] of the data.
-    exponent
-        p of a = c d^(p/2) where all data are impacts of such bodies without a force; None for other data.
-    impacts
-        Impacts among the data, from which the gain of one more measurement is computed.
+    The jacobian holds the derivatives of the residuals over their standard deviations with respect to the parameters
+    theta (logarithms, or logits), then to the nuisances; `names` has both. The window is that of the data [rad/s]. All
+    data are impacts without a force of bodies with a = c d^(p/2), if the exponent p is given. Further measurements
+    are like `impacts`.
     """
     p = theta.size
     own, nuisances = names[:p], names[p:]
-    seen = _without(jacobian[:, :p], jacobian[:, p:])
+    seen = without(jacobian[:, :p], jacobian[:, p:])
     _, sizes, rows = np.linalg.svd(seen)
     singular = np.concatenate([sizes, np.zeros(p - sizes.size)])
     exact, flat = singular < _EXACT * singular[0], singular < 1.0
@@ -122,22 +105,13 @@ def knowledge(
         hidden = flat | exact
         lines += _combinations(own, rows[hidden], rows[~hidden], singular[~hidden])
         lines += _further(own, columns, theta, information, impacts)
-    return Knowledge(tuple(directions), tuple(lines))
-
-
-def _without(jacobian: Array, other: Array) -> Array:
-    """Columns without the part that other columns explain."""
-    if not other.shape[1]:
-        return jacobian
-    basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
-    basis = basis[:, sizes > _EXACT]
-    return jacobian - basis @ (basis.T @ jacobian)
+    return directions, lines
 
 
 def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
     """Whether the data show a direction of the parameters once nuisance n is known."""
     others = np.delete(jacobian[:, p:], n, axis=1)
-    return float(np.linalg.norm(_without(jacobian[:, :p], others) @ vector)) > float(np.linalg.norm(vector))
+    return float(np.linalg.norm(without(jacobian[:, :p], others) @ vector)) > float(np.linalg.norm(vector))
 
 
 def _invariances(
@@ -246,7 +220,7 @@ def _functionals(
         place = f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
     errors = standard_errors(information, gradients)
     listed = [f"{symbol} {known(error)}" for symbol, error in zip(FUNCTIONALS.values(), errors, strict=True)]
-    return f"Determined at {place}: {', '.join(listed)}."
+    return f"At {place} the data determine {', '.join(listed)}."
 
 
 def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], vector: Array) -> str:
@@ -277,7 +251,7 @@ def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Ar
             above = [name, *(_power(other, power) for other, power in powers.items() if power > 0.0)]
             below = [f"/{_power(other, -power)}" for other, power in powers.items() if power < 0.0]
             found.append(f"{' '.join(above)}{''.join(below)} {known(error)}")
-    return [f"Determined: {', '.join(found)}."] if found else []
+    return [f"The data determine {', '.join(found)}."] if found else []
 
 
 def _further(
@@ -291,8 +265,9 @@ def _further(
             for words, rows in ways.items() if np.all(np.isfinite(rows))}  # fmt: skip
     best = min(left, key=left.__getitem__)
     if left[best] > _SETTLED:
-        rest = f"leaves a standard error of {per_cent(left[best])}" if left[best] < math.inf else "does not, either"
-        return [f"No single further measurement settles it; the best, {best}, {rest}."]
+        return [
+            f"No single further measurement settles it; the best, {best}, determines the worst {known(left[best])}."
+        ]
     # The simplest one comes first.
     simple = next(words for words, error in left.items() if error <= _SETTLED)
     listed = [f"{words} leaves standard errors of at most {per_cent(left[words])}" for words in {simple: 0, best: 0}]
