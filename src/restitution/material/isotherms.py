@@ -43,6 +43,8 @@ _POOR = 0.05
 _UNCERTAIN = 0.3
 # Vertical shifts [decades] are of this order at the reference, and farther off that of twice a density times T.
 _LIFT = 0.01
+# Starts that differ by less [decades] lead to the same shifts.
+_ALIKE = 0.3
 # Largest gap [decades] between isotherms over which the shift is determined.
 _BRIDGE = 0.25
 
@@ -177,13 +179,20 @@ class Isotherms:
             raise InputError("reference_temperature", reference, wanted, "K", where=self.source)
         channels = self._channels()
         nearest = int(np.argmin(np.abs(kelvin - reference)))
-        start = first_shifts(channels)
-        start -= np.interp(reference, kelvin, start)
-        law, first, low, high = law_of(shift, kelvin, reference, nearest, start)
         lifts = vertical * (_LIFT + 2.0 * np.abs(np.log10(kelvin / reference)))
         lifts[nearest] = 0.0
-        found = superpose(channels, law, first, (low, high), lifts)
-        return self._master_curve(found, law, shift, reference, nearest)
+        # Where the loss modulus does not superpose, the storage modulus alone gives the better start.
+        starts = [first_shifts(channels), first_shifts(channels[:1])]
+        made: list[tuple[Superposition, Law]] = []
+        for start in starts if np.ptp(starts[1] - starts[0]) > _ALIKE else starts[:1]:
+            law, *guess = law_of(shift, kelvin, reference, nearest, start - np.interp(reference, kelvin, start))
+            made.append((superpose(channels, law, *guess, lifts), law))
+
+        def doubt(one: tuple[Superposition, Law]) -> tuple[int, float]:
+            sizes = [channel.ordinate.size for channel in channels]
+            return int((_gaps(self.tables, one[0].shifts) > 0.0).sum()), float(np.log(one[0].scatter) @ sizes)
+
+        return self._master_curve(*min(made, key=doubt), shift, reference, nearest)
 
     def _channels(self) -> list[Channel]:
         numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(one).size for one in self.tables])

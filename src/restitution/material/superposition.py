@@ -20,6 +20,8 @@ _SPACING = 0.25
 _CURVATURE = 2.0
 # Scatter [decades] that is assumed at first, and the smallest one: no data are more precise.
 _SCATTER, _LEAST_SCATTER = 0.01, 1e-5
+# Misfit [decades] below which two isotherms fit each other at first.
+_RESOLVED = 0.003
 _ROUNDS = 4
 _STEPS = 100
 # A step that lowers half of the sum of squares by less moves no parameter by a hundredth of its standard error.
@@ -56,7 +58,8 @@ def superpose(
     channels: list[Channel],
     law: Law,
     start: Array,
-    bounds: tuple[Array, Array],
+    low: Array,
+    high: Array,
     lifts: Array,
 ) -> Superposition:
     """Shifts of least squares; the vertical shifts [decades] of the isotherms are of the order of `lifts`, shape (m,).
@@ -66,9 +69,12 @@ def superpose(
     """
     free = np.flatnonzero(lifts > 0.0)
     point = np.append(start, np.zeros(free.size))
-    limits = [np.append(end, np.full(free.size, most)) for end, most in zip(bounds, (-np.inf, np.inf), strict=True)]
+    limits = [np.append(end, np.full(free.size, most)) for end, most in ((low, -np.inf), (high, np.inf))]
     problem = _Problem(channels, law, start.size, lifts, free)
     scatter = np.full(len(channels), _SCATTER)
+    # A modulus that does not superpose well must not drive the isotherms apart.
+    problem.prepare(point, scatter)
+    scatter = problem.scatter_of(point)
     for _ in range(_ROUNDS):
         problem.prepare(point, scatter)
         point, before = _minimum(problem, point, *limits), scatter
@@ -250,10 +256,10 @@ def _step(cold: list[tuple[Array, Array]], warm: list[tuple[Array, Array]]) -> f
         places = np.linspace(max(low, first + trial), min(high, last + trial), 12)
         gaps = [np.interp(places, *one) - np.interp(places - trial, *other)
                 for one, other in zip(cold, warm, strict=True) if one[0].size > 1 and other[0].size > 1]  # fmt: skip
-        misfit = float(np.mean(np.square(gaps))) if gaps else 0.0
-        # Of shifts that fit alike, as on a plateau, the smallest.
-        if misfit + 1e-6 * abs(trial) < best:
-            best, chosen = misfit + 1e-6 * abs(trial), trial
+        # The likelihood for an unknown scatter of each modulus; of shifts that fit alike, the smallest.
+        misfit = sum(float(np.log(np.mean(gap**2) + _RESOLVED**2)) for gap in gaps) + 1e-4 * abs(trial)
+        if misfit < best:
+            best, chosen = misfit, trial
     return chosen
 
 
