@@ -185,8 +185,9 @@ class Isotherms:
         starts = [first_shifts(channels), first_shifts(channels[:1])]
         made: list[tuple[Superposition, Law]] = []
         for start in starts if np.ptp(starts[1] - starts[0]) > _ALIKE else starts[:1]:
-            law, *guess = law_of(shift, kelvin, reference, nearest, start - np.interp(reference, kelvin, start))
-            made.append((superpose(channels, law, *guess, lifts), law))
+            start -= np.interp(reference, kelvin, start)
+            law, first, low, high = law_of(shift, kelvin, reference, nearest, start)
+            made.append((superpose(channels, law, first, low, high, lifts), law))
 
         def doubt(one: tuple[Superposition, Law]) -> tuple[int, float]:
             sizes = [channel.ordinate.size for channel in channels]

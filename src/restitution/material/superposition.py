@@ -240,10 +240,14 @@ class _Problem:
 def first_shifts(channels: list[Channel]) -> Array:
     """Estimates of the shifts, of each isotherm over the one before, from the best overlap of the two."""
     count = int(max(channel.isotherm.max() for channel in channels)) + 1
-    curves = [[(one.abscissa[one.isotherm == i], one.ordinate[one.isotherm == i]) for one in channels]
-              for i in range(count)]  # fmt: skip
+    curves = [[_sorted(one, one.isotherm == i) for one in channels] for i in range(count)]
     steps = [_step(cold, warm) for cold, warm in pairwise(curves)]
     return np.concatenate(((0.0,), np.cumsum(steps)))
+
+
+def _sorted(channel: Channel, which: NDArray[np.bool_]) -> tuple[Array, Array]:
+    order = np.argsort(channel.abscissa[which])
+    return channel.abscissa[which][order], channel.ordinate[which][order]
 
 
 def _step(cold: list[tuple[Array, Array]], warm: list[tuple[Array, Array]]) -> float:
