@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, impact, indentation, material, profile, shift, sweep
+from restitution.case import axes, identification, impact, indentation, material, profile, shift, sweep
+from restitution.case.observations import KINDS
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
 
@@ -21,8 +22,6 @@ WORDS = {
     "density": "density; the density of a solid sphere replaces the mass of a body",
     "reference_temperature": "temperature of the given moduli, or of the master curve of several temperatures",
     "superposition": "shifts of a file with several temperatures: free for each, the default, or by a law",
-    "max_bounces": "bounces after which the series ends",
-    "n_points": "number of equally spaced times of the table that `--history` writes",
     "shift": "section with the law of the time-temperature shift, or the name of a table of shift factors",
     "temperature_range": "lowest and highest temperature of the law, such as `\"[-20, 100] degC\"`",
     "library": "name of a material of the library; `restitution material --list` prints them",
@@ -48,6 +47,9 @@ WORDS = {
     "duration": "duration of a ramp, a hold or a sine arch",
     "rise_time": "duration of the ramp before a hold; the default is 0",
     "rtol": "relative tolerance",
+    "window": "shortest and longest time of the data of the material; contacts beyond it warn",
+    "noise": "table of standard deviations, such as `{ restitution_coefficient = 0.005, contact_time = \"1 %\" }`; "
+    "a list of two is added in quadrature",
     "outputs": "computed outputs; [sweeps](sweeps.md#outputs) lists the names",
     "chunk": "number of points of a chunk along every axis, or a table of such numbers by axis",
 }  # fmt: skip
@@ -63,6 +65,8 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
 | indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
+| identification | `[identification]`, `[[data]]` | `restitution identify` |
+| design | `[material]`, `[design]` | `restitution design` |
 | sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
 
 Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of
@@ -94,7 +98,7 @@ def row(key: str, section: type[Section]) -> str:
     found = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
     choices = [f'`"{one}"`' for part in (field.annotation, *typing.get_args(field.annotation))
                for one in typing.get_args(part) if isinstance(one, str)]  # fmt: skip
-    words = WORDS.get(key) or field.description or (found.quantity.words if found else "")
+    words = field.description or WORDS.get(key) or (found.quantity.words if found else "")
     if len(choices) > 1:
         words += ": " + ", ".join(choices)
     unit = "" if found is None else found.quantity.unit or "-"
@@ -160,6 +164,26 @@ def page() -> str:
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += table("`[indentation]`", indentation.IndentationSection)
     lines += table("`[solver]` of an indentation", impact.AccuracySection)
+    lines += table("`[identification]`", identification.IdentificationSection)
+    lines += [
+        "",
+        "## `[[data]]`",
+        "",
+        "One section for each set of data: `kind`, `file`, `noise`, and the keys of its kind.",
+    ]
+    lines += ["", "| kind | columns of the file | keys |", "|---|---|---|"]
+    for name, one in KINDS.items():
+        section = identification.data_section(name)
+        own = [key for key in section.model_fields if key not in identification.DataSection.model_fields]
+        columns = ", ".join(f"`{column}`" for column in one.required) or "as `material.file`"
+        more = f"; also {', '.join(f'`{column}`' for column in one.optional)}" if one.optional else ""
+        keys = ", ".join(f"`{key}`{_unit(section, key)}" for key in own)
+        lines.append(f'| `"{name}"` | {columns}{more} | {keys} |')
+    lines += [
+        "",
+        "A column `sd_` and a name holds standard deviations. Units stand in the header, as in `velocity [m/s]`.",
+    ]
+    lines += table("`[design]`", identification.DesignSection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)
     names = textwrap.fill(names, 116, break_long_words=False, break_on_hyphens=False)
     lines += ["", AXES.format(names=names).rstrip()]

@@ -2,6 +2,7 @@
 
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
+from .case.observations import read_observations as read_observations
 from .citation.cite import cite as cite
 from .contact.analytic import FlatEndedParabola as FlatEndedParabola
 from .contact.analytic import Sphere as Sphere

@@ -442,3 +442,15 @@ def test_refused_superpositions(text: str, message: str) -> None:
     Path("t.csv").write_text("t,G\n1,3\n10,2\n100,1\n1000,1\n")
     with pytest.raises(CaseError, match=r"superposition.*has no meaning for measured data"):
         material('file = "t.csv"\nbulk_modulus = "3 GPa"\nsuperposition = "wlf"')
+
+
+def test_the_window_of_the_data_is_kept(tmp_path: Path) -> None:
+    text = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\nviscosity = 1e3\npoisson_ratio = 0.5\n'
+    file = tmp_path / "case.toml"
+    body = "[body]\nmass = 1\nradius = 1\n[impact]\nvelocity = 1\n[material]\n"
+    file.write_text(body + text + 'window = "[0.1, 10] ms"\n')
+    assert read_case(file).impact.material.window == pytest.approx((1e-4, 1e-2))
+    for wrong in ('"[10, 0.1] ms"', '"[1] ms"', '"[0, 1] ms"', "3"):
+        file.write_text(f"{body}{text}window = {wrong}\n")
+        with pytest.raises(CaseError, match=r"material\.window"):
+            read_case(file)

@@ -506,3 +506,6 @@ def test_without_dimensions_only_the_poisson_ratio_is_checked() -> None:
     answer = run("standard-solid", "--nu", "0.45", "--p2", "0.01", "--p3", "1")
     assert answer.stderr.startswith("warning: Poisson ratio: the instantaneous one is -0.665, below the limit 0;")
     assert answer.stderr.count("\n") == 1
+    content = json.loads(run("standard-solid", "--nu", "0.45", "--p2", "0.01", "--p3", "1", "--json").stdout)
+    assert list(content["validity"]) == ["poisson_ratio"]
+    assert len(content["warnings"]) == 1

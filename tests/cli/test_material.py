@@ -109,7 +109,7 @@ def test_every_material_of_the_library_is_shown(name: str) -> None:
     ("arguments", "message"),
     [
         ([], r"material: give a file or a name, or --list"),
-        (["steal"], r"steal: no such file, and no material of the library: aluminium, .*"),
+        (["steal"], r"steal: no such file, and no material of the library; did you mean steel\?"),
         (["none.csv"], r"none\.csv: no such file"),
         (["bad.csv"], r"bad\.csv: line 3: 'half': must be a number"),
         (["."], r"\.: cannot be read: Is a directory"),

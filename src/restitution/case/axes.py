@@ -128,7 +128,7 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
         raise InputError(field, wanted=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
-    low, high = (_admissible(field, place, _number(field, place, end)) for end in _pair(field, kind, spec[kind]))
+    low, high = (_admissible(field, place, number(field, place, end)) for end in _pair(field, kind, spec[kind]))
     return _made(field, _AXES[kind], low, high, spec["n"])
 
 
@@ -156,14 +156,19 @@ def _samples(content: dict[str, Any]) -> Samples:
     for keys, spec in _leaves(content, _DISTRIBUTIONS):
         field = key_path(["samples", *keys])
         place = known_place(field, keys)
-        kind = next((name for name in _DISTRIBUTIONS if isinstance(spec, dict) and name in spec), None)
-        if kind is None or len(spec) != 1:
-            raise InputError(field, wanted=f"must be a table with one of {', '.join(_DISTRIBUTIONS)}")
-        first, second = _pair(field, kind, spec[kind])
-        # The scatter of a logarithm has no unit.
-        other = "p2" if kind == "lognormal" else place
-        drawn[place] = _made(field, _DISTRIBUTIONS[kind], _number(field, place, first), _number(field, other, second))
+        drawn[place] = distribution(field, place, spec)
     return _made("samples", Samples, options.pop("n"), drawn, **options)
+
+
+def distribution(field: str, place: str, spec: Any) -> Any:
+    """Return the distribution of a table such as `{ normal = ["5 g", "0.1 g"] }`."""
+    kind = next((name for name in _DISTRIBUTIONS if isinstance(spec, dict) and name in spec), None)
+    if kind is None or len(spec) != 1:
+        raise InputError(field, wanted=f"must be a table with one of {', '.join(_DISTRIBUTIONS)}")
+    first, second = _pair(field, kind, spec[kind])
+    # The scatter of a logarithm has no unit.
+    other = "p2" if kind == "lognormal" else place
+    return _made(field, _DISTRIBUTIONS[kind], number(field, place, first), number(field, other, second))
 
 
 def _made(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) -> Any:
@@ -181,7 +186,8 @@ def _pair(field: str, kind: str, given: Any) -> tuple[Any, Any]:
     return given[0], given[1]
 
 
-def _number(field: str, place: str, given: Any) -> float:
+def number(field: str, place: str, given: Any) -> float:
+    """Return a number in SI, given as a number or as a text with the unit of the key at a place."""
     value = value_in_si(field, place, given)
     if not isinstance(value, float):
         if isinstance(given, str) and quantity_of(place) is None:

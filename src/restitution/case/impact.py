@@ -87,7 +87,9 @@ class ImpactSection(Section):
 class BouncesSection(Section):
     """End of a series of bounces."""
 
-    max_bounces: Annotated[StrictInt, Field(ge=1, le=MOST_BOUNCES, description="most bounces")] = 1000
+    max_bounces: Annotated[
+        StrictInt, Field(ge=1, le=MOST_BOUNCES, description="bounces after which the series ends")
+    ] = 1000
     min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = None
 
 

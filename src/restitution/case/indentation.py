@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MOST_POINTS = 10_000_000
 Duration = Annotated[float, positive(TIME, "duration")]
 _ANY = (-1e300, 1e300)
+_N_POINTS = "number of equally spaced times of the table that `--history` writes"
 
 
 def _number_or_list(value: Any) -> str:
@@ -64,7 +65,7 @@ class IndentationSection(Section):
     rise_time: Annotated[float, nonnegative(TIME)] | None = None
     time: Annotated[list[Annotated[float, within(TIME, *_ANY)]], LIST] | None = None
     file: str | None = None
-    n_points: Annotated[StrictInt, Field(ge=2, le=MOST_POINTS, description="number of even times")] = 401
+    n_points: Annotated[StrictInt, Field(ge=2, le=MOST_POINTS, description=_N_POINTS)] = 401
 
     @model_validator(mode="after")
     def _check(self) -> IndentationSection:

@@ -39,12 +39,13 @@ from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.material.superposition import ShiftLaw
 from restitution.material.viscoelastic import Material
-from restitution.quantities import NUMBER, known
+from restitution.quantities import NUMBER, TIME, known
 
 Modulus = Annotated[float, of("instantaneous_modulus")]
 EndModulus = Annotated[float, of("equilibrium_modulus")]
 PoissonRatio = Annotated[float, of("poisson_ratio")]
 Bulk = Annotated[float, of("bulk_modulus")]
+_Time = Annotated[float, positive(TIME)]
 
 
 class PronySection(Section):
@@ -111,6 +112,7 @@ class MaterialSection(Section):
     density: Annotated[float, of("density")] | None = None
     shift: AnyShift | None = None
     temperature: Temperature | None = None
+    window: Annotated[tuple[_Time, _Time], LIST] | None = None
 
     @classmethod
     def alternatives(cls) -> set[str]:
@@ -145,7 +147,7 @@ class MaterialSection(Section):
             factor = shift.factor(self.temperature)
             window = Window(window.low / factor, window.high / factor, window.rtol)
         material = self.isothermal(window)
-        given = {"name": self.name, "density": self.density, "shift": shift}
+        given = {"name": self.name, "density": self.density, "shift": shift, "window": self.window}
         if shift is not None:
             given["temperature"] = shift.reference_temperature
         material = replace(material, **{key: value for key, value in given.items() if value is not None})

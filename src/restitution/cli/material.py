@@ -130,7 +130,7 @@ def _reports(
     from restitution.material.isotherms import Isotherms
     from restitution.material.readers import read_material
     from restitution.material.shift import ShiftTable
-    from restitution.quantities import TEMPERATURE
+    from restitution.quantities import TEMPERATURE, advice
 
     kelvin = None if at is None else tables.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else read_material(shift)
@@ -149,7 +149,7 @@ def _reports(
     if path.suffix == ".toml":
         return _of_case(source, kelvin, law)
     if not path.exists() and not path.suffix:
-        raise BadInput(f"{source}: no such file, and no material of the library: {', '.join(library.names())}")
+        raise BadInput(f"{source}: no such file, and no material of the library; {advice(source, library.names())}")
     try:
         content = read_material(source, name=name)
     except ValueError as error:

@@ -75,13 +75,12 @@ def sweep(
         plan = read_sweep(file)
         is_table = out.suffix.lower() in TABLES
         engine, store = "threads" if dask is None else "dask", None if is_table else out
-        # Points done and time, when imports and the store are ready.
-        begun: list[tuple[int, float]] = []
+        # Points done and time: when imports and the store are ready, and at the last report.
+        marks: list[tuple[int, float]] = []
         with collected_warnings() as warnings, progress_bar("sweeping", rate="impacts/s") as bar:
 
             def progress(done: int, total: int) -> None:
-                if not begun:
-                    begun.append((done, time.monotonic()))
+                marks[1:] = [(done, time.monotonic())]
                 bar(done, total)
 
             try:
@@ -92,8 +91,8 @@ def sweep(
                 if not is_table:
                     report("note", f"{out}: the same command resumes")
                 raise
-    before, start = begun[0]
-    total, seconds = plan.grid.n_points, time.monotonic() - start
+    (before, start), (_, end) = marks[0], marks[-1]
+    total, seconds = plan.grid.n_points, end - start
     if json:
         content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})

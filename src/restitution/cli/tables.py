@@ -17,6 +17,7 @@ from restitution.files import write_table
 from restitution.impact.status import Status
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from restitution.impact.result import ImpactResult
@@ -50,15 +51,19 @@ def _plain(value: Any) -> Any:
 
 def show(result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False, bodies: str = "") -> None:
     """Print the result of an impact: as JSON, or as a table with its warnings on standard error."""
+    validity = result.validity
+    if dimensionless:
+        # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
+        validity = type(validity)((validity["poisson_ratio"],))
     if in_json:
-        write_json(result.to_dict() | {"energy_residual": result.energy.residual})
+        content = result.to_dict() | {"energy_residual": result.energy.residual}
+        content |= {"warnings": [*validity.warnings, *result.notes], "validity": validity.to_dict()}
+        write_json(content)
         return
     _print_impact(result, title, dimensionless)
     if bodies:
         print(bodies)
-    # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
-    exceeded = [check for check in result.validity if check.exceeded]
-    report("warning", *(one.warning for one in exceeded if not dimensionless or one.kind == "poisson_ratio"))
+    report("warning", *validity.warnings)
     status = cast("Status", result.status)
     report("warning", *result.notes, *([] if status == Status.SEPARATED else [status.message]))
 
@@ -111,6 +116,23 @@ def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, .
     console.width = max(console.width, 100)
     print(title)
     console.print(table)
+
+
+def print_dataset(title: str, dataset: xr.Dataset) -> None:
+    """Print columns over one dimension, in prefixed units; columns without numbers are left out."""
+    from restitution.plot.labels import scaled
+
+    (dimension,) = dataset.sizes
+    columns: dict[str, list[str]] = {}
+    for name in dict.fromkeys((dimension, *dataset.coords, *dataset.data_vars)):
+        one = scaled(dataset[name])
+        texts = ["-" if math.isnan(x) else f"{x:.4g}" for x in one.values.tolist()]
+        if dataset[name].dtype.kind == "i" and name == dimension:
+            columns[dimension] = [str(n + 1) for n in range(len(texts))]
+        elif set(texts) != {"-"}:
+            # Blanks let a narrow column break its heading.
+            columns[f"{str(name).replace('_', ' ')} [{one.unit or '-'}]"] = texts
+    print_rows(title, tuple(columns), list(zip(*columns.values(), strict=True)))
 
 
 def _for_people(value: float, unit: str) -> tuple[str, str]:

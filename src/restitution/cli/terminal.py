@@ -157,10 +157,12 @@ def compilation() -> Generator[None]:
 
 
 @contextmanager
-def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], None]]:
+def progress_bar(
+    words: str, rate: str = "", begin: str = "preparing the kernel"
+) -> Generator[Callable[[int, int], None]]:
     """Yield a function of (done, total) that draws a bar with the time left, on a terminal only.
 
-    `rate` is the unit of the speed that is shown, such as "impacts/s".
+    `rate` is the unit of the speed that is shown, such as "impacts/s"; `begin` is shown until the first report.
     """
     from rich.console import Console
     from rich.progress import Progress, ProgressColumn, Task
@@ -175,7 +177,7 @@ def progress_bar(words: str, rate: str = "") -> Generator[Callable[[int, int], N
     columns = (*Progress.get_default_columns(), RateColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
         # Until the first report the kernel is loaded or compiled.
-        task = bar.add_task("preparing the kernel", total=None)
+        task = bar.add_task(begin, total=None)
         yield lambda done, total: bar.update(task, description=words, completed=done, total=total)
 
 

@@ -29,7 +29,11 @@ def write_material(found: Identification, path: str | Path) -> Path:
         *(" ".join(f"{value:.4e}" for value in row) for row in found.covariance),
     ]
     lines = [f"# {line}" for comment in comments for line in comment.splitlines()]
-    lines += ["", "[material]", *(f"{key} = {_value(value)}" for key, value in _section(found).items())]
+    lines += ["", "[material]"]
+    if math.isfinite(low):
+        # Beyond it `solve` warns.
+        lines.append(f"window = [{1.0 / high!r}, {1.0 / low!r}]")
+    lines += [f"{key} = {_value(value)}" for key, value in _section(found).items()]
     balls = next((one for one in found.data if isinstance(one, Rebounds)), None)
     if balls is not None and balls.radius is not None:
         radius, mass, velocity = (float(column[0]) for column in (balls.radius, balls.mass, balls.velocity))

@@ -17,6 +17,7 @@ from restitution.errors import ABSENT, InputError
 _Test = Callable[[str], bool]
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+_BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(\s])")
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 # The names of the columns must stand within this number of lines.
@@ -189,7 +190,9 @@ def _separator(line: str) -> str | None:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip() for cell in line.split(separator)]
+    # Between a name and its unit in brackets a blank separates nothing.
+    parts = _BLANKS.split(line.strip()) if separator is None else line.split(separator)
+    cells = [cell.strip() for cell in parts]
     if '"' in line:
         cells = [cell.strip('"').strip() for cell in cells]
     if separator != "," and "," in line:

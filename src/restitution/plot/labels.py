@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.quantities import HISTORY, INPUTS, OUTPUTS
+from restitution.quantities import HISTORY, INPUTS, MODULI, OUTPUTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,7 +80,7 @@ def quantity_label(name: str, unit: str) -> str:
     >>> quantity_label("contact_radius", "mm")
     'contact radius $a$ [mm]'
     """
-    known = {**INPUTS, **OUTPUTS, **HISTORY}[name]
+    known = {**INPUTS, **OUTPUTS, **HISTORY, **MODULI}[name]
     return _label(known.words, known.symbol, unit)
 
 

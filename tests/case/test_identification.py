@@ -1,0 +1,173 @@
+"""Case files of identifications and designs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.case.identification import read_design, read_identification
+from restitution.case.impact import read_case
+from restitution.case.section import CaseError
+from restitution.sweeps.samples import LogNormal
+
+CASE = """
+[identification]
+model = "standard_solid"
+fixed = { poisson_ratio = 0.5 }
+bounds = { viscosity = ["1 Pa s", "1 MPa s"] }
+
+[[data]]
+kind = "rebounds"
+file = "balls.csv"
+radius = "10 mm"
+noise = { restitution_coefficient = ["0.5 %", 0.001], contact_time = "20 us" }
+"""
+TRUTH = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e4}
+MASS = 0.033
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    """Exact impacts of two masses over two decades of velocity."""
+    solid = rs.standard_solid(**TRUTH, poisson_ratio=0.5)
+    lines = ["velocity [m/s],mass [g],restitution_coefficient,contact_time [ms]"]
+    for mass in (MASS, 30 * MASS):
+        for v in np.geomspace(0.01, 1.0, 5):
+            one = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, float(v)))
+            lines.append(f"{v},{1e3 * mass},{one.restitution_coefficient},{1e3 * one.contact_time}")
+    (tmp_path / "balls.csv").write_text("\n".join(lines))
+    (tmp_path / "case.toml").write_text(CASE)
+    return tmp_path / "case.toml"
+
+
+def test_units_and_noise(case: Path) -> None:
+    read = read_identification(case)
+    assert read.section.fixed == {"poisson_ratio": 0.5}
+    assert read.section.bounds == {"viscosity": (1.0, 1e6)}
+    (balls,) = read.data
+    assert balls.noise.deviations == {"restitution_coefficient": ("0.5 %", 0.001), "contact_time": 20e-6}
+    assert balls.size == 20
+
+
+def test_the_material_is_found_and_read_back_by_solve(case: Path) -> None:
+    found = read_identification(case).solve()
+    for name, value in TRUTH.items():
+        assert found.parameters[name].value == pytest.approx(value, rel=1e-5)
+    again = read_case(found.to_toml(case.with_name("material.toml")))
+    assert "balls.csv" in again.path.read_text()
+    assert again.impact.material.window == pytest.approx(found.material.window, rel=1e-12)
+    # The first ball of the data.
+    known = rs.solve(rs.Impact(found.material, rs.Parabola(0.01), MASS, 0.01)).restitution_coefficient
+    assert again.solve().restitution_coefficient == pytest.approx(known, rel=1e-12)
+
+
+def test_several_terms_are_read_back_too(case: Path) -> None:
+    case.write_text(
+        CASE.replace('"standard_solid"', '"generalised_maxwell"\nterms = 1').replace("\nbounds", "\n# bounds")
+    )
+    found = read_identification(case).solve()
+    series = read_case(found.to_toml(case.with_name("material.toml"))).impact.material.shear
+    np.testing.assert_allclose(series.branch_moduli, [1e7], rtol=1e-4)
+    np.testing.assert_allclose(series.relaxation_times, [1e-3], rtol=1e-4)
+
+
+def test_models_are_compared(case: Path) -> None:
+    assert read_identification(case).compare() is None
+    case.write_text(CASE.replace("fixed =", 'compare = ["elastic"]\nfixed ='))
+    compared = read_identification(case).compare()
+    assert compared is not None
+    assert list(compared.results) == ["standard_solid", "elastic"]
+    case.write_text(CASE.replace("fixed =", 'compare = ["elastik"]\nfixed ='))
+    with pytest.raises(CaseError, match=r"identification\.compare.*did you mean elastic"):
+        read_identification(case)
+
+
+def test_priors_and_shifts(case: Path) -> None:
+    text = CASE.replace("fixed = { poisson_ratio = 0.5 }", 'prior = { bulk_modulus = { lognormal = ["2 GPa", 0.2] } }')
+    case.write_text(text)
+    assert read_identification(case).section.prior == {"bulk_modulus": LogNormal(2e9, 0.2)}
+    case.write_text(CASE.replace("fixed", 'shift = "wlf"\nfixed'))
+    assert read_identification(case).section.options["shift"] is rs.WLF
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            '"standard_solid"',
+            '"standard_sold"',
+            r'identification\.model = "standard_sold": is not known; did you mean',
+        ),
+        ("0.5 }", '"1 kg" }', r"identification\.fixed.*: is a mass, not a dimensionless number"),
+        ('"rebounds"', '"bounces"', r'data\[0\]\.kind = "bounces": must be one of "indentation", "rebounds"'),
+        ('"balls.csv"', '"ball.csv"', r'data\[0\]\.file = "ball\.csv": no such file'),
+        ("radius =", "radios =", r"data\[0\]\.radios = .*: unknown key; did you mean radius\?"),
+        ('"20 us"', '"20 N"', r"data\[0\]\.noise.*: is a force, not a time"),
+        (
+            "viscosity =",
+            "viscous =",
+            r"identification\.bounds\.viscous = .*: unknown quantity; did you mean viscosity",
+        ),
+        ("[[data]]", "[body]\nmass = 1\n[[data]]", r"body: does not belong here"),
+        ('radius = "10 mm"', 'radius = "-10 mm"', r"data\[0\]\.radius = .*must be finite and > 0"),
+    ],
+)
+def test_what_is_refused(case: Path, old: str, new: str, message: str) -> None:
+    case.write_text(CASE.replace(old, new))
+    with pytest.raises(CaseError, match=rf"case\.toml: {message}"):
+        read_identification(case).solve()
+
+
+def test_a_mistake_in_the_data_has_its_line(case: Path) -> None:
+    table = case.with_name("balls.csv")
+    table.write_text(table.read_text().replace("0.01,33.0,", "-0.01,33.0,", 1))
+    with pytest.raises(CaseError, match=r'data\[0\]\.file = "balls\.csv": line 2: velocity = -0\.01 m/s'):
+        read_identification(case)
+
+
+DESIGN = """
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "10 kPa s"
+poisson_ratio = 0.5
+
+[design]
+velocity = { logarithmic = ["10 cm/s", "10 m/s"], n = 3 }
+radius = "[3, 30] mm"
+density = 7800
+n = 6
+"""
+
+
+def test_the_design_of_a_file_is_that_of_the_function(tmp_path: Path) -> None:
+    from functools import partial
+
+    file = tmp_path / "design.toml"
+    file.write_text(DESIGN)
+    read = read_design(file)
+    np.testing.assert_allclose(read.section.velocity, [0.1, 1.0, 10.0])
+    np.testing.assert_allclose(read.section.radius, [3e-3, 30e-3])
+    guess = partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)
+    known = rs.design(guess, {"velocity": [0.1, 1.0, 10.0], "radius": [3e-3, 30e-3], "density": 7800.0}, n=6)
+    found = read.solve()
+    np.testing.assert_allclose(found.velocity, known.velocity)
+    np.testing.assert_array_equal(found.repeats, known.repeats)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("density = 7800\n", "", "give exactly one of density and mass; none is given"),
+        ('radius = "[3, 30] mm"', 'radius = "[3, 30] g"', "design.radius"),
+        ('equilibrium_modulus = "1 MPa"', "", "material.equilibrium_modulus: is missing"),
+        ("n = 6", "n = 0", "design.n = 0: must be >= 1"),
+    ],
+)
+def test_a_wrong_design_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    file = tmp_path / "design.toml"
+    file.write_text(DESIGN.replace(old, new))
+    with pytest.raises(CaseError) as refused:
+        read_design(file)
+    assert message in str(refused.value)

@@ -1,0 +1,107 @@
+"""Files of observations: their kind, units, standard deviations, and refusals with the line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restitution.case.observations import KINDS, read_observations
+from restitution.errors import InputError
+from restitution.identification.rebounds import Rebounds
+from restitution.identification.tables import Moduli
+
+BALLS = """# measured on Monday
+radius [mm];mass_g;velocity [cm/s];e [%];contact time [ms];sd_e
+10;33;50;82;2.0;0.01
+10;33;100;79;1,8;0.02
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def written(text: str, name: str = "data.csv") -> str:
+    Path(name).write_text(text, encoding="utf-8")
+    return name
+
+
+def test_rebounds_in_any_units() -> None:
+    found = read_observations(written(BALLS), noise={"contact_time": "1 %"})
+    assert isinstance(found, Rebounds)
+    np.testing.assert_allclose(found.velocity, [0.5, 1.0])
+    np.testing.assert_allclose(found.mass, 0.033)
+    np.testing.assert_allclose(found.restitution_coefficient, [0.82, 0.79])
+    np.testing.assert_allclose(found.measured["contact_time"], [2e-3, 1.8e-3])
+    deviation = found.noise.of("restitution_coefficient", found.restitution_coefficient)
+    assert deviation is not None
+    np.testing.assert_allclose(deviation, [0.01, 0.02])
+    assert (found.label, found.size) == ("data.csv", 4)
+
+
+def test_what_no_column_has_is_given_by_name() -> None:
+    text = "velocity [m/s],e\n1.0,0.8\n2.0,0.7\n"
+    found = read_observations(written(text), radius=0.01, mass=0.03)
+    assert isinstance(found, Rebounds)
+    np.testing.assert_array_equal(found.mass, [0.03, 0.03])
+    with pytest.raises(InputError, match="mass: is missing"):
+        read_observations("data.csv", radius=0.01)
+    with pytest.raises(InputError, match="line 2: column 'radius' is given twice"):
+        read_observations(written(BALLS), radius=0.01, noise={"contact_time": "1 %"})
+
+
+def test_a_temperature_in_degrees_is_in_kelvin() -> None:
+    found = read_observations(written("velocity,e,temperature [degC]\n1.0,0.8,20\n"), radius=0.01, mass=0.03)
+    assert isinstance(found, Rebounds)
+    assert found.temperature == pytest.approx([293.15])
+
+
+def test_a_relaxation_is_no_series_of_bounces() -> None:
+    found = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
+    assert isinstance(found, Moduli)
+    assert found.size == 3
+    with pytest.raises(InputError, match="must be a number"):
+        read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,three\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("velocity [m/s],e\n1,0.8\n2,1.7\n", r"line 3: restitution_coefficient = 1\.7: must be in \(0, 1\]"),
+        ("velocity [m/s],e\n1,0.8\n-2,0.7\n", r"line 3: velocity = -2 m/s: must be finite and > 0"),
+        ("velocity [m/s],e\n1,0.8\n2,high\n", r"line 3: 'high': must be a number"),
+        ("velocity [m/s],e\n1,0.8\n2\n", r"line 3: 1 values: must be 2, one for each column"),
+        ("velocity [kg],e\n1,0.8\n", r"line 1: unit 'kg' of velocity: is a mass, not a velocity"),
+        ("velocity [m/s],e,contact_tme [ms]\n1,0.8,2\n", r"line 1: unknown column 'contact_tme'; did you mean"),
+        (
+            "velocity [m/s],contact_time [ms]\n1,2\n",
+            r"line 1: must have the columns velocity, restitution_coefficient",
+        ),
+        ("time,depth [nm]\n1,2\n", r"line 1: must have the columns time, depth, force"),
+        ("", "is empty"),
+    ],
+)
+def test_what_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=rf"^data\.csv: {message}"):
+        read_observations(written(text), radius=0.01, mass=0.03)
+
+
+def test_a_file_of_another_kind_is_refused() -> None:
+    written(BALLS)
+    for kind in set(KINDS) - {"rebounds", "moduli"}:
+        with pytest.raises(InputError, match="line 2: must have the columns"):
+            read_observations("data.csv", kind=kind)
+    with pytest.raises(InputError, match="kind = 'rebound': must be one of"):
+        read_observations("data.csv", kind="rebound")
+    with pytest.raises(InputError, match="foo = 1: does not go with rebounds"):
+        read_observations("data.csv", foo=1, noise={"contact_time": "1 %"})
+
+
+def test_a_column_of_times_may_have_a_blank_before_its_unit() -> None:
+    from restitution.case.columns import read_columns
+    from restitution.quantities import FORCE, TIME
+
+    columns = read_columns(".", written("time [ms]  force [mN]\n1  2\n3  4\n"), {"time": TIME, "force": FORCE})
+    np.testing.assert_allclose(columns["time"], [1e-3, 3e-3])
+    np.testing.assert_allclose(columns["force"], [2e-3, 4e-3])

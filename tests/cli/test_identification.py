@@ -1,0 +1,150 @@
+"""The commands identify, design and moduli."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import restitution as rs
+from restitution.cli.main import app
+
+CASE = """
+title = "Balls [on] rubber"
+[identification]
+model = "kelvin_voigt"
+fixed = { poisson_ratio = 0.5 }
+[[data]]
+kind = "rebounds"
+file = "balls.csv"
+radius = "10 mm"
+mass = "33 g"
+noise = { restitution_coefficient = "1 %"TIMES }
+"""
+MODULUS, VISCOSITY = 1e6, 300.0
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    solid = rs.kelvin_voigt(MODULUS, VISCOSITY, poisson_ratio=0.5)
+    lines = ["velocity [m/s],restitution_coefficient,contact_time [ms]"]
+    for v in (0.01, 0.02, 0.05, 0.1):
+        one = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, v))
+        lines.append(f"{v},{one.restitution_coefficient},{1e3 * one.contact_time}")
+    Path("balls.csv").write_text("\n".join(lines))
+    Path("e.csv").write_text("\n".join(line.rpartition(",")[0] for line in lines))
+    Path("case.toml").write_text(CASE.replace("TIMES", ', contact_time = "1 %"'))
+    Path("e.toml").write_text(CASE.replace("TIMES", "").replace("balls.csv", "e.csv"))
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
+
+
+def test_the_material_is_found() -> None:
+    answer = run("identify", "case.toml", "--out", "m.toml", "--plot", "fit.png")
+    assert answer.exit_code == 0
+    lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
+    assert lines[:2] == ["Balls [on] rubber", "All parameters are determined."]
+    assert any(line.startswith("shear_modulus 1 MPa") for line in lines)
+    assert any(line.startswith("viscosity 300 Pa s") for line in lines)
+    assert 'model = "kelvin_voigt"' in Path("m.toml").read_text()
+    assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_not_determined_comes_first() -> None:
+    # Section 1 of the design page: all moduli times L^(5/2) and all times over L leave e as it is.
+    answer = run("identify", "e.toml")
+    assert answer.exit_code == 0
+    first, second = answer.stdout.splitlines()[1:3]
+    assert (first, second) == (
+        "shear_modulus: not determined by these data",
+        "viscosity: not determined by these data",
+    )
+    content = json.loads(run("identify", "e.toml", "--json").stdout)
+    assert content["parameters"]["viscosity"]["value"] is None
+    assert content["flat_directions"][0]["exact"]
+
+
+def test_json_has_the_numbers_in_si() -> None:
+    answer = run("identify", "case.toml", "--json")
+    content = json.loads(answer.stdout)
+    assert content["parameters"]["shear_modulus"]["value"] == pytest.approx(MODULUS, rel=1e-5)
+    low, high = content["parameters"]["viscosity"]["interval"]
+    assert low < VISCOSITY < high
+    # 1 - e is some tenths, which 1 % of e makes known to a few per cent.
+    assert math.log(high / low) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.toml"], "none.toml: no such file"),
+        (["case.toml", "--plot", "fit.txt"], "--plot fit.txt: must end in .png, .pdf or .svg"),
+        (["case.toml", "--out", "m.json"], "--out m.json: must end in .toml"),
+        (["few.toml"], "few.toml: identification"),
+    ],
+)
+def test_what_is_refused(arguments: list[str], message: str) -> None:
+    Path("few.csv").write_text("velocity [m/s],e\n1,0.8\n")
+    Path("few.toml").write_text(CASE.replace("TIMES", "").replace("balls.csv", "few.csv"))
+    answer = run("identify", *arguments)
+    assert (answer.exit_code, answer.stdout) == (2, "")
+    assert answer.stderr.startswith(f"error: {message}")
+    assert answer.stderr.count("\n") == 1
+
+
+def test_bounces_are_points_of_a_table_of_moduli() -> None:
+    answer = run("moduli", "balls.csv", "--radius", "10 mm", "--mass", "33 g", "--plot", "moduli.png")
+    assert answer.exit_code == 0
+    assert "storage modulus" in " ".join(answer.stdout.split())
+    content = json.loads(run("moduli", "balls.csv", "--radius", "0.01", "--mass", "0.033", "--json").stdout)
+    balls = rs.read_observations("balls.csv", radius=0.01, mass=0.033)
+    assert isinstance(balls, rs.Rebounds)
+    assert content["storage_modulus"] == pytest.approx(rs.effective_moduli(balls).storage_modulus.tolist())
+    # E* = 4 G for an incompressible material.
+    assert content["storage_modulus"][0] == pytest.approx(4.0 * MODULUS, rel=0.1)
+    assert Path("moduli.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["balls.csv"], "balls.csv: mass: is missing"),
+        (["balls.csv", "--mass", "5 mm"], '--mass "5 mm": is a length, not a mass'),
+        (["balls.csv", "--nu", "0.7"], "nu = 0.7: must be in [-1, 0.5]"),
+        (["balls.csv", "--dma", "balls.csv"], "balls.csv: "),
+        (["case.toml"], "case.toml: line"),
+    ],
+)
+def test_wrong_bounces_are_refused(arguments: list[str], message: str) -> None:
+    answer = run("moduli", *arguments)
+    assert (answer.exit_code, answer.stdout) == (2, "")
+    assert answer.stderr.startswith(f"error: {message}")
+    assert answer.stderr.count("\n") == 1
+
+
+DESIGN = """
+[material]
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+viscosity = "10 kPa s"
+poisson_ratio = 0.5
+[design]
+velocity = ["10 cm/s", "1 m/s", "10 m/s"]
+radius = "[3, 30] mm"
+density = 7800
+n = 6
+"""
+
+
+def test_a_design_names_the_impacts() -> None:
+    Path("design.toml").write_text(DESIGN)
+    answer = run("design", "design.toml", "--plot", "design.png")
+    assert answer.exit_code == 0
+    assert "6 impacts determine equilibrium_modulus" in answer.stdout
+    content = json.loads(run("design", "design.toml", "--json").stdout)
+    assert sum(content["repeats"]) == 6
+    assert Path("design.png").stat().st_size > 10_000

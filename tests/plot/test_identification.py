@@ -1,0 +1,60 @@
+"""Pictures of identifications and designs: labels with units, all panels, nothing that warns."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.plot.identification import data_and_fit, design, overview
+from restitution.plot.style import context, new_figure, save_figure
+
+
+@pytest.fixture(scope="module")
+def found() -> rs.Identification:
+    solid = rs.kelvin_voigt(1e6, 300.0, poisson_ratio=0.5)
+    v, mass = np.tile([0.005, 0.01, 0.02], 2), np.repeat([0.01, 0.1], 3)
+    exact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, v))
+    noise = rs.Noise(restitution_coefficient=0.01, contact_time="1 %")
+    balls = rs.Rebounds(
+        v,
+        exact.restitution_coefficient,
+        radius=0.01,
+        mass=mass,
+        contact_time=exact.contact_time,
+        noise=noise,
+        label="two balls",
+    )
+    return rs.identify(balls, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5})
+
+
+def test_the_page_of_an_identification(found: rs.Identification, tmp_path: Path) -> None:
+    figure = overview(found)
+    labels = [(ax.get_xlabel(), ax.get_ylabel()) for ax in figure.axes]
+    assert labels[:2] == [
+        ("impact velocity $v_0$ [mm/s]", "restitution coefficient $e$"),
+        ("impact velocity $v_0$ [mm/s]", "contact time $T$ [ms]"),
+    ]
+    assert len(labels) == 6
+    assert labels[3] == ("change from the best value [%]", r"growth of $\chi^2$ (dashed: 95 %)")
+    assert all("[" in x or "number" in x for x, _ in labels)
+    assert save_figure(figure, tmp_path / "fit.png").stat().st_size > 10_000
+
+
+def test_each_ball_has_its_own_fit(found: rs.Identification) -> None:
+    (_, curves), *_ = found.curves
+    with context():
+        ax = data_and_fit(new_figure().add_subplot(), [("two balls", curves[0])])
+    fits = [line for line in ax.lines if line.get_color() == "black"]
+    assert len(fits) == 2
+    for line, rows in zip(fits, (slice(0, 3), slice(3, 6)), strict=True):
+        np.testing.assert_allclose(line.get_ydata(), curves[0].measured[rows], rtol=1e-4)
+
+
+def test_a_design_shows_each_ball_beside_the_best_set() -> None:
+    guess = partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)
+    plan = rs.design(guess, {"velocity": [0.1, 1.0, 10.0], "radius": [0.003, 0.03], "density": 7800.0}, n=6)
+    left, right = design(plan).axes
+    assert [text.get_text() for text in left.texts] == [str(n) for n in plan.repeats]
+    assert [label.get_text() for label in right.get_yticklabels()] == ["3 mm alone", "30 mm alone", "this design"]
