@@ -1,4 +1,4 @@
-"""What a user gives about the parameters of a model: known ones, bounds, starts and priors."""
+"""Arguments of a user on the parameters of a model: known values, bounds, starts and priors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def parameters(
     terms : int
         Length of an argument that is a list.
     temperature : float
-        Reference temperature [K] of a shift with unknown constants, where `fixed` has none.
+        Reference temperature [K] of a shift with unknown constants, if `fixed` has none.
     """
     fixed, bounds = _given("fixed", fixed), _given("bounds", bounds)
     start, prior = _given("start", start), _given("prior", prior)
@@ -128,12 +128,12 @@ def _given(name: str, values: Any) -> dict[str, Any]:
     if values is None:
         return {}
     if not isinstance(values, Mapping):
-        raise InputTypeError(name, values, "must be a dict by the name of the parameter")
+        raise InputTypeError(name, values, "must be a dict with names of parameters as keys")
     return dict(values)
 
 
 def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
-    """Function that makes the material, and its entry in the registry."""
+    """Function that returns the material, and its entry in the registry."""
     known = models.material_models()
     if isinstance(model, str):
         if model not in known:
@@ -142,7 +142,7 @@ def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
     if not callable(model):
         raise InputTypeError("model", model, "must be a function that returns a Material, or the name of a model")
     entry = known.get(getattr(model, "__name__", ""))
-    # The public function of a fractional model makes the relaxation in shear alone.
+    # The public function of a fractional model returns the relaxation in shear alone.
     if entry is not None and (entry.build is model or getattr(model, "__module__", "") == entry.build.__module__):
         return entry.build, entry
     return model, None
@@ -206,7 +206,7 @@ def _split(name: str) -> tuple[str, int | None]:
 
 
 def _of_list(given: Mapping[str, Any], name: str, place: int | None) -> Any:
-    """What is given for one entry of a list, by the name of the entry or of the list."""
+    """Value given for one entry of a list, by the name of the entry or of the list."""
     if place is None:
         return given.get(name)
     if f"{name}[{place}]" in given:

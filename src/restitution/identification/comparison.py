@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Models of a smaller weight do not widen the band.
+# Models of a smaller weight do not count in the band.
 _LEAST_WEIGHT = 0.01
 _NAMES = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
 
@@ -40,12 +40,12 @@ class Comparison:
     results : dict of str to Identification or Spectrum
         Fits by the name of the model.
     criterion : dict of str to float
-        Akaike's criterion with its correction for few data, AICc, above that of the best model. NaN for a spectrum,
-        which has no likelihood of its own.
+        Akaike's criterion with its correction for few data, AICc, less that of the best model. NaN for a spectrum,
+        which has no likelihood.
     weights : dict of str to float
         Akaike weights exp(-AICc/2), of sum 1.
     refused : dict of str to str
-        Models that do not go with the data or the options, and why.
+        Models that cannot be fitted to the data or with the options, and the reason.
     """
 
     results: dict[str, Identification | Spectrum]
@@ -54,7 +54,7 @@ class Comparison:
     refused: dict[str, str] = field(default_factory=dict)
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xarray.Dataset:
-        """Reduced modulus E* of the best model; its band covers those of all models with a weight above 1 %."""
+        """Reduced modulus E* of the best model; the band covers the bands of all models with a weight above 1 %."""
         omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
         plausible = [one for name, one in self.results.items() if not self.weights[name] < _LEAST_WEIGHT]
         tables = [one.moduli(omega, level=level) for one in plausible]
@@ -68,7 +68,7 @@ class Comparison:
 
     @property
     def statements(self) -> tuple[str, ...]:
-        """What the comparison shows."""
+        """Result of the comparison, in words."""
         best, *others = self.results
         lines = [f"{best} describes the data best."]
         close = [name for name in others if self.weights[name] >= _LEAST_WEIGHT]
@@ -113,11 +113,11 @@ def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any
     data : observations, table of moduli, or list of them
         As in `restitution.identify`.
     models : sequence or dict
-        Models as in `restitution.identify`, "spectrum" among them; pairs of a model and further options, such as
-        ``(generalised_maxwell, {"terms": 3})``; or a dict of such by name.
+        Models as in `restitution.identify`, also "spectrum"; pairs of a model and further options, such as
+        ``(generalised_maxwell, {"terms": 3})``; or a dict of these by name.
     **options
-        Options of `restitution.identify` for all models. Entries of `fixed`, `bounds`, `start` and `prior` that are no
-        parameters of a model do not concern it.
+        Options of `restitution.identify` for all models. Entries of `fixed`, `bounds`, `start` and `prior` are ignored
+        for models that do not have the parameter.
 
     Returns
     -------
@@ -176,7 +176,7 @@ def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any
 
 
 def _criterion(found: Identification) -> float:
-    """AICc of a fit; infinite where the data are too few for it."""
+    """AICc of a fit; infinite if it has too few data."""
     problem, n = found.problem, found.problem.n_data
     sets = zip(problem.data, problem.factors, found.residuals, strict=True)
     # The logarithm of a Gaussian density has that of the standard deviation.

@@ -20,14 +20,14 @@ from restitution.material.fit import DynamicTable
 
 Array = NDArray[np.float64]
 
-# Tolerance of a force; differences of residuals need a smaller one than the residuals themselves.
+# Tolerance of a force: small enough for differences of residuals.
 RTOL = 1e-8
 _BEFORE = 10
-# Equal largest forces in a row that show saturation, while the depth moves by more than the share below.
+# So many equal largest forces show saturation if the depth changes by more than this share of its range.
 _EQUAL, _MOVED = 5, 0.02
-# A force that changes by more than this share of its range from one point to the next, while the depth does not.
+# A force jumps if it changes by more than this share of its range from one point to the next, but the depth does not.
 _JUMP = 0.25
-# Standard solids tried for a start: shares of the relaxing modulus, and times over the duration.
+# Standard solids that are tried for a start: shares of the relaxing modulus, and times over the duration.
 _SHARES, _TIMES = (0.0, 0.4, 0.8, 0.97), (0.01, 0.04, 0.15, 0.6)
 _FREQUENCIES = 6
 
@@ -35,45 +35,46 @@ _FREQUENCIES = 6
 class IndentationCurve(Observations):
     """Force over depth and time of one approach and perhaps one retraction, with holds.
 
-    Unknown are the depth reading at first touch (contact point), a constant baseline and a slope of it in time.
+    Unknown are the depth reading at first touch (contact point) and the baseline of the force, a straight line over
+    time.
 
     Parameters
     ----------
     time : array, shape (n,)
         Times t [s], ascending.
     depth : array, shape (n,)
-        Position of the tip into the surface [m], from any origin, rising towards the surface. With `spring_constant`
-        the position of the base of the cantilever (piezo height), rising in the same direction.
+        Position of the tip [m] from any origin, positive into the surface. With `spring_constant`, the position of the
+        base of the cantilever (piezo height), in the same direction.
     force : array, shape (n,)
         Force F on the surface [N], positive for a push.
     profile : Profile
         Profile of the indenter.
     spring_constant : float, optional
-        Spring constant k of a cantilever [N/m], from whose base the depth was read: the tip is at depth - F/k.
+        Spring constant k of a cantilever [N/m] if the depth is that of its base: the tip is at depth - F/k.
     temperature : float, optional
         Temperature [K], for a model with a shift.
     noise : Noise, optional
         Standard deviation of `force`; a relative one refers to its range. Without it the noise is estimated.
     label : str
-        What messages call the data.
+        Name of the data in messages.
 
     Raises
     ------
     InputError
-        If a number is out of range, the times do not rise, there are fewer than 10 points before first touch or more
-        than one approach, or the force is saturated or jumps.
+        If a number is out of range, the times are not ascending, there are fewer than 10 points before first touch or
+        more than one approach, or the force is saturated or jumps.
 
     Warns
     -----
     RestitutionWarning
-        If the depth is noisy, so that straight lines through it take its place.
+        If the depth is noisy and straight lines through it replace it.
 
     Notes
     -----
-    The depth is prescribed as straight lines: those of the data where they are straight or hardly noisy, else lines
-    of least squares, halved until no line hides a bend larger than its standard error. Too few lines bias the moduli
-    (by 35 % with 8 lines) without a trace in the residuals. The same lines serve for the tip of a soft cantilever, at
-    depth - F/k with the measured force.
+    The depth is prescribed as straight lines. They are lines between data points if the data are straight or hardly
+    noisy. Otherwise they are lines of least squares, halved until no bend within a line is larger than its standard
+    error. Too few lines bias the moduli (by 35 % with 8 lines) without a trace in the residuals. The tip of a soft
+    cantilever has the same kind of lines, at depth - F/k with the measured force.
 
     Examples
     --------
@@ -137,12 +138,12 @@ class IndentationCurve(Observations):
         peak = float(self.lines.depth.max())
         before = int(np.argmax(self.depth > touch))
         if before < _BEFORE:
-            wanted = f"needs at least {_BEFORE} points before first touch for the baseline, and has {before}"
+            wanted = f"must have at least {_BEFORE} points before first touch for the baseline, not {before}"
             raise InputError("depth", wanted=wanted)
         first = float(self.lines.depth[0])
         low = touch - 0.95 * (touch - first)
         high = peak - 0.05 * (peak - touch)
-        # Force over depth, on the average over the approach.
+        # Mean slope of the force over the depth in the approach.
         stiffness = 1.5 * float(np.ptp(self.force)) / (peak - touch)
         step = max(noise / stiffness, 1e-6 * (peak - touch))
         self.nuisances = (Nuisance("contact_point", "m", touch, low, high, step),)
@@ -182,7 +183,7 @@ class IndentationCurve(Observations):
 
     @property
     def _contact_duration(self) -> float:
-        """Time [s] from first touch to the return to it, or to the end."""
+        """Time [s] from first touch to the return to its depth, or to the end."""
         inside = self.time[self.depth > self.nuisances[0].start]
         return float(inside[-1] - inside[0])
 
@@ -194,7 +195,7 @@ class IndentationCurve(Observations):
         return {"baseline": (float(baseline), "N"), "baseline_slope": (float(slope), "N/s")}
 
     def effective_moduli(self) -> DynamicTable:
-        """Moduli of the best of a few standard solids, of which any multiple is tried."""
+        """Moduli of the best of a few standard solids, each times the best factor."""
         shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
         series = PronyColumns(1.0 - shares, np.zeros(shares.size), shares[:, None], times[:, None])
         forces, _ = self.block.forces(series, np.full(shares.size, self.nuisances[0].start), rtol=1e-4)
@@ -220,7 +221,7 @@ def curves_block(curves: list[IndentationCurve]) -> IndentationBlock:
 
 
 def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
-    """Three columns of equal length with rising times."""
+    """Three columns of equal length with ascending times."""
     t, d, f = (
         np.atleast_1d(checks.finite(name, column, unit))
         for name, column, unit in (("time", time, "s"), ("depth", depth, "m"), ("force", force, "N"))
@@ -246,10 +247,10 @@ def _check_force(depth: Array, force: Array) -> None:
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
     if jumps.size:
         n = int(jumps[0]) + 1
-        wanted = "jumps from the point before, which no contact without adhesion does"
+        wanted = "jumps from the point before, which is impossible without adhesion"
         raise InputError("force", float(force[n]), wanted, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):
         n = int(largest[0])
-        wanted = "stands at its largest value while the depth changes: it is saturated"
+        wanted = "stays at its largest value while the depth changes: it is saturated"
         raise InputError("force", float(force[n]), wanted, "N", index=(n,))

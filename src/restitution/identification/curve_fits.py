@@ -1,4 +1,4 @@
-"""Fits of many indentation curves at once, each with its own material: Levenberg-Marquardt steps side by side."""
+"""Fits of many indentation curves at once, each with its own material, by Levenberg-Marquardt steps."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _ROUNDS = 60
-# A descent ends when a step promises less of chi2, which is a thousandth of a standard error.
+# A descent ends if the next step would lower chi2 by less than this, a thousandth of a standard error.
 _ENOUGH = 1e-6
-# Steps of the coordinates for differences, the largest step of a logarithm in a round.
+# Steps of differences in logarithms and in the contact point; largest step of a logarithm in a round.
 STEP, _CONTACT_STEP, _FURTHEST = 1e-4, 1e-2, 2.0
-# Distance from a bound within which a coordinate counts as at it, and within which the descent may hold it there.
+# A coordinate within the first distance of a bound counts as at it; within the second, the descent may hold it there.
 EDGE, _PRESSED = 1e-3, 1e-8
 
 
@@ -30,9 +30,9 @@ class CurveFits(NamedTuple):
 
     points: Array  # coordinates as in `estimation.Problem`, shape (s, q)
     errors: Array  # their standard errors
-    chi2: Array  # shape (s,); infinite where there is no fit
-    freedom: Array  # points less unknowns, with those of the baseline
-    units: Array  # of the contact point [m]
+    chi2: Array  # shape (s,); infinite without a fit
+    freedom: Array  # points less unknowns, baseline included
+    units: Array  # unit of the contact point [m]
     bound: NDArray[np.bool_]  # whether a coordinate is at the end of its range, shape (s, q)
     ended: NDArray[np.bool_]  # whether the descent has converged
 
@@ -45,7 +45,7 @@ class Descent:
         self.block = curves_block(curves)
         self.unit = np.array([one.nuisances[0].step for one in curves])
         most = max(one.size for one in curves)
-        # Behind the last point of a shorter curve all weights are zero.
+        # After the last point of a shorter curve all weights are zero.
         self.measured, self.weights = np.zeros((2, len(curves), most))
         self.basis = np.zeros((len(curves), most, 2))
         for n, one in enumerate(curves):
@@ -78,7 +78,7 @@ class Descent:
         return np.nan_to_num(slopes)
 
     def starts(self) -> tuple[Array, Array, Array]:
-        """Start and bounds of each curve: those of the seed, with the moduli times a factor."""
+        """Start and bounds of each curve: those of the seed, but the moduli times a factor."""
         best, problem = self.seed.fit.coordinates, self.seed.problem
         p, s = len(self.space.free), len(self.curves)
         touch = np.array([[getattr(one.nuisances[0], key) for key in ("start", "low", "high")] for one in self.curves])
@@ -101,7 +101,7 @@ class Descent:
         return np.clip(points, low + 1e-9, high - 1e-9), low, high
 
     def found(self) -> CurveFits:
-        """Fits of all curves: Levenberg-Marquardt steps until none promises an improvement."""
+        """Fit all curves: Levenberg-Marquardt steps until none would improve a fit."""
         points, low, high = self.starts()
         s, q = points.shape
         active = np.arange(s)
@@ -118,7 +118,7 @@ class Descent:
                 slopes = self.jacobian(points[new], new, values[new])
                 normal[new] = slopes @ slopes.swapaxes(1, 2)
                 gradient[new] = np.einsum("sqn,sn->sq", slopes, values[new])
-            # A coordinate at a bound that chi2 presses against it stays there.
+            # A coordinate at a bound stays there if chi2 falls beyond the bound.
             at, pull = points[active], gradient[active]
             free = ~(((at - low[active] < _PRESSED) & (pull > 0.0)) | ((high[active] - at < _PRESSED) & (pull < 0.0)))
             matrix = normal[active] * (free[:, :, None] & free[:, None, :])
@@ -128,7 +128,7 @@ class Descent:
             cost = _squares(tried)
             better = cost < costs[active]
             small = promise < _ENOUGH * np.maximum(costs[active] / values.shape[1], 1e-12)
-            # A step into which rounding alone prevents an improvement ends the descent as well.
+            # The descent also ends if only rounding prevents an improvement.
             ended[active] = small | ((damping[active] > 1e8) & ~better)
             moved = active[better]
             points[moved], values[moved], costs[moved] = trial[better], tried[better], cost[better]

@@ -37,7 +37,7 @@ _LOWEST, _HIGHEST = 0.15, 0.995
 
 
 class FormulaError(NamedTuple):
-    """Relative errors of the formulas of one bounce that 95 % of the random materials of a family stay below."""
+    """Relative errors of the formulas of one bounce: 95 % of the random materials of a family have smaller ones."""
 
     loss_tangent: float
     storage_by_time: float  # storage modulus from the contact time
@@ -56,22 +56,22 @@ FORMULA_ERRORS = {
 
 @dataclass(frozen=True, eq=False)
 class EffectiveModuli:
-    """Complex reduced modulus that each bounce shows; arrays of shape (n,), one entry for each bounce.
+    """Complex reduced modulus from each bounce; arrays of shape (n,), one entry for each bounce.
 
     Attributes
     ----------
     angular_frequency : array
-        omega = 1.13 pi over the contact time [rad/s]; NaN where neither time nor force was measured.
+        omega = 1.13 pi over the contact time [rad/s]; NaN if neither time nor force was measured.
     storage_modulus, loss_modulus : array
-        E*' and E*'' [Pa] at this frequency; NaN where neither time nor force was measured.
+        E*' and E*'' [Pa] at this frequency; NaN if neither time nor force was measured.
     loss_tangent : array
         tan delta [-] at this frequency.
     storage_modulus_error, loss_modulus_error, loss_tangent_error : array
-        Standard errors from the noise of the measurement alone; NaN where the noise is unknown.
+        Standard errors from the noise of the measurement alone; NaN if the noise is unknown.
     velocity, restitution_coefficient : array
         Impact velocity [m/s] and coefficient of restitution [-] of each bounce.
     statements : tuple of str
-        What the table holds, the error of the formulas, and which measurement is missing.
+        Errors of the formulas, and missing measurements, in words.
     """
 
     angular_frequency: Array
@@ -86,7 +86,7 @@ class EffectiveModuli:
     statements: tuple[str, ...]
 
     def to_dataset(self) -> xr.Dataset:
-        """Table of the bounces over the dimension `bounce`, with units; columns without any number are left out."""
+        """Table of the bounces over the dimension `bounce`, with units, without columns that have no number."""
         bounce = Quantity("bounce", NUMBER, "number of the bounce")
         columns: dict[str, tuple[Any, Quantity]] = {"bounce": (np.arange(self.velocity.size), bounce)}
         for name in ("velocity", "restitution_coefficient", *_TABLE):
@@ -98,7 +98,7 @@ class EffectiveModuli:
         return dataset("bounce", kept, {"statements": "\n".join(self.statements)})
 
     def dynamic_table(self, poisson_ratio: float | None = None) -> DynamicTable | None:
-        """Table for `rs.fit_prony`, in ascending frequency; bounces of one frequency are averaged.
+        """Table for `rs.fit_prony`, in ascending frequency; bounces of the same frequency are averaged.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class EffectiveModuli:
         Returns
         -------
         DynamicTable or None
-            None where no bounce has a frequency.
+            None if no bounce has a frequency.
         """
         known = np.isfinite(self.storage_modulus)
         if not np.any(known):
@@ -117,7 +117,7 @@ class EffectiveModuli:
         factor = 1.0
         if poisson_ratio is not None:
             factor = 0.5 * (1.0 - float(checks.within("poisson_ratio", poisson_ratio, -1.0, 0.5)))
-        # Frequencies that differ by rounding are one.
+        # Frequencies that differ by rounding are the same.
         omega, place = np.unique(np.exp(np.round(np.log(self.angular_frequency[known]), 9)), return_inverse=True)
         count = np.bincount(place)
         means = [factor * np.bincount(place, getattr(self, name)[known]) / count for name in _MODULI[:2]]
@@ -125,7 +125,7 @@ class EffectiveModuli:
         return DynamicTable(omega, means[0], means[1], deformation, "effective moduli of bounces", self.statements)
 
     def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
-        """Figure of the bounces over frequency, on top of a measured DMA table or of the curve of a material.
+        """Figure of the bounces over frequency, with a measured DMA table or the curve of a material.
 
         A table in shear or tension is converted to the reduced modulus with a constant Poisson ratio.
         """
@@ -148,18 +148,18 @@ _QUANTITIES = {**INPUTS, **OUTPUTS, **MODULI}
 
 
 def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
-    """Storage and loss part of the reduced modulus E* that each bounce of a parabolic or spherical body shows.
+    """Storage and loss part of the reduced modulus E* from each bounce of a parabolic or spherical body.
 
     Parameters
     ----------
     rebounds : Rebounds
-        Measured bounces. With a contact time or a peak force, each is one point of a DMA table; without, the loss
-        tangent alone is known, at an unknown frequency.
+        Measured bounces. With a contact time or a peak force, each is one point of a DMA table. Without, only the loss
+        tangent is known, at an unknown frequency.
 
     Returns
     -------
     EffectiveModuli
-        One row for each bounce, with the scatter from the noise.
+        One row for each bounce, with standard errors from the noise.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
     array([0.182, 0.202])
     """
     if rebounds.profile.path_exponent != 1.0:
-        raise InputError("profile", wanted="must be a parabola: the formulas of one bounce hold for no other profile")
+        raise InputError("profile", wanted="must be a parabola: the formulas of one bounce are valid only for it")
     v, mass, radius = rebounds.velocity, rebounds.mass, np.asarray(rebounds.profile.path_coefficient) ** 2
     e = rebounds.measured["restitution_coefficient"]
     unknown = np.full(e.shape, np.nan)
@@ -236,13 +236,13 @@ def _relative_error(rebounds: Rebounds, name: str, values: Array) -> Array:
 
 
 def _statements(loss: Array, storage: Array, by_force: NDArray[np.bool_]) -> tuple[str, ...]:
-    """What the table holds, how good it is, and what is missing."""
+    """Errors of the formulas, and missing measurements, in words."""
     lines: list[str] = []
     count, missing = loss.size, int(np.isnan(storage).sum())
     if missing:
         bounces = "All bounces" if missing == count else f"{missing} of {count} bounces"
         lines.append(
-            f"{bounces} show only the loss tangent, at 1.13 pi over a contact time that was not measured. The "
+            f"{bounces} give only the loss tangent, at 1.13 pi over a contact time that was not measured. The "
             "coefficient of restitution determines no modulus and no time: give one contact time, force or modulus."
         )
     smooth, single = FORMULA_ERRORS["broad spectrum"], FORMULA_ERRORS["single relaxation time"]

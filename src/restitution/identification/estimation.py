@@ -39,9 +39,9 @@ class Problem:
     low, high : array, shape (n_unknown,)
         Bounds of the coordinates.
     window : tuple of float
-        Shortest and longest time [s] for which fractional models must hold.
+        Shortest and longest time [s] at which fractional models must be valid.
     factors : tuple of float
-        Factor of the noise of each set of data; other than 1 only where its size is unknown.
+        Factor of the noise of each set of data; 1 unless its size is unknown.
     """
 
     data: tuple[Observations, ...]
@@ -186,7 +186,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem
     step = np.array([one.step for one in nuisances])
     parts = [np.array([getattr(one, name) for one in nuisances]) / step for name in ("start", "low", "high")]
     start, least, most = (np.append(own, more) for own, more in zip((start, least, most), parts, strict=True))
-    # A shift moves the times of the data against those of the columns.
+    # A shift moves the times of the data relative to those of the columns.
     wider = 1.0 if space.shift is None else _SHIFTED
     window = math.pi / (high * wider), math.pi / (low / wider)
     problem = Problem(tuple(data), space, least, most, window, (1.0,) * len(data))
@@ -197,7 +197,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem
 
 
 class Estimation(NamedTuple):
-    """Best fit, the others, and the Jacobian there."""
+    """Best fit, the other fits, and the Jacobian at the best."""
 
     problem: Problem
     loss: Loss
@@ -252,7 +252,7 @@ def _ordered(space: Parameters, coordinates: Array) -> Array:
 
 
 def _rescaled(problem: Problem, fit: Fit, loss: Loss) -> Problem | None:
-    """Problem with the noise of unknown size estimated set by set; None where none changes by more than a percent."""
+    """Problem with estimates of the unknown sizes of noise; None if no size changes by more than a percent."""
     if not any(one.scaled for one in problem.data):
         return None
     residuals, at, factors = problem.residuals(fit.coordinates[None])[0], 0, list[float]()

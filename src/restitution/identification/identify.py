@@ -43,7 +43,7 @@ def identify(
     loss: Loss = "linear",
     profiles: bool | None = None,
 ) -> Any:
-    """Material that fits measured data, with honest errors.
+    """Material that fits measured data, with errors.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def identify(
     fixed : dict
         Known arguments by name, such as ``{"poisson_ratio": 0.47}``.
     bounds, start : dict
-        Pairs of ends, and first values, by name. Both follow from the data where left out.
+        Pairs of ends, and first values, by name. By default both follow from the data.
     prior : dict
         `Normal`, `LogNormal`, `Uniform` or `LogUniform` by name.
     shift : type or Shift, optional
@@ -67,13 +67,13 @@ def identify(
     loss : {"linear", "soft_l1", "huber", "cauchy"}
         Loss function of the residuals; all but the first reduce the weight of outliers.
     profiles : bool, optional
-        Whether intervals come from profiles: of all parameters, of none, or by default of those whose standard error
-        exceeds 5 %.
+        Whether intervals are from profiles: for all parameters, for none, or by default for parameters with a standard
+        error above 5 %.
 
     Returns
     -------
     Identification or Spectrum
-        Estimates with intervals; `None` in place of a number that the data do not determine.
+        Estimates with intervals; the value is `None` if the data do not determine it.
 
     Raises
     ------
@@ -82,9 +82,9 @@ def identify(
 
     Notes
     -----
-    Least squares in the logarithms of the parameters from starts that the data show. A parameter counts as determined
-    if both ends of its interval lie within a factor of 1000 of the estimate. A small chi2 proves nothing: compare
-    several models with `identify.compare`.
+    Least squares in the logarithms of the parameters, from starts that follow from the data. A parameter counts as
+    determined if both ends of its interval lie within a factor of 1000 of the estimate. A small chi2 does not prove a
+    model: compare several models with `identify.compare`.
 
     Examples
     --------
@@ -151,7 +151,7 @@ def _middle_temperature(sets: Sequence[Observations]) -> float | None:
 
 
 def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
-    """Unknowns of the measurements: those of the fit with errors, then those that were projected out."""
+    """Unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
     problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
     columns, found, at = problem.columns(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
     quantile = uncertainty.quantile()

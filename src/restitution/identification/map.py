@@ -1,4 +1,4 @@
-"""Maps of indentation curves: the material at many places, with one Levenberg-Marquardt descent for all at once."""
+"""Maps of indentation curves: the material at many places, from one Levenberg-Marquardt descent for all curves."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 Curves = Iterable[IndentationCurve | Callable[[], IndentationCurve]]
 
-# Curves in a task of a thread: some tenths of a second.
+# Curves in a task of a thread: a few tenths of a second.
 _CHUNK = 64
-# First curves that are tried as the start of all others.
+# Number of the first curves that are tried as the start of all others.
 _SEEDS = 5
 # A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
 _POOR = 2.0
@@ -41,7 +41,7 @@ _FAR, _QUANTILE = math.log(1e3), 1.96
 
 
 class MapStatus(IntEnum):
-    """What became of one curve of a map."""
+    """How the fit of one curve of a map ended."""
 
     FITTED = 0
     NOT_CONVERGED = 1
@@ -68,23 +68,24 @@ def identify_map(
     Parameters
     ----------
     curves : iterable of IndentationCurve or callable
-        Curves, or functions without arguments that read one: a curve that is refused then does not stop the map.
+        Curves, or functions without arguments that return one. A function may raise an error, which does not stop the
+        map.
     model, fixed, bounds, start, prior, terms
-        See `identify`. The unknowns are those of each curve.
+        See `identify`. Each curve has its own unknowns.
     shape : tuple of int, optional
-        Shape of the grid of places, whose last dimension runs fastest; one dimension if left out.
+        Shape of the grid of places, whose last dimension runs fastest; one dimension by default.
     workers : int
         Number of threads.
     progress : bool or callable
-        Whether to show progress on stderr where that is a terminal, or a function of the number of curves that are
-        done and of all.
+        Whether to show progress on stderr if it is a terminal; or a function of the number of curves done and of the
+        number of all.
 
     Returns
     -------
     xarray.Dataset
         Each parameter and `contact_point` with their `..._standard_error`, `chi2`, `reduced_chi2`, `status`
-        (`MapStatus`) and `message`. A parameter that the curve does not determine is NaN. After Ctrl-C the curves that
-        are not done have the status NOT_DONE.
+        (`MapStatus`) and `message`. A parameter is NaN if its curve does not determine it. After Ctrl-C the other
+        curves have the status NOT_DONE.
 
     Raises
     ------
@@ -93,8 +94,8 @@ def identify_map(
 
     Notes
     -----
-    The first curve that can be fitted is the start of all others, after a factor of all moduli. Curves that fit much
-    worse than the others are fitted again as by `identify`. Standard errors are those of the linearised problem.
+    The first curve that can be fitted is the start of all others, with one factor on all moduli. Curves that fit much
+    worse than the others are fitted again as in `identify`. Standard errors are those of the linearised problem.
 
     Examples
     --------
@@ -160,7 +161,7 @@ class _Table:
         return int(np.sum(self._status != MapStatus.NOT_DONE))
 
     def refuse(self, place: int, message: str) -> None:
-        """Enter a curve that is not admissible."""
+        """Enter a curve that was refused."""
         self._status[place], self._message[place] = MapStatus.REFUSED, message
 
     def enter(self, places: Places, found: CurveFits) -> None:
@@ -203,7 +204,7 @@ class _Table:
 def _curve(item: IndentationCurve | Callable[[], IndentationCurve]) -> IndentationCurve:
     made = item() if callable(item) else item
     if not isinstance(made, IndentationCurve):
-        raise InputTypeError("curves", made, "must be IndentationCurve, or functions that return one")
+        raise InputTypeError("curves", made, "must be an IndentationCurve, or a function that returns one")
     return made
 
 
@@ -221,7 +222,7 @@ def _seed(items: list[Any], space: Parameters) -> Estimation:
 
 
 def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
-    """Places of curves of the same indenter at the same temperature."""
+    """Indices of the curves, in groups of the same indenter and temperature."""
     groups: list[list[int]] = []
     for n, one in enumerate(curves):
         for group in groups:
@@ -235,7 +236,7 @@ def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
 
 
 def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameters) -> None:
-    """Fit curves again, from starts of their own, whose chi2 is far above that of the others."""
+    """Fit curves whose chi2 is far above that of the others again, from their own starts."""
     reduced = found.chi2 / found.freedom
     usual = np.median(reduced[np.isfinite(reduced)]) if np.isfinite(reduced).any() else 0.0
     for n in np.flatnonzero(~found.ended | ~(reduced < _POOR * usual)):
@@ -253,7 +254,7 @@ def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameter
 
 
 def _progress(wanted: bool | Callable[[int, int], None], total: int) -> Callable[[int], None]:
-    """Function of the number of curves that are done."""
+    """Function that shows the number of curves done."""
     if callable(wanted):
         return lambda done: wanted(done, total)
     if not wanted or not sys.stderr.isatty():

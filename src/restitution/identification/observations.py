@@ -1,4 +1,4 @@
-"""Observations: measured values, their noise, and how far a material is from them."""
+"""Observations: measured values, their noise, and the residuals of a material."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Noise:
     Parameters
     ----------
     **deviations
-        By the name of the quantity: a number or an array in SI, absolute; a text such as "1.5 %", relative; or a
-        tuple of both, added in quadrature. A quantity that is left out has noise of unknown size.
+        By the name of the quantity: a number or an array in SI (absolute), a text such as "1.5 %" (relative), or a
+        tuple of both, which are added in quadrature. Other quantities have noise of unknown size.
 
     Examples
     --------
@@ -38,9 +38,9 @@ class Noise:
         self.deviations: Mapping[str, Any] = dict(deviations)
 
     def of(self, name: str, values: Array, scale: float | None = None) -> Array | None:
-        """Standard deviations of values in SI, shape (n,); None where unknown.
+        """Standard deviations of values in SI, shape (n,); None if unknown.
 
-        A relative one is that of each value, or of `scale` where it is given.
+        A relative one refers to each value, or to `scale` if it is given.
         """
         if name not in self.deviations:
             return None
@@ -71,7 +71,7 @@ class Noise:
 
 
 class Nuisance(NamedTuple):
-    """Unknown of a measurement that is no property of the material, estimated with it."""
+    """Unknown of a measurement that is not a property of the material, but is estimated with it."""
 
     name: str  # such as "contact_point"
     unit: str  # SI
@@ -93,24 +93,24 @@ class Curve(NamedTuple):
 
 
 class Observations(ABC):
-    """Measured data of one kind, as `identify` sees them.
+    """Measured data of one kind, in the form that `identify` needs.
 
     A subclass checks its data once, in its constructor, and converts them to SI. All methods take many materials at
     once: m rows of `MaterialColumns`, and an array of shape (m, n_nuisance) of the nuisances in their order.
-    Unknowns that enter linearly (gain, baseline, slope) are no nuisances here: they are projected out within.
+    Unknowns that enter linearly (gain, baseline, slope) do not count as nuisances: the subclass projects them out.
     """
 
     label: str = ""
-    """What messages call the data, such as the name of a file."""
+    """Name of the data in messages, such as the name of a file."""
 
     nuisances: tuple[Nuisance, ...] = ()
     """Unknowns of the measurement that enter nonlinearly."""
 
     scaled: bool = False
-    """Whether the size of the noise is unknown: `residuals` then has the unit of one common factor."""
+    """Whether the size of the noise is unknown: `residuals` are then known except for one common factor."""
 
     fixes_time: bool = True
-    """Whether the data hold a time, a force or a modulus, which the restitution coefficient alone does not."""
+    """Whether the data contain a time, a force or a modulus; the restitution coefficient alone does not."""
 
     @property
     @abstractmethod
@@ -127,18 +127,18 @@ class Observations(ABC):
 
     @abstractmethod
     def window(self) -> tuple[float, float]:
-        """Lowest and highest angular frequency [rad/s] that the data probe."""
+        """Lowest and highest angular frequency [rad/s] of the data."""
 
     def contact_times(self, materials: MaterialColumns) -> Array | None:
         """Contact times [s] on the first material, for the window of data that measure none; None without contacts."""
         return None
 
     def effective_moduli(self) -> DynamicTable | None:
-        """Approximate storage and loss reduced modulus E* that the data show, for a start; None where unknown."""
+        """Approximate storage and loss part of E* from the data, for a start; None if unknown."""
         return None
 
     def assumed_moduli(self, modulus: float) -> DynamicTable | None:
-        """The same where the data show the loss tangent alone, at an assumed size [Pa]; None where they show none."""
+        """The same from a loss tangent alone, at an assumed magnitude [Pa]; None without a loss tangent."""
         return None
 
     def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:

@@ -45,7 +45,7 @@ LAWS: Mapping[str, Quantity] = {
 _LOGIT = 12.0
 # Bounds a factor of 1e4 about the effective modulus and the contact time.
 _WIDE = math.log(1e4)
-# Starts of what no datum shows by itself.
+# Starts of parameters that no formula gives from the data.
 _STARTS = {"c1": 10.0, "c2": 100.0, "activation_energy": 1e5, "exponent": 0.3, "poisson_ratio": 0.4}
 
 
@@ -94,11 +94,11 @@ class Parameters:
     model : callable
         Function that returns a `Material` or a `FractionalMaterial`.
     free : tuple of Parameter
-        Unknowns in their order.
+        Unknowns, in order.
     fixed : dict
-        Known arguments of the model and of the shift; lists have NaN where an entry is unknown.
+        Known arguments of the model and of the shift; an unknown entry of a list is NaN.
     start, prior : dict
-        What the user gave, by the name of the parameter.
+        Starts and priors of the user, by the name of the parameter.
     shift : type or Shift, optional
         Law of the shift, or a shift without unknowns.
     """
@@ -136,7 +136,7 @@ class Parameters:
         return {one.name: one.outward(coordinates[:, k]) for k, one in enumerate(self.free)}
 
     def arguments(self, coordinates: Array) -> dict[str, Any]:
-        """All arguments, shape (m,) or (m, n_list) each; other things as they are given."""
+        """All arguments, shape (m,) or (m, n_list) each; arguments that are no numbers unchanged."""
         m, found = coordinates.shape[0], dict[str, Any]()
         for name, value in self.fixed.items():
             number = isinstance(value, int | float | np.ndarray) and not isinstance(value, bool)
@@ -158,9 +158,9 @@ class Parameters:
         return made
 
     def columns(self, coordinates: Array, window: tuple[float, float]) -> MaterialColumns:
-        """Materials at coordinates of shape (m, p); those that are not admissible are NaN.
+        """Materials at coordinates of shape (m, p); NaN if not admissible.
 
-        Fractional models hold within a window of times [s].
+        Fractional models are valid within a window of times [s].
         """
         arguments = self.arguments(coordinates)
         make = _SHEAR.get(self.entry.name) if self.entry is not None else None
@@ -295,7 +295,7 @@ def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Ar
         if begin is None and one.bounded:
             begin = float(one.outward(0.5 * (one.inward(one.low) + one.inward(one.high))))
         if begin is None:
-            raise InputError(f"start.{one.name}", wanted="must be given, as no datum shows its size")
+            raise InputError(f"start.{one.name}", wanted="must be given: the data do not give its size")
         begin = min(
             max(begin, one.low + 1e-9 * abs(one.low)), one.high * (1.0 - 1e-9) if one.high < math.inf else begin
         )

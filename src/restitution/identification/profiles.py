@@ -1,4 +1,4 @@
-"""Profiles: the least sum of squares for each value of one unknown, and the interval that follows."""
+"""Profiles: the least sum of squares at each value of one unknown, and the interval from it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from restitution.identification.estimation import Estimation, Fit, minimise
 Array = NDArray[np.float64]
 
 FAR = math.log(1e3)
-"""An end farther than this from the estimate, a factor of 1000, is open."""
+"""An end beyond this distance from the estimate, a factor of 1000, is open."""
 
 _LONGEST = 0.7
 _ROUNDS = 12
@@ -32,10 +32,10 @@ class Profile(NamedTuple):
 
 
 def profile(estimation: Estimation, k: int, standard_error: Array, covariance: Array, quantile: float) -> Profile:
-    """Profile of coordinate k, walked from the minimum to both sides until the excess passes the quantile squared.
+    """Profile of coordinate k, from the minimum to both sides until the excess is above the squared quantile.
 
-    Each step is at most 0.7. It starts from the point to which the last two lead. The end is then found by the secant
-    rule in the root of the excess. An end beyond a factor of 1000, or at a bound, is open.
+    Each step is at most 0.7, and starts from the line through the last two points. The secant rule in the root of the
+    excess then finds the end. An end beyond a factor of 1000, or at a bound, is open.
     """
     best = estimation.fit
     points: list[tuple[float, float]] = [(float(best.coordinates[k]), 0.0)]
@@ -52,7 +52,7 @@ def profile(estimation: Estimation, k: int, standard_error: Array, covariance: A
 def _side(
     estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit
 ) -> tuple[float, list[tuple[float, float]], Fit]:
-    """End of the interval on one side, the points of the walk, and the best fit met."""
+    """End of the interval on one side, the points of the profile, and the best fit among them."""
     problem, least = estimation.problem, estimation.fit.cost
     origin = estimation.fit.coordinates
     bound = float(problem.low[k] if sign < 0 else problem.high[k])
@@ -91,7 +91,7 @@ def _side(
         if new[1] >= quantile:
             break
         before, last = last, new
-        # To the end at once where the root of the excess is a straight line.
+        # The next step goes to the end if the root of the excess is a straight line.
         pace = (last[1] - before[1]) / (last[0] - before[0])
         step = min(_LONGEST, 1.05 * (quantile - last[1]) / pace if pace > 0.0 else _LONGEST)
         step = max(step, 0.02 * _LONGEST * min(1.0, float(standard_error[k])))

@@ -21,10 +21,10 @@ from restitution.material.fit import DynamicTable
 Array = NDArray[np.float64]
 
 _RTOL = 1e-9
-# Relative change of the velocity for the slopes over it.
+# Relative change of the velocity for slopes over the velocity.
 _STEP = 1e-3
 _NAMES = ("restitution_coefficient", "contact_time", "max_force")
-# Noise of unknown size: the ratios of these are kept.
+# Noise of unknown size has these ratios.
 _UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 %")
 
 
@@ -44,18 +44,18 @@ class Rebounds(Observations):
     profile : Profile, optional
         Profile of all bodies, instead of the radius.
     contact_time, max_force : array_like, optional
-        Measured contact times [s] and peak forces [N], NaN where there is none. One of them makes moduli and times
-        known; see Notes.
+        Measured contact times [s] and peak forces [N], NaN if not measured. At least one value is needed for moduli
+        and times; see Notes.
     temperature : float or array_like, optional
         Temperatures [K], for a model with a `shift`.
     external_force : float or array_like
         Constant force [N] during contact, such as the weight.
     noise : Noise, optional
-        Standard deviations of `restitution_coefficient`, `contact_time`, `max_force` and `velocity`. An absolute one
-        belongs to the value, a relative one to the logarithm. Without it the size of the noise is estimated. With
-        that of the velocity, e counts as v'/v, and its own noise is that of v'/v at a known v.
+        Standard deviations of `restitution_coefficient`, `contact_time`, `max_force` and `velocity`: absolute ones of
+        the value, relative ones of its logarithm. Without them the size of the noise is estimated. With noise of the
+        velocity, e is taken as v'/v, and the noise of e is that of v'/v at a known v.
     label : str
-        What messages call the data.
+        Name of the data in messages.
 
     Raises
     ------
@@ -129,7 +129,7 @@ class Rebounds(Observations):
         known = [name in self.noise.deviations for name in self.measured]
         for name in self.noise.deviations:
             if name not in (*self.measured, "velocity"):
-                raise InputError(f"noise.{name}", wanted=f"belongs to no datum; known are {', '.join(self.measured)}")
+                raise InputError(f"noise.{name}", wanted=f"was not measured; measured are {', '.join(self.measured)}")
         if any(known) and not all(known):
             missing = list(self.measured)[known.index(False)]
             raise InputError(f"noise.{missing}", wanted="must be given, as that of another quantity is")
@@ -187,7 +187,7 @@ class Rebounds(Observations):
         if self._blur is not None:
             shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
             slopes = (shifted - predicted) / _STEP
-            # A velocity that is too high by the share x lowers e = v'/v by the same share.
+            # If the velocity is too high by a share x, e = v'/v is too low by the same share.
             slopes[:, 0] += 1.0 if self._relative[0] else self.measured["restitution_coefficient"]
             shares = np.where(self._there, slopes * self._blur / self._deviations, 0.0)
             # Inverse root of the covariance 1 + h h^T of one impact.
@@ -198,7 +198,7 @@ class Rebounds(Observations):
         return residuals[:, self._there]
 
     def _in_metric(self, columns: dict[str, Array]) -> Array:
-        """Values, or their logarithms where the noise is relative, shape (..., n_measured, n)."""
+        """Values, or their logarithms if the noise is relative, shape (..., n_measured, n)."""
         pairs = zip(self.measured, self._relative, strict=True)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.stack([np.log(columns[name]) if log else columns[name] for name, log in pairs], axis=-2)
@@ -214,7 +214,7 @@ class Rebounds(Observations):
         return curves
 
     def window(self) -> tuple[float, float]:
-        """Lowest and highest pi/(contact time) [rad/s]; NaN where neither time nor force was measured."""
+        """Lowest and highest pi/(contact time) [rad/s]; NaN if neither time nor force was measured."""
         times = self._times()
         known = times[np.isfinite(times)]
         return (math.pi / float(known.max()), math.pi / float(known.min())) if known.size else (math.nan, math.nan)
@@ -224,7 +224,7 @@ class Rebounds(Observations):
         times = np.full(self.velocity.size, np.nan) if self.contact_time is None else self.contact_time
         if self.max_force is None:
             return times
-        # The time and the force both follow from the depth, whatever the modulus.
+        # Both time and force follow from the depth, for any modulus.
         elastic_time, elastic_force = self._elastic
         return np.where(np.isnan(times), elastic_time * elastic_force / self.max_force, times)
 
@@ -233,7 +233,7 @@ class Rebounds(Observations):
         return self.predicted(materials)["contact_time"][0]
 
     def effective_moduli(self) -> DynamicTable | None:
-        """E* from the contact times, and tan delta = -0.815 ln e; None where neither time nor force was measured."""
+        """E* from the contact times, and tan delta = -0.815 ln e; None if neither time nor force was measured."""
         times = self._times()
         return self._moduli(times) if np.any(np.isfinite(times)) else None
 
@@ -243,7 +243,7 @@ class Rebounds(Observations):
 
     @property
     def _power(self) -> float:
-        """The depth of an elastic body, and so its contact time, is E*^-(1/power): 2/5 for a parabola."""
+        """Power of the depth, and of the contact time, in an elastic contact: E*^(-1/power), 5/2 for a parabola."""
         return 2.0 + 0.5 * float(self.profile.path_exponent if self.profile.path_exponent is not None else 1.0)
 
     def _moduli(self, times: Array) -> DynamicTable:

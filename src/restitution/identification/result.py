@@ -48,7 +48,7 @@ class Identification:
     names : tuple of str
         Coordinates of the fit: the unknowns in the order of `coordinates` and `covariance`.
     coordinates : array
-        Best fit: logarithms of the parameters (logits of exponents and Poisson ratios), then nuisances.
+        Best fit: logarithms of the parameters (logits of exponents and Poisson ratios), then the nuisances.
     covariance, correlation : array
         Of the coordinates of the parameters.
     chi2, reduced_chi2 : float
@@ -74,7 +74,7 @@ class Identification:
 
     @property
     def estimation(self) -> Estimation:
-        """Best fit, the other ones, and the Jacobian."""
+        """Best fit, the other fits, and the Jacobian."""
         return self.uncertainty.estimation
 
     @property
@@ -150,7 +150,7 @@ class Identification:
 
     @property
     def reduced_chi2(self) -> float:
-        """chi2 over the degrees of freedom; about 1 by construction where the size of the noise is unknown."""
+        """chi2 over the degrees of freedom; about 1 by construction if the size of the noise is unknown."""
         return self.chi2 / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
 
     @property
@@ -161,11 +161,11 @@ class Identification:
 
     @cached_property
     def window(self) -> tuple[float, float]:
-        """Lowest and highest angular frequency [rad/s] that the data probe; NaN where they show no time."""
+        """Lowest and highest angular frequency [rad/s] of the data; NaN if they contain no time."""
         ends = np.array([one.window() for one in self.data])
         known = ends[np.isfinite(ends).all(axis=1)]
         if not known.size and not any(one.exact for one in self.flat_directions):
-            # A known modulus or time gives the others.
+            # The others follow from a known modulus or time.
             times = [found for one in self.data if (found := one.contact_times(self.columns)) is not None]
             times = [found[np.isfinite(found)] for found in times if np.any(np.isfinite(found))]
             known = math.pi / np.array([[time.max(), time.min()] for time in times])
@@ -173,7 +173,7 @@ class Identification:
 
     @property
     def runs_test(self) -> float:
-        """Probability of so few changes of the sign of the residuals along all curves, if they were independent."""
+        """Probability of so few changes of sign along all curves, if the residuals were independent."""
         runs = mean = variance = 0.0
         for _, curves in self.curves:
             for curve in curves:
@@ -193,7 +193,7 @@ class Identification:
 
     @cached_property
     def statements(self) -> tuple[str, ...]:
-        """What the data determine and what they do not, in words."""
+        """Statements on what the data determine and what they do not determine."""
         # It imports `Identification` for its types.
         from restitution.identification.statements import statements
 
@@ -219,8 +219,8 @@ class Identification:
     def moduli(self, angular_frequency: ArrayLike, *, level: float = _LEVEL) -> xarray.Dataset:
         """Storage and loss part, magnitude and loss tangent of the reduced modulus E* over frequency, with bands.
 
-        The variables `..._low` and `..._high` are the ends of the band. Outside `window` no datum supports the
-        moduli: the variable `inside` is then false.
+        The variables `..._low` and `..._high` are the ends of the band. The variable `inside` is false outside
+        `window`, where no data support the moduli.
         """
         omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
 
@@ -232,12 +232,12 @@ class Identification:
         return self._banded("angular_frequency", omega, names, functions, level, MODULI)
 
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
-        """Outputs of impacts on the material that was identified, with bands; their own material is not used.
+        """Outputs of impacts on the identified material, with bands; the material of `impact` is not used.
 
         Warns
         -----
         RestitutionWarning
-            If contacts are shorter or longer than those that the data probe.
+            If contacts are shorter or longer than those of the data.
         """
         if not isinstance(impact, Impact):
             raise InputError("impact", impact, "must be an Impact")
@@ -288,7 +288,7 @@ class Identification:
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:
-        """What the data determine best: |E*|, E'' and tan delta at pi over the middle contact time, and e."""
+        """Best determined quantities: |E*|, E'' and tan delta at pi over the middle contact time, and e."""
         low, high = self.window
         found: dict[str, Estimate] = {}
         balls = next((one for one in self.data if isinstance(one, Rebounds)), None)
@@ -328,7 +328,7 @@ class Identification:
     def log_probability(self, coordinates: ArrayLike) -> Any:
         """Logarithm of the probability of coordinates of shape (n_unknown,) or (m, n_unknown), up to a constant.
 
-        The coordinates are those of `coordinates`; outside the bounds it is -inf. It serves samplers such as emcee
+        The coordinates are those of `coordinates`; the value is -inf outside the bounds. For samplers such as emcee
         (with ``vectorize=True``).
         """
         given = np.asarray(coordinates, dtype=np.float64)

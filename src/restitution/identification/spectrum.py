@@ -1,4 +1,4 @@
-"""Relaxation spectrum without a model: smooth on a logarithmic grid of times, inside the measured window only."""
+"""Relaxation spectrum without a model: smooth on a logarithmic grid of times, only inside the measured window."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _A_DECADE = 2
-# The grid reaches beyond the window of the data by this factor, as a spectrum acts a decade away from its times.
+# The grid extends beyond the window of the data by this factor: a branch has effects a decade from its time.
 _BEYOND = 30.0
-# The moduli are given within the window widened by this factor on both sides.
+# The moduli are given within the window, widened by this factor on both sides.
 _PROMISE = 2.0
 _LEAST_IMPACTS, _LEAST_VALUES = 8, 16
 _STEP = 1e-4
@@ -38,7 +38,7 @@ _MODULI = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent"
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Smooth relaxation spectrum of the reduced modulus, found from data; `rs.identify(data, "spectrum")` makes it.
+    """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Spectrum:
     poisson_ratio : float
         Constant Poisson ratio of the material.
     weight : float
-        Weight of the squared second differences of the logarithm of the spectrum, by generalised cross-validation.
+        Weight of the squared second differences of the logarithm of the spectrum, from generalised cross-validation.
     chi2 : float
         Sum of squares of the residuals over their standard deviations.
     effective_parameters : float
-        Trace of the influence matrix: the number of parameters that the data support.
+        Trace of the influence matrix: the number of parameters that the data determine.
     covariance : array
         Of the logarithms of the equilibrium modulus and of the branch moduli.
     window : tuple of float
@@ -77,7 +77,7 @@ class Spectrum:
 
     @property
     def degrees_of_freedom(self) -> float:
-        """Number of data less that of the effective parameters and nuisances."""
+        """Number of data less the effective parameters and the nuisances."""
         return sum(map(len, self.residuals)) - self.effective_parameters
 
     @property
@@ -92,7 +92,7 @@ class Spectrum:
 
     @property
     def material(self) -> Material:
-        """Material with a constant Poisson ratio, that holds in the window of the data."""
+        """Material with a constant Poisson ratio, valid in the window of the data."""
         shear = self.reduced_modulus.scaled(0.5 * (1.0 - self.poisson_ratio))
         factor = float(bulk_factor(np.asarray(self.poisson_ratio)))
         bulk = math.inf if math.isinf(factor) else shear.scaled(factor)
@@ -119,7 +119,7 @@ class Spectrum:
 
     @property
     def statements(self) -> tuple[str, ...]:
-        """What the spectrum promises."""
+        """Range of the moduli, and doubts about the spectrum, in words."""
         low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
         lines = [
             f"The moduli hold from {low:.3g} to {high:.3g} rad/s, half to twice the window of the data, for a smooth "
@@ -185,9 +185,9 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     Parameters
     ----------
     data : Observations or sequence
-        Measured data; at least 8 impacts, and a contact time, force or modulus among them.
+        Measured data with at least 8 impacts, and at least one contact time, force or modulus.
     poisson_ratio : float
-        Constant Poisson ratio, which matters for data in shear or tension and for the material alone.
+        Constant Poisson ratio; it affects only data in shear or tension, and the material.
 
     Returns
     -------
@@ -197,13 +197,13 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     Raises
     ------
     InputError
-        If there are fewer than 8 impacts, or no datum shows a time, a force or a modulus.
+        If there are fewer than 8 impacts, or the data contain no time, force or modulus.
 
     Notes
     -----
     Least squares of the residuals and of the weighted second differences of the logarithms of the branch moduli
-    (Tikhonov regularisation; Honerkamp and Weese, Rheol. Acta 32 (1993) 65). Of the weights, a factor of ten apart,
-    the one of least generalised cross-validation is taken (Golub, Heath and Wahba, Technometrics 21 (1979) 215).
+    (Tikhonov regularisation; Honerkamp and Weese, Rheol. Acta 32 (1993) 65). The weights are a factor of ten apart;
+    the one with the least generalised cross-validation is taken (Golub, Heath and Wahba, Technometrics 21 (1979) 215).
     """
     sets = (data,) if isinstance(data, Observations) else tuple(data)
     nu = float(checks.within("poisson_ratio", poisson_ratio, -1.0, 0.5))
@@ -284,7 +284,7 @@ class _Problem:
         return np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
 
     def solve(self) -> tuple[Array, float]:
-        """Minimum for the weight of least generalised cross-validation, from the smoothest to rougher spectra."""
+        """Minimum with the weight of least generalised cross-validation; weights fall from the smoothest spectrum."""
         theta, best, rises = self.start, (math.inf, self.start, 1.0), 0
         for weight in _WEIGHTS:
             theta = self._minimum(theta, weight)

@@ -17,20 +17,20 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-4
 _N_STARTS = 9
-# Starts spread over this factor to both sides of the effective modulus and time.
+# Starts lie within this factor above and below the effective modulus and time.
 _SPREAD = 1.5 * math.log(10.0)
-# Two starts differ if some parameter does by more than this logarithm.
+# Two starts differ if the logarithm of some parameter differs by more than this.
 _APART = 0.5
-# Bulk moduli over the effective modulus, and Poisson ratios, from which a fit with an unknown one starts.
+# Starts of an unknown bulk modulus, over the effective modulus, and of an unknown Poisson ratio.
 _BULKS = {"bulk_modulus": (0.3, 1.0, 10.0), "poisson_ratio": (0.2, 0.42, 0.49)}
 # Error of the formulas for effective moduli: of the logarithm, and of the phase.
 _MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
-# The modulus [Pa], and the angular frequency [rad/s], of data that show none.
+# The modulus [Pa] and the angular frequency [rad/s] of data without any.
 _ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 
 
 def effective_tables(data: Sequence[Observations], space: Parameters) -> list[DynamicTable]:
-    """Effective moduli of the data; of an arbitrary size where no datum shows one."""
+    """Effective moduli of the data; of an arbitrary size if the data contain none."""
     found = [table for one in data if (table := one.effective_moduli()) is not None]
     if not found:
         known = [float(np.nanmax(value)) for name, value in space.fixed.items()
@@ -47,8 +47,8 @@ def starts(
 ) -> Array:  # fmt: skip
     """Coordinates of distinct starts, shape (s, n_unknown).
 
-    The complex modulus of the model is fitted to the effective moduli from points spread about the centre. An unknown
-    bulk modulus, which these moduli hardly show, is held at three values.
+    The complex modulus of the model is fitted to the effective moduli from points about the centre. An unknown bulk
+    modulus is held at three values: these moduli hardly depend on it.
     """
     n = len(space.free)
     spread = np.array([0.0 if one.name in space.start else _SPREAD for one in space.free])

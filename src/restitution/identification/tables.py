@@ -24,7 +24,7 @@ class Moduli(Observations):
     table : RelaxationTable or DynamicTable
         Measured moduli.
     deformation : {"shear", "tension"}, optional
-        Needed where the table does not state it.
+        Needed if the table does not state it.
     temperature : float, optional
         Temperature [K] of the measurement, for a model with a shift.
     noise : Noise, optional
@@ -114,7 +114,7 @@ class Moduli(Observations):
         return ends if isinstance(self.table, DynamicTable) else (1.0 / ends[1], 1.0 / ends[0])
 
     def effective_moduli(self) -> DynamicTable:
-        """The moduli themselves; of a relaxation by delta = -(pi/2) dln G/dln t at omega = 1/t."""
+        """The moduli themselves; from a relaxation with delta = -(pi/2) dln G/dln t at omega = 1/t."""
         n = self._at.size
         if isinstance(self.table, DynamicTable):
             return DynamicTable(self._at, self._values[:n], self._values[n:], self.deformation, self.label)
@@ -130,7 +130,7 @@ class Moduli(Observations):
 
 
 def as_observations(data: object, place: int) -> Observations:
-    """One set of data; tables of moduli are taken as they are."""
+    """One set of data; a table of moduli becomes `Moduli`."""
     if isinstance(data, Observations):
         return data
     if isinstance(data, RelaxationTable | DynamicTable):

@@ -1,4 +1,4 @@
-"""First touch of a measured indentation, and the straight lines that stand for its depth."""
+"""First touch of a measured indentation, and straight lines that replace its depth."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from restitution.indentation.history import without_collinear
 
 Array = NDArray[np.float64]
 
-# Most points of the approach that the search for first touch uses, and depths that it tries in each of two rounds.
+# Search for first touch: largest number of points of the approach, and number of depths in each of two rounds.
 _MOST, _PLACES = 160, 40
-# Powers of the force over the depth from touch, relative to that of an elastic contact: relaxation makes it less.
+# Powers of the force over the depth from touch, relative to an elastic contact; relaxation lowers the power.
 _POWERS = (1.0, 0.9, 0.8, 0.65)
-# Share of the approach beyond touch to which the second round is confined.
+# The second round uses this share of the approach beyond touch.
 _NEAR = 0.4
-# A depth of so few straight lines is exact. Otherwise lines to begin with; rounds in which they may be halved.
+# A depth of at most so many straight lines is exact. Otherwise: number of first lines, and of rounds of halving.
 _FEW, _LINES, _ROUNDS = 64, 24, 6
-# A bend in the middle of a line beyond this share of its standard error halves the line.
+# A line is halved if the bend in its middle exceeds this multiple of its standard error.
 _BEND = 3.0
-# Harmless error of a depth over the range of all.
+# Harmless error of a depth over the range of the depth.
 _HARMLESS = 5e-5
 
 
@@ -41,7 +41,7 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
 
     The exponent is that of F over d of an elastic contact.
     """
-    # Where the depth rests at its largest value the force relaxes.
+    # The force relaxes while the depth rests at its largest value.
     last = int(np.argmax(depth >= depth.max() - 0.02 * np.ptp(depth))) + 1
     first = int(np.argmin(depth[:last]))
     step = max(1, (last - first) // _MOST)
@@ -51,7 +51,7 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
     powers = exponent * np.array(_POWERS)
     low, high = float(d[min(5, d.size - 1)]), float(d[-1] - 0.1 * (d[-1] - d[0]))
     place = _best(t, d, f, np.linspace(low, high, _PLACES), powers).depth
-    # Near touch, where the material has hardly relaxed, the force is a power of the depth.
+    # Near touch the material has hardly relaxed, and the force is a power of the depth.
     near = max(12, int(np.argmax(d > place + _NEAR * (d[-1] - place))))
     reach = 0.3 * (d[-1] - place)
     places = np.linspace(max(low, place - reach), min(high, place + 0.5 * _NEAR * reach), _PLACES)

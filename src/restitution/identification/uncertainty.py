@@ -1,4 +1,4 @@
-"""Uncertainty of a fit: covariance, flat directions, intervals, and errors of what follows from the parameters."""
+"""Uncertainty of a fit: covariance, flat directions, intervals, and errors of functions of the parameters."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from restitution.identification.profiles import FAR, Profile, profile
 
 Array = NDArray[np.float64]
 
-# Directions whose singular value is below this share of the largest change no datum; the Jacobian errs by 1e-7.
+# A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
 _EXACT = 1e-6
-# A coordinate has a part in a flat direction if its component is above this.
+# A coordinate belongs to a flat direction if its component is above this.
 _COMPONENT = 1e-3
-# With a smaller standard error of the logarithm the interval of the linearised problem is good enough.
+# Below this standard error of the logarithm, the interval of the linearised problem is good enough.
 _LINEAR = 0.05
 _STEP = 1e-4
 _LEVEL = 0.95
@@ -29,7 +29,7 @@ _LEVEL = 0.95
 class Estimate(NamedTuple):
     """Estimate of one unknown in SI."""
 
-    value: float | None  # None unless determined
+    value: float | None  # None if not determined
     standard_error: float | None
     interval: tuple[float, float]  # 95 %; an open end is that of the admissible range
     determined: bool  # whether both ends of the interval are closed
@@ -52,10 +52,10 @@ class Estimate(NamedTuple):
 
 
 class FlatDirection(NamedTuple):
-    """Common change of the parameters that hardly changes any datum."""
+    """Common change of the parameters with hardly any effect on the data."""
 
     exponents: dict[str, float]  # by parameter: each is multiplied by x to this power
-    exact: bool  # whether it changes no datum at all
+    exact: bool  # whether the change has no effect at all
     standard_error: float  # of ln x
 
 
@@ -67,7 +67,7 @@ class Uncertainty:
     _profiles: dict[tuple[int, float], Profile] = field(default_factory=dict)
 
     def quantile(self, level: float = _LEVEL) -> float:
-        """Half width of an interval over the standard error: Student's t where the size of the noise is unknown."""
+        """Half width of an interval over the standard error: Student's t if the size of the noise is unknown."""
         from scipy.special import ndtri, stdtrit
 
         problem = self.estimation.problem
@@ -83,7 +83,7 @@ class Uncertainty:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of all coordinates; huge along directions that no datum determines."""
+        """Covariance of all coordinates; huge along directions that the data do not determine."""
         s, v = self._decomposed
         s = np.maximum(s, max(_EXACT * float(s[0]), 1e-150))
         return (v / s**2) @ v.T
@@ -135,11 +135,11 @@ class Uncertainty:
 
     @property
     def best(self) -> Fit:
-        """Best fit that the profiles met."""
+        """Best fit, profiles included."""
         return min((self.estimation.fit, *(one.best for one in self._profiles.values())), key=lambda fit: fit.cost)
 
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
-        """Estimate of parameter k; its profile is walked where it is asked for, or where its error is not small."""
+        """Estimate of parameter k; from its profile on request, or if its error is not small."""
         problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
         z, error = float(self.estimation.fit.coordinates[k]), float(self.standard_errors[k])
         width = problem.high[k] - problem.low[k]
