@@ -50,7 +50,7 @@ def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
     lines = statements(found)
     # E*(t) to L^(5/2) E*(L t): moduli times x^2.5, the viscosity times x^1.5.
     wanted = (
-        "No datum changes (exactly) when equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity "
+        "The data do not change at all when equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity "
         "is multiplied by x^1.5."
     )
     assert any(line.startswith(wanted) and "contact time" in line for line in lines)

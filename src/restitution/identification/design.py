@@ -38,22 +38,22 @@ FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tange
 
 # Step of central differences in the logarithm of a parameter.
 _STEP = 1e-3
-# Share of the largest eigenvalue of an information matrix below which one counts as zero.
+# An eigenvalue of an information matrix counts as zero below this share of the largest one.
 _SINGULAR = 1e-11
 # Standard error of a logarithm from which on nothing is known: a factor of 1000.
 _UNKNOWN = math.log(1e3)
-# Largest number of rounds of exchanges; a few suffice.
+# Largest number of rounds of exchanges; usually a few suffice.
 _ROUNDS = 20
 
 
 def stencil(theta: Array) -> Array:
-    """Parameters at a point, and a step above and below in each of them, shape (1 + 2 n_theta, n_theta)."""
+    """A point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
     steps = _STEP * np.eye(theta.size)
     return np.concatenate([theta[None], theta + steps, theta - steps])
 
 
 def slope(values: Array) -> Array:
-    """Central derivatives of values on a stencil, shape (1 + 2 n_theta, n) to (n, n_theta)."""
+    """Central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
     half = values.shape[0] // 2
     return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
 
@@ -61,7 +61,7 @@ def slope(values: Array) -> Array:
 def sensitivities(impacts: Rebounds, columns: Columns, theta: Array, noise: Noise) -> tuple[dict[str, Array], Array]:
     """Predicted values by name, and derivatives of the measured ones over their noise, shape (n, n_measured, n_theta).
 
-    The measured ones are those whose noise is given.
+    Quantities with a given noise count as measured.
     """
     found = impacts.predicted(columns(stencil(theta)))
     slopes: list[Array] = []
@@ -80,7 +80,7 @@ def functional_slopes(columns: Columns, theta: Array, omega: float) -> tuple[Arr
 
 
 def standard_errors(information: Array, gradients: Array) -> Array:
-    """Standard errors of functions of given gradients, shape (k, p); infinite along directions without information."""
+    """Standard errors of functions with gradients of shape (k, p); infinite along directions without information."""
     eigenvalues, vectors = np.linalg.eigh(information)
     flat = eigenvalues <= _SINGULAR * eigenvalues[-1]
     shares = (gradients @ vectors) ** 2
@@ -99,27 +99,27 @@ def without(jacobian: Array, other: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Impacts to do next, and what they would determine.
+    """Impacts to measure next, and the errors of the parameters that they would leave.
 
     Attributes
     ----------
     radius, mass, velocity : array
         Chosen impacts, in ascending order: radius [m], mass [kg] and velocity [m/s], shape (n,).
     repeats : array of int
-        How often each is to be done.
+        Number of repeats of each.
     restitution_coefficient, contact_time : array
         Values that the guess predicts.
     standard_errors : dict
-        Predicted relative standard error of each parameter (of a Poisson ratio or an exponent: absolute); infinite
-        where it is not determined.
+        Predicted relative standard error of each parameter (absolute for a Poisson ratio or an exponent); infinite
+        if it is not determined.
     functional_errors : dict
         Relative standard errors of abs(E*), E'' and tan delta at `angular_frequency`.
     angular_frequency : float
         pi over the mean contact time [rad/s].
     one_radius : dict
-        Largest standard error with the best design for each single ball, by its radius [m].
+        Largest standard error of the best design with one ball, by its radius [m].
     criterion : {"E", "D"}
-        What the design minimises.
+        Criterion that the design minimises.
     """
 
     radius: Array
@@ -141,7 +141,7 @@ class Design:
 
     @property
     def gains(self) -> dict[float, float]:
-        """Factors by which the design lowers the largest standard error of each single ball, by its radius [m]."""
+        """Largest standard error of the best design with one ball over that of this design, by its radius [m]."""
         return {radius: error / self.largest_error for radius, error in self.one_radius.items()}
 
     @property
@@ -197,12 +197,12 @@ _TABLE = {
 
 
 def per_cent(error: float) -> str:
-    """Standard error as a share, two digits long."""
+    """Standard error as a share, with two digits."""
     return f"{float(f'{100.0 * error:.2g}'):g} %"
 
 
 def known(error: float) -> str:
-    """How well something is known of which the logarithm has this standard error."""
+    """Standard error of a logarithm, in words."""
     if error < 0.5:
         return f"to {per_cent(error)}"
     return f"to a factor of {math.exp(error):.2g}" if error < _UNKNOWN else "not at all"
@@ -217,7 +217,7 @@ def design(
     fixed: Iterable[str] = ("poisson_ratio", "bulk_modulus"),
     noise: Noise | None = None,
 ) -> Design:
-    """Impacts that determine the parameters of a model best, if a guess of the material is about right.
+    """Impacts that determine the parameters of a model best, given a rough guess of the material.
 
     Parameters
     ----------
@@ -235,12 +235,12 @@ def design(
     fixed : names
         Parameters of the model that are known; an identification has its own.
     noise : Noise
-        Noise of the quantities that are measured; by default 1 % of restitution coefficient and contact time.
+        Noise of the measured quantities; by default 1 % of restitution coefficient and contact time.
 
     Returns
     -------
     Design
-        The impacts, the predicted errors, and the gain of several radii over velocities alone.
+        The impacts, the predicted errors, and the gain over designs with one ball.
 
     Raises
     ------
@@ -249,8 +249,9 @@ def design(
 
     Notes
     -----
-    Each impact in turn is the one that improves the criterion most; then each is exchanged until none improves it
-    (Fedorov, *Theory of Optimal Experiments*, 1972). One Jacobian over all candidates suffices.
+    Each impact in turn is the one that improves the criterion most. Then impacts are exchanged one by one until no
+    exchange improves the criterion (Fedorov, *Theory of Optimal Experiments*, 1972). One Jacobian over all candidates
+    suffices.
 
     Examples
     --------
@@ -276,7 +277,7 @@ def design(
     if not np.any(possible):
         raise InputError("candidates", wanted="must hold an impact after which the body separates")
     information = np.einsum("nqp,nqr->npr", jacobian, jacobian)
-    # Standard errors are relative, but absolute for parameters that do not enter by their logarithm.
+    # Standard errors are relative for parameters that enter by their logarithm, absolute for others.
     scales = np.diag([
         1.0 if one.kind == "log" else float(one.outward(z + _STEP) - one.outward(z - _STEP)) / (2.0 * _STEP)
         for one, z in zip(space.free, theta, strict=True)
@@ -324,7 +325,7 @@ def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array, Arra
 
 
 def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
-    """Every velocity with every ball, in ascending radius, mass and velocity, and the radii."""
+    """Every velocity with every ball, in ascending order of radius, mass and velocity; and the radii."""
     for name in candidates:
         checks.one_of("candidates", name, ("velocity", "radius", "mass", "density"))
     for name in ("velocity", "radius"):
@@ -341,7 +342,7 @@ def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
         "mass" if "mass" in given else "density",
     )
     if given[name].size not in (1, radius.size):
-        raise InputError(f"candidates.{name}", wanted=f"must be one number, or {radius.size} as there are radii")
+        raise InputError(f"candidates.{name}", wanted=f"must be one number, or {radius.size}, one for each radius")
     mass = given["mass"] if name == "mass" else sphere_mass(given["density"], radius)
     mass = np.broadcast_to(mass, radius.shape)
     every = np.repeat(radius, velocity.size), np.repeat(mass, velocity.size), np.tile(velocity, radius.size)
@@ -358,7 +359,7 @@ def _best(
 
     def best_with(total: Array) -> int:
         eigenvalues = np.linalg.eigvalsh(total + ridge + some)
-        # Before every direction has some information, the volume guides the choice.
+        # The volume guides the choice until every direction has some information.
         if criterion == "E" and eigenvalues[:, 0].max() > 100.0 * ridge[0, 0]:
             return int(np.argmax(eigenvalues[:, 0]))
         return int(np.argmax(np.log(np.maximum(eigenvalues, 1e-300)).sum(axis=1)))

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def write_material(found: Identification, path: str | Path) -> Path:
-    """Write the best material with its errors as comments, and the first ball of the data where there is one."""
+    """Write the best material with its errors as comments, and the first ball of the data, if any."""
     low, high = found.window
     comments = [
         f"Identified from {', '.join(one.label or repr(one) for one in found.data)}",
         f"chi2/dof = {found.reduced_chi2:.4g}, {found.degrees_of_freedom} degrees of freedom",
-        f"holds from {low:.4g} to {high:.4g} rad/s" if math.isfinite(low) else "no datum shows a time",
+        f"holds from {low:.4g} to {high:.4g} rad/s" if math.isfinite(low) else "the data contain no time",
         *(f"{name} = {one.words}" for name, one in found.parameters.items()),
         f"covariance of the logarithms of {', '.join(found.parameters)}:",
         *(" ".join(f"{value:.4e}" for value in row) for row in found.covariance),
@@ -45,7 +45,7 @@ def write_material(found: Identification, path: str | Path) -> Path:
 
 
 def _section(found: Identification) -> dict[str, Any]:
-    """Keys of the material: the constants of a model of the package, or else its relaxation functions."""
+    """Keys of the material: constants of a model of the package, or else relaxation functions."""
     space = found.problem.space
     if space.entry is not None:
         arguments = space.arguments(found.coordinates[None, : found.problem.n_parameters])

@@ -1,4 +1,4 @@
-"""Statements in words: what data determine of a material, what they do not, and which measurement would settle it."""
+"""Statements: what data determine of a material, what they do not, and which measurement would help most."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Directions whose singular value is below this share of the largest change no datum; the Jacobian errs by 1e-7.
+# A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
 _EXACT = 1e-6
-# Two directions are the same if they differ by less.
+# Two directions are the same if they differ by less than this share.
 _SAME = 1e-3
-# Parameters that change by a smaller share than this of the largest change are left out of the words.
+# Parameters that change by less than this share of the largest change are not listed.
 _SMALL = 0.03
-# A measurement settles a parameter if it lowers the standard error of its logarithm below this.
+# A measurement determines a parameter if it lowers the standard error of its logarithm below this.
 _SETTLED = 0.5
 
 
 class FlatDirection(NamedTuple):
-    """Change of the parameters that the data do not show."""
+    """Change of the parameters with no effect, or almost none, on the data."""
 
-    exponents: dict[str, float]  # of the parameters, by name: each is multiplied by x to this power
-    exact: bool  # whether it changes no datum at all
+    exponents: dict[str, float]  # each parameter is multiplied by x to this power
+    exact: bool  # whether the change has no effect at all
     words: str
 
 
 def statements(found: Identification) -> list[str]:
-    """What the data of an identification determine and what they do not."""
+    """State what the data of an identification determine and what they do not determine."""
     problem, theta = found.problem, found.coordinates[: found.problem.n_parameters]
     contacts = [one for one in problem.data if isinstance(one, Rebounds)]
     impacts = contacts[0] if contacts else None
@@ -87,7 +87,7 @@ def knowledge(
 
     def add(vector: Array, exactly: bool, words: str) -> None:
         changes = _changes(own, vector)
-        start = "No datum changes (exactly)" if exactly else "The data hardly change"
+        start = "The data do not change at all" if exactly else "The data hardly change"
         directions.append(FlatDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
 
     space = rows[exact]
@@ -109,7 +109,7 @@ def knowledge(
 
 
 def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
-    """Whether the data show a direction of the parameters once nuisance n is known."""
+    """Whether the data determine a direction of the parameters if nuisance n is known."""
     others = np.delete(jacobian[:, p:], n, axis=1)
     return float(np.linalg.norm(without(jacobian[:, :p], others) @ vector)) > float(np.linalg.norm(vector))
 
@@ -117,7 +117,7 @@ def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
 def _invariances(
     columns: Columns, theta: Array, window: tuple[float, float], exponent: float | None
 ) -> list[tuple[Array, str]]:
-    """Changes of the parameters that leave data as they are by theory, where the model can make them."""
+    """Changes of the parameters without effect on the data by theory, if the model has them."""
     omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
     matrix = slope(_logarithms(columns(stencil(theta)).reduced.complex_modulus(omega)))
     sizes, rows = np.linalg.svd(matrix)[1:]
@@ -150,7 +150,7 @@ def _complement(space: Array, vector: Array) -> Array:
 
 
 def _reduced_rows(space: Array) -> tuple[Array, list[int]]:
-    """Basis of a space of rows in which each vector has an entry 1 where the others have 0, and these places."""
+    """Basis of a space of rows with an identity matrix in some columns, and these columns."""
     basis, pivots = space.copy(), list[int]()
     for n in range(len(basis)):
         pivots.append(int(np.argmax(np.abs(basis[n]))))
@@ -161,7 +161,7 @@ def _reduced_rows(space: Array) -> tuple[Array, list[int]]:
 
 
 def _sparse(vector: Array, exact: Array) -> Array:
-    """Direction plus the multiple of an exact one, which changes no datum, that leaves the fewest parameters."""
+    """Direction plus the multiple of an exact one that leaves the fewest parameters."""
     found = [vector]
     for row in exact:
         found += [vector - vector[n] / row[n] * row for n in np.flatnonzero(np.abs(row) > _SMALL)]
@@ -170,7 +170,7 @@ def _sparse(vector: Array, exact: Array) -> Array:
 
 
 def _changes(names: Iterable[Any], vector: Array) -> dict[Any, float]:
-    """Powers of a common factor by which parameters change, halves recognised."""
+    """Powers of a common factor by which parameters change, rounded to halves if close."""
     largest = float(np.abs(vector).max())
     pairs = zip(names, vector.tolist(), strict=True)
     return {name: _simple(power) for name, power in pairs if abs(power) > _SMALL * largest}
@@ -190,7 +190,7 @@ def _factor(power: float) -> str:
 
 
 def _listed(changes: dict[str, float]) -> str:
-    """Changes in words; equal ones together."""
+    """Changes in words, equal changes together."""
     groups: dict[float, list[str]] = {}
     for name, power in changes.items():
         groups.setdefault(power, []).append(name)
@@ -204,7 +204,7 @@ def _joined(words: list[str]) -> str:
 def _functionals(
     columns: Columns, theta: Array, window: tuple[float, float], information: Array, impacts: Rebounds | None
 ) -> str:
-    """How well abs(E*), E'' and tan delta are known in the middle of the data."""
+    """Errors of abs(E*), E'' and tan delta in the middle of the data, in words."""
     omega = math.sqrt(window[0] * window[1])
     _, gradients = functional_slopes(columns, theta, omega)
     place = f"{omega:.4g} rad/s"
@@ -224,7 +224,7 @@ def _functionals(
 
 
 def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], vector: Array) -> str:
-    """Where a change of the parameters would show, if it does not show within the window."""
+    """Frequencies at which a change of the parameters has a larger effect than within the window, in words."""
 
     def seen(low: float, high: float) -> float:
         logs = _logarithms(columns(stencil(theta)).reduced.complex_modulus(np.geomspace(low, high, 15)))
@@ -234,12 +234,12 @@ def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], ve
     if max(below, above) < 3.0 * inside:
         return ""
     if above > below:
-        return "It shows at higher frequencies: in shorter contacts, of smaller balls or at higher velocities."
-    return "It shows at lower frequencies: in longer contacts, of larger balls or at lower velocities, or in a hold."
+        return "Higher frequencies would show it: shorter contacts, of smaller balls or at higher velocities."
+    return "Lower frequencies would show it: longer contacts, of larger balls or at lower velocities, or a hold."
 
 
 def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Array) -> list[str]:
-    """Products of powers of parameters that the data determine although they do not determine each parameter."""
+    """Products of powers of parameters that the data determine, but not each parameter alone."""
     basis, pivots = _reduced_rows(hidden)
     found: list[str] = []
     for n, name in enumerate(names):
@@ -257,7 +257,7 @@ def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Ar
 def _further(
     names: Sequence[str], columns: Columns, theta: Array, information: Array, impacts: Rebounds | None
 ) -> list[str]:
-    """The one more measurement that would settle the parameters, and the largest standard error that it leaves."""
+    """One further measurement that would determine the parameters, and the largest standard error after it."""
     ways = {} if impacts is None else _impacts_like(impacts, columns, theta)
     for n, name in enumerate(names):
         ways[f"a known {name} (to 5 %)"] = 20.0 * np.eye(len(names))[n : n + 1]
@@ -266,12 +266,12 @@ def _further(
     best = min(left, key=left.__getitem__)
     if left[best] > _SETTLED:
         return [
-            f"No single further measurement settles it; the best, {best}, determines the worst {known(left[best])}."
+            f"No single further measurement is sufficient; the best, {best}, determines the worst {known(left[best])}."
         ]
-    # The simplest one comes first.
+    # The simplest measurement comes first.
     simple = next(words for words, error in left.items() if error <= _SETTLED)
     listed = [f"{words} leaves standard errors of at most {per_cent(left[words])}" for words in {simple: 0, best: 0}]
-    return [f"One more measurement would settle it: {'; '.join(listed)}."]
+    return [f"One more measurement is sufficient: {'; '.join(listed)}."]
 
 
 def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str, Array]:
