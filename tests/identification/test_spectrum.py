@@ -103,3 +103,9 @@ def test_restitution_alone_is_refused():
     noise = rs.Noise(restitution_coefficient="1 %")
     with pytest.raises(InputError, match="contact time"):
         spectrum(rebounds(TRUTHS["power law"], contact_time=None, noise=noise))
+
+
+def test_identify_makes_it():
+    found = rs.identify(rebounds(TRUTHS["power law"]), "spectrum", fixed={"poisson_ratio": 0.3})
+    assert found.poisson_ratio == 0.3
+    assert found.chi2 < 1.0

@@ -101,37 +101,19 @@ def without(jacobian: Array, other: Array) -> Array:
 class Design:
     """Impacts to measure next, and the errors of the parameters that they would leave.
 
-    Attributes
-    ----------
-    radius, mass, velocity : array
-        Chosen impacts, in ascending order: radius [m], mass [kg] and velocity [m/s], shape (n,).
-    repeats : array of int
-        Number of repeats of each.
-    restitution_coefficient, contact_time : array
-        Values that the guess predicts.
-    standard_errors : dict
-        Predicted relative standard error of each parameter (absolute for a Poisson ratio or an exponent); infinite
-        if it is not determined.
-    functional_errors : dict
-        Relative standard errors of abs(E*), E'' and tan delta at `angular_frequency`.
-    angular_frequency : float
-        pi over the mean contact time [rad/s].
-    one_radius : dict
-        Largest standard error of the best design with one ball, by its radius [m].
-    criterion : {"E", "D"}
-        Criterion that the design minimises.
+    Standard errors are relative, those of Poisson ratios and exponents absolute, and infinite if nothing is known.
     """
 
-    radius: Array
-    mass: Array
-    velocity: Array
-    repeats: NDArray[np.int64]
-    restitution_coefficient: Array
-    contact_time: Array
-    standard_errors: dict[str, float]
-    functional_errors: dict[str, float]
-    angular_frequency: float
-    one_radius: dict[float, float]
+    radius: Array  # of the chosen impacts in ascending order [m], shape (n,)
+    mass: Array  # [kg]
+    velocity: Array  # [m/s]
+    repeats: NDArray[np.int64]  # how often each impact is to be done
+    restitution_coefficient: Array  # from the guess
+    contact_time: Array  # from the guess [s]
+    standard_errors: dict[str, float]  # of each parameter
+    functional_errors: dict[str, float]  # of abs(E*), E'' and tan delta at `angular_frequency`
+    angular_frequency: float  # pi over the mean contact time [rad/s]
+    one_radius: dict[float, float]  # largest standard error with the best design for each ball alone, by radius [m]
     criterion: Criterion
 
     @property
@@ -370,10 +352,10 @@ def _best(
         chosen.append(best_with(total))
         total = total + some[chosen[-1]]
     for _ in range(_ROUNDS):
-        before = list(chosen)
-        for n, old in enumerate(before):
+        last = list(chosen)
+        for n, old in enumerate(last):
             chosen[n] = best_with(total - some[old])
             total = total - some[old] + some[chosen[n]]
-        if chosen == before:
+        if chosen == last:
             break
     return places[chosen]

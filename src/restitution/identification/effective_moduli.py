@@ -58,32 +58,20 @@ FORMULA_ERRORS = {
 class EffectiveModuli:
     """Complex reduced modulus from each bounce; arrays of shape (n,), one entry for each bounce.
 
-    Attributes
-    ----------
-    angular_frequency : array
-        omega = 1.13 pi over the contact time [rad/s]; NaN if neither time nor force was measured.
-    storage_modulus, loss_modulus : array
-        E*' and E*'' [Pa] at this frequency; NaN if neither time nor force was measured.
-    loss_tangent : array
-        tan delta [-] at this frequency.
-    storage_modulus_error, loss_modulus_error, loss_tangent_error : array
-        Standard errors from the noise of the measurement alone; NaN if the noise is unknown.
-    velocity, restitution_coefficient : array
-        Impact velocity [m/s] and coefficient of restitution [-] of each bounce.
-    statements : tuple of str
-        Errors of the formulas, and missing measurements, in words.
+    Values are NaN if neither time nor force was measured. The errors are standard errors from the noise of the
+    measurement alone, NaN if the noise is unknown.
     """
 
-    angular_frequency: Array
-    storage_modulus: Array
-    loss_modulus: Array
-    loss_tangent: Array
+    angular_frequency: Array  # 1.13 pi over the contact time [rad/s]
+    storage_modulus: Array  # E*' [Pa]
+    loss_modulus: Array  # E*'' [Pa]
+    loss_tangent: Array  # tan delta [-], known for all bounces
     storage_modulus_error: Array
     loss_modulus_error: Array
     loss_tangent_error: Array
-    velocity: Array
+    velocity: Array  # of the impacts [m/s]
     restitution_coefficient: Array
-    statements: tuple[str, ...]
+    statements: tuple[str, ...]  # errors of the formulas, and missing measurements, in words
 
     def to_dataset(self) -> xr.Dataset:
         """Table of the bounces over the dimension `bounce`, with units, without columns that have no number."""

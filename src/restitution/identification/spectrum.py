@@ -38,41 +38,19 @@ _MODULI = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent"
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`.
+    """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`."""
 
-    Attributes
-    ----------
-    relaxation_times, branch_moduli : array, shape (n,)
-        Grid of times [s] and moduli [Pa] of the reduced modulus E*(t).
-    equilibrium_modulus : float
-        Equilibrium modulus of E*(t) [Pa].
-    poisson_ratio : float
-        Constant Poisson ratio of the material.
-    weight : float
-        Weight of the squared second differences of the logarithm of the spectrum, from generalised cross-validation.
-    chi2 : float
-        Sum of squares of the residuals over their standard deviations.
-    effective_parameters : float
-        Trace of the influence matrix: the number of parameters that the data determine.
-    covariance : array
-        Of the logarithms of the equilibrium modulus and of the branch moduli.
-    window : tuple of float
-        Lowest and highest angular frequency [rad/s] of the data.
-    residuals : tuple of array
-        Residuals of each set of data over their standard deviations.
-    """
-
-    relaxation_times: Array
-    branch_moduli: Array
-    equilibrium_modulus: float
-    poisson_ratio: float
-    weight: float
-    chi2: float
-    effective_parameters: float
-    covariance: Array
-    window: tuple[float, float]
-    residuals: tuple[Array, ...]
-    nuisances: dict[str, float]
+    relaxation_times: Array  # of the grid [s], shape (n,)
+    branch_moduli: Array  # of the reduced modulus E*(t) [Pa], shape (n,)
+    equilibrium_modulus: float  # of E*(t) [Pa]
+    poisson_ratio: float  # constant
+    weight: float  # of the squared second differences of the logarithms of the branch moduli
+    chi2: float  # sum of squares of the residuals over their standard deviations
+    effective_parameters: float  # trace of the influence matrix: the number that the data determine
+    covariance: Array  # of the logarithms of the equilibrium modulus and of the branch moduli
+    window: tuple[float, float]  # lowest and highest angular frequency [rad/s] of the data
+    residuals: tuple[Array, ...]  # of each set of data, over their standard deviations
+    nuisances: dict[str, float]  # unknowns of the measurements, by name
     data: tuple[Observations, ...] = field(repr=False)
 
     @property
@@ -122,13 +100,13 @@ class Spectrum:
         """Range of the moduli, and doubts about the spectrum, in words."""
         low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
         lines = [
-            f"The moduli hold from {low:.3g} to {high:.3g} rad/s, half to twice the window of the data, for a smooth "
-            "spectrum. Outside they are not stated: their bands would be too narrow.",
+            f"Moduli and bands hold from {low:.3g} to {high:.3g} rad/s, half to twice the window of the data, "
+            "if the spectrum is smooth. A single relaxation time may err by more, also with a good chi-square."
         ]
         if self.reduced_chi2 > 1.5:
             lines.append(
-                f"The reduced chi-square is {self.reduced_chi2:.2g}: the material may have lines, single relaxation "
-                "times, that a smooth spectrum cannot follow. Compare a model with few terms."
+                f"The reduced chi-square is {self.reduced_chi2:.2g}: the material may have single relaxation times. "
+                "Compare a model with few terms."
             )
         return tuple(lines)
 
@@ -285,8 +263,10 @@ class _Problem:
 
     def solve(self) -> tuple[Array, float]:
         """Minimum with the weight of least generalised cross-validation; weights fall from the smoothest spectrum."""
-        theta, best, rises = self.start, (math.inf, self.start, 1.0), 0
+        theta, best, rises = self.start.copy(), (math.inf, self.start, 1.0), 0
         for weight in _WEIGHTS:
+            # A smooth spectrum without an equilibrium modulus is no start for rougher ones.
+            theta[0] = max(theta[0], self.start[0] - 3.0)
             theta = self._minimum(theta, weight)
             score = self._score(theta, weight)
             if score < best[0]:
