@@ -37,3 +37,22 @@ def test_transform_beside_the_breaks(kind):
         np.testing.assert_allclose(tip.transform(x), wanted, rtol=1e-9, atol=1e-9 * float(transform(r[-1])))
         flank = x > r[1] * (1.0 + 1e-6)
         np.testing.assert_allclose(tip.contact_radius(tip.transform(x[flank])), x[flank], rtol=1e-9)
+
+
+@pytest.mark.parametrize("spacing", ["even", "uneven", "geometric", "with a gap"])
+def test_transform_of_long_tables(spacing):
+    """Of a r + b r^2 the transform is pi/2 a x + 2 b x^2; pieces far from x count in groups of 32."""
+    rng = np.random.default_rng(7)
+    steps = {
+        "even": np.ones(500),
+        "uneven": rng.uniform(0.1, 1.0, 500),
+        "geometric": np.geomspace(1e-4, 1.0, 300),
+        "with a gap": np.repeat([0.1, 50.0, 0.1], [200, 1, 199]),
+    }[spacing]
+    r = np.append(0.0, np.cumsum(steps))
+    r /= r[-1]
+    tip = Tabulated(r, 0.3 * r + r**2)
+    x = np.sort(np.concatenate([r, rng.uniform(0.0, 1.0, 500)]))
+    np.testing.assert_allclose(tip.transform(x), 0.15 * math.pi * x + 2.0 * x**2, rtol=1e-10)
+    wanted = 0.15 * math.pi * x**2 / 2.0 + 4.0 * x**3 / 3.0
+    np.testing.assert_allclose(tip.force_integral(x), wanted, rtol=1e-10)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 _NEAR_NODES = 10
 _FAR_NODES = 8
 _FAR = 2.0
+# Pieces of a group. Two of its widths away, its nodes take the place of theirs, at rounding level too.
+_GROUP = 32
+_GROUP_NODES = 16
 # Largest number of values in memory at a time, some tens of megabytes.
 _BLOCK = 500_000
 _DEGREE = 20
@@ -57,6 +60,23 @@ class AbelTransform:
         first, second = self._first(self._far_nodes), self._second(self._far_nodes)
         integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=-1)
         self._far_integrands = (0.5 * widths[:, None] * weights)[..., None] * integrands
+        self._group()
+
+    def _group(self) -> None:
+        """Move the integrands of each full group of pieces to its Chebyshev nodes, by their Lagrange polynomials."""
+        edges = self._breaks[::_GROUP]
+        count, widths = len(edges) - 1, np.diff(edges)[:, None]
+        angle = np.pi * (np.arange(_GROUP_NODES) + 0.5) / _GROUP_NODES
+        self._group_nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
+        place = (self._far_nodes[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES) - edges[:-1, None]) / widths
+        basis: Any = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
+        lagrange = np.cos(np.arange(_GROUP_NODES)[:, None] * angle) * (2.0 / _GROUP_NODES)
+        lagrange[0] *= 0.5
+        integrands = self._far_integrands[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES, 3)
+        self._group_integrands = np.einsum("gik,kj,giq->gjq", basis, lagrange, integrands, optimize=True)
+        # Number of leading groups that are far from any x beyond each edge.
+        far_from = np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0])
+        self._group_edges, self._far_groups = edges, np.searchsorted(far_from, edges, side="left")
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
@@ -140,20 +160,31 @@ class AbelTransform:
         return np.einsum("jn,cnq->jcq", basis, values)
 
     def _integrated(self, y: Array) -> Array:
-        rows = max(1, _BLOCK // self._far_nodes.size)
-        blocks = [self._integrated_block(y[i : i + rows]) for i in range(0, len(y), rows)]
-        return np.concatenate(blocks) if blocks else np.empty((0, 3))
+        edge = np.searchsorted(self._group_edges, self._radius(y), side="right") - 1
+        groups = self._far_groups[np.maximum(edge, 0)]
+        values = np.empty((len(y), 3))
+        for count in np.unique(groups):
+            rows = np.flatnonzero(groups == count)
+            step = max(1, _BLOCK // (self._far_nodes.size - count * (_GROUP * _FAR_NODES - _GROUP_NODES)))
+            for part in (rows[i : i + step] for i in range(0, len(rows), step)):
+                values[part] = self._integrated_block(y[part], int(count))
+        return values
 
-    def _integrated_block(self, y: Array) -> Array:
+    def _integrated_block(self, y: Array, groups: int) -> Array:
+        """Integrals at some y, for all of which so many leading groups are far."""
         face = self.face
         x = self._radius(y)
+        first = _GROUP * groups
         last = int(np.searchsorted(self._breaks[:-1], np.max(x), side="right"))
-        far = x[:, None] > self._far_from[:last]
-        row, piece = np.nonzero(~far & (x[:, None] > self._breaks[:last]))
-        sums = self._near(x, y, row, piece)
-        r = self._far_nodes[:last]
+        far = x[:, None] > self._far_from[first:last]
+        row, piece = np.nonzero(~far & (x[:, None] > self._breaks[first:last]))
+        sums = self._near(x, y, row, first + piece)
+        r = self._far_nodes[first:last]
         squared = np.where(far[..., None], (x[:, None, None] - r) * (x[:, None, None] + r), np.inf)
-        sums += np.tensordot(1.0 / np.sqrt(squared), self._far_integrands[:last], axes=2)
+        sums += np.tensordot(1.0 / np.sqrt(squared), self._far_integrands[first:last], axes=2)
+        r = self._group_nodes[:groups]
+        inverse = 1.0 / np.sqrt((x[:, None, None] - r) * (x[:, None, None] + r))
+        sums += np.tensordot(inverse, self._group_integrands[:groups], axes=2)
         depth, inner, force_integral = x * sums[:, 0], sums[:, 1], sums[:, 2]
         if face > 0.0:
             inner = (y * inner + self._first.c[-1, 0] * face) / x
