@@ -181,7 +181,7 @@ def page() -> str:
         lines.append(f'| `"{name}"` | {columns}{more} | {keys} |')
     lines += [
         "",
-        "A column `sd_` and a name holds standard deviations. Units stand in the header, as in `velocity [m/s]`.",
+        "A column of standard deviations has the prefix `sd_`. The header has the units, as in `velocity [m/s]`.",
     ]
     lines += table("`[design]`", identification.DesignSection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)

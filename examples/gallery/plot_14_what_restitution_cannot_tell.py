@@ -1,9 +1,10 @@
 r"""
-What e(v) alone can't tell
-==========================
+What e(v) does not determine
+============================
 
-A ball rebounds alike from two materials, at all velocities. One of them is 15 times as stiff as the other and relaxes
-three times as fast. No set of restitution coefficients can distinguish them; one contact time can.
+A ball has the same restitution coefficient on two materials, at all velocities. One of them is about 16 times as stiff
+as the other and relaxes three times as fast. No set of restitution coefficients can distinguish them, but one contact
+time can.
 """
 
 import matplotlib.pyplot as plt
@@ -25,7 +26,7 @@ def rubber(factor):
 results = {factor: rs.solve(rs.Impact(rubber(factor), rs.Parabola(radius), mass, velocity)) for factor in (1.0, 3.0)}
 
 # %%
-# The measured values have a noise of 0.5 %. The fit follows them, but states no modulus and no time:
+# The measured values have a noise of 0.5 %. They do not determine a modulus or a time:
 
 rng = np.random.default_rng(1)
 measured = results[1.0].restitution_coefficient * (1.0 + 0.005 * rng.standard_normal(velocity.size))
@@ -36,7 +37,7 @@ for line in found.statements:
     print(line)
 
 # %%
-# One contact time is enough. The first nine are unknown, NaN, and the last one has a noise of 1 %:
+# One contact time is enough. The first nine are unknown (NaN), and the last one has a noise of 1 %:
 
 times = np.full(velocity.size, np.nan)
 times[-1] = results[1.0].contact_time[-1] * 1.01
@@ -58,7 +59,7 @@ right.set(xlabel="velocity [m/s]", ylabel="contact time [ms]", ylim=(0.0, None))
 left.legend()
 
 # %%
-# The restitution coefficients of both materials agree, and the contact times differ by the factor of the times.
+# The restitution coefficients of both materials agree, and the contact times differ by a factor of three.
 
 assert np.allclose(results[1.0].restitution_coefficient, results[3.0].restitution_coefficient, rtol=1e-8)
 assert np.allclose(results[1.0].contact_time, 3.0 * results[3.0].contact_time, rtol=1e-8)

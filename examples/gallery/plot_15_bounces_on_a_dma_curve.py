@@ -1,10 +1,10 @@
 """
-Five bounces on top of a DMA curve
-==================================
+Five bounces and a DMA curve
+============================
 
-A bounce with its contact time is one point of a table of dynamic moduli, at a frequency of about one over twice the
-contact time. Five balls of different size measure the moduli of a rubber over more than a decade, at frequencies that
-most rheometers cannot reach.
+A bounce with a contact time T is one point of a table of dynamic moduli, at a frequency of about 1/(2 T). Five balls
+of different size measure the moduli of a rubber over more than a decade, at frequencies beyond the range of most
+rheometers.
 """
 
 import matplotlib.pyplot as plt
@@ -13,8 +13,8 @@ import numpy as np
 import restitution as rs
 
 # %%
-# The rubber has a broad relaxation spectrum, so that the loss tangent changes slowly with frequency. The balls are of
-# steel and fall from 1 cm.
+# The rubber has a broad relaxation spectrum, so the loss tangent changes slowly with frequency. The steel balls fall
+# from 1 cm.
 
 times = np.geomspace(1e-7, 1e1, 17)
 shear = rs.PronySeries(1e7, 4e6 * (times / 1e-3) ** -0.08, times)
@@ -38,7 +38,8 @@ moduli = rs.effective_moduli(balls)
 print(moduli)
 
 # %%
-# The curves are those of the rubber, and the bars show the noise. ``moduli.plot(rubber)`` draws a similar picture.
+# The curves are the moduli of the rubber, and the bars show the noise. ``moduli.plot(rubber)`` draws a similar
+# picture.
 
 reduced = rs.reduced_modulus(rubber)
 curve = np.geomspace(0.3 * moduli.angular_frequency.min(), 3.0 * moduli.angular_frequency.max(), 100)

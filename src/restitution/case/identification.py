@@ -1,4 +1,4 @@
-"""Case files of identifications and of designs: measured data and a model, or a guess and possible impacts."""
+"""Case files of identifications (measured data and a model) and of designs (a guess and possible impacts)."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SPECTRUM = "spectrum"
 _KNOWN = ("poisson_ratio", "bulk_modulus")
 _PRIOR = '{ bulk_modulus = { lognormal = ["2 GPa", 0.2] } }'
 _LOSS = "loss function of the residuals; all but the first reduce the weight of outliers"
-_CRITERION = "what is minimised: the error of the worst direction, or the volume of the error ellipsoid"
+_CRITERION = "minimise the error of the worst direction, or the volume of the error ellipsoid"
 _Table = dict[str, Any] | None
 _SHIFTS = {"wlf": WLF, "arrhenius": Arrhenius}
 _INPUTS = ("radius", "mass", "velocity", "temperature", "external_force", "gravity", "drop_height")
@@ -156,12 +156,12 @@ def _ends(name: str, given: Any) -> tuple[float, float]:
 
 
 class IdentificationSection(Section):
-    """The model of the material, and what is known of its constants."""
+    """The model of the material, and known constants, bounds and priors."""
 
     model: Annotated[str, Field(description='name of a model, as in `[material]`, or `"spectrum"`')]
     terms: Annotated[StrictInt, Field(ge=1, le=50, description="number of terms of a model with lists")] = 2
     fixed: Annotated[_Table, Field(description="known constants, such as `{ poisson_ratio = 0.47 }`")] = None
-    bounds: Annotated[_Table, Field(description="ends of constants, such as `{ viscosity = [1, 1e6] }`")] = None
+    bounds: Annotated[_Table, Field(description="bounds of constants, such as `{ viscosity = [1, 1e6] }`")] = None
     start: Annotated[_Table, Field(description="first values of constants; the default follows from the data")] = None
     prior: Annotated[_Table, Field(description=f"distributions, such as `{_PRIOR}`")] = None
     shift: Annotated[Literal["wlf", "arrhenius"] | None, Field(description="law of the shift to be found")] = None
@@ -204,7 +204,7 @@ class IdentificationFile(Section):
     """A whole case file of an identification."""
 
     elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("body", "impact", "material", "indentation"), "the material is what is sought; the data stand in [[data]]"
+        ("body", "impact", "material", "indentation"), "an identification has none; its data are in [[data]]"
     )
 
     title: str | None = None
@@ -229,7 +229,7 @@ class IdentificationCase:
             return identify(list(self.data), self.section.model, profiles=profiles, **self.section.options)
 
     def compare(self) -> Comparison | None:
-        """Compare the model with those of the key `compare`; None where the file has none."""
+        """Compare the model with those of the key `compare`; None without the key."""
         if not self.section.compare:
             return None
         from restitution.identification.identify import identify
@@ -273,7 +273,7 @@ def read_identification(path: str | Path) -> IdentificationCase:
 
 
 class DesignSection(Section):
-    """Possible impacts, of which the best are chosen."""
+    """Possible impacts for a design."""
 
     velocity: Annotated[Any, Field(description="impact velocities: a list or an axis, as in `[axes]`")]
     radius: Annotated[Any, Field(description="radii of the balls: a list or an axis")]

@@ -1,4 +1,4 @@
-"""Files of observations: the columns decide what was measured."""
+"""Files of observations; the columns determine the kind of data."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ KINDS: Mapping[str, Kind] = {
     "bounce_times": Kind("bounce_times.BounceTimes", ("time",)),
     "moduli": Kind("tables.Moduli", ()),
 }
-"""Kinds of observations by name; a file is of the first one whose columns it has."""
+"""Kinds of observations by name; a file is of the first kind with its columns."""
 
 
 def read_observations(
@@ -65,17 +65,17 @@ def read_observations(
     Parameters
     ----------
     path : path-like
-        The file. Its header names the columns, with the unit in brackets or behind an underscore:
+        The file. Its header has the names of the columns, with the unit in brackets or after an underscore:
         ``velocity [m/s],restitution_coefficient,contact_time_ms``. Rebounds have the columns `velocity` and
         `restitution_coefficient`, a force history `time` and `force` or `acceleration`, bounces `time` alone, an
         indentation `time`, `depth` and `force`. Further columns are `radius`, `mass`, `contact_time`, `max_force`,
-        `external_force` and `temperature` of rebounds, and `sd_` before any name: the standard deviation. All other
-        files are read by `read_material`.
+        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`. Other
+        files go to `read_material`.
     kind : str, optional
         `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation` or `moduli`, to refuse a
         file of any other kind.
     noise : Noise or mapping, optional
-        Standard deviations of what has no such column.
+        Standard deviations of quantities without such a column.
     **given
         Further arguments of the class, such as ``radius=0.01``.
 
@@ -87,7 +87,7 @@ def read_observations(
     Raises
     ------
     InputError
-        If the file is malformed, or a value is missing or out of range; it names the file and the line.
+        If the file is malformed, or a value is missing or out of range; the message has the file and the line.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
     known = (*one.required, *one.optional)
     strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in known]
     if kind is None and (found == "moduli" or (found == "bounce_times" and strange)):
-        # Times beside an unknown quantity are no bounces, but perhaps a relaxation.
+        # Times with an unknown quantity are not bounces, but perhaps a relaxation.
         if set(names) & _DIMENSIONS.keys() <= {"time", "force", "temperature"}:
             return moduli()
         found = ""

@@ -28,13 +28,13 @@ def identify(
     plot: Plot = None,
     out: Annotated[Path | None, target("Write the material as a part of a case file", "--out", ".toml")] = None,
     profile: Annotated[
-        bool, typer.Option("--profile", help="Compute all intervals from profiles, which takes longer.")
+        bool, typer.Option("--profile", help="Compute all intervals from profiles; this takes longer.")
     ] = False,
 ) -> None:
-    """Find the material that measured impacts, indentations and moduli show, with errors.
+    """Find the material from measured impacts, indentations and moduli, with errors.
 
-    The case file names a model and the files of the data. A parameter that the data do not determine has no number;
-    the report begins with it. Example: restitution identify examples/balls.toml --plot fit.png
+    The case file contains a model and the names of the data files. Parameters that the data do not determine are
+    listed first, without a number. Example: restitution identify examples/balls.toml --plot fit.png
     """
     with user_input():
         from restitution.case.identification import SPECTRUM, read_identification
@@ -84,7 +84,7 @@ def _print(found: Identification, title: str) -> None:
         print(line)
     print()
     for words, group in (
-        ("What the data determine best", found.functionals),
+        ("Best determined quantities", found.functionals),
         (f"Parameters of the model {found.problem.space.model.__name__}", found.parameters),
         ("Unknowns of the measurement", found.nuisances),
     ):
@@ -115,7 +115,7 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
 
 
 def design(case: CaseFile, json: Json = False, plot: Plot = None) -> None:
-    """Choose the impacts that determine a material best, given a guess of it.
+    """Choose the impacts that determine a material best, from a guess of it.
 
     The case file has the guess in [material] and the possible impacts in [design].
     Example: restitution design examples/design.toml
@@ -137,16 +137,16 @@ def design(case: CaseFile, json: Json = False, plot: Plot = None) -> None:
 
 def moduli(
     file: Annotated[Path, argument("FILE.csv", "Measured impacts: velocity, restitution_coefficient, contact_time.")],
-    radius: Annotated[str | None, option("Radius of the ball, where no column has it.", metavar="LENGTH")] = None,
-    mass: Annotated[str | None, option("Mass of the ball, where no column has it.", metavar="MASS")] = None,
-    dma: Annotated[Path | None, option("Measured moduli, to draw behind the bounces.", metavar="FILE")] = None,
+    radius: Annotated[str | None, option("Radius of the ball, if no column has it.", metavar="LENGTH")] = None,
+    mass: Annotated[str | None, option("Mass of the ball, if no column has it.", metavar="MASS")] = None,
+    dma: Annotated[Path | None, option("Measured moduli, to draw with the bounces.", metavar="FILE")] = None,
     nu: Annotated[float, typer.Option("--nu", help="Constant Poisson ratio that converts the moduli of --dma.")] = 0.5,
     json: Json = False,
     plot: Plot = None,
 ) -> None:
-    """Take each bounce as one point of a table of storage and loss modulus over frequency.
+    """Convert each bounce to one point of a table of storage and loss modulus over frequency.
 
-    A column contact_time or max_force makes the moduli known; without, only the loss tangent is.
+    The moduli need a column contact_time or max_force; without it, only the loss tangent is known.
     Example: restitution moduli examples/balls.csv --plot moduli.png
     """
     with user_input():

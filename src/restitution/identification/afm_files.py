@@ -1,4 +1,4 @@
-"""Curves in the files of atomic force microscopes, read by the package afmformats."""
+"""Curves from files of atomic force microscopes, read with the package afmformats."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _HEIGHTS = ("height (measured)", "height (piezo)")
 def read_curves(
     path: str | Path, *, profile: Profile, spring_constant: float | None = None, noise: Noise | None = None
 ) -> list[Callable[[], IndentationCurve]]:
-    """Curves of a file, as functions that read one each, for `identify_map`.
+    """Curves of a file, as functions that each read one curve, for `identify_map`.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def read_curves(
     profile : Profile
         Profile of the indenter.
     spring_constant : float, optional
-        Spring constant of the cantilever [N/m]; that of the file if left out.
+        Spring constant of the cantilever [N/m]; by default that of the file.
     noise : Noise, optional
         See `IndentationCurve`.
 
@@ -38,11 +38,11 @@ def read_curves(
     ------
     InputError
         If the package afmformats is missing or cannot read the file. The functions raise it if a curve has no force,
-        height, time or spring constant, or is no `IndentationCurve`.
+        height, time or spring constant, or `IndentationCurve` refuses it.
 
     Notes
     -----
-    The height of the file falls towards the surface; the depth of the curve is its negative.
+    The height of the file decreases towards the surface; the depth of the curve is its negative.
     """
     try:
         afmformats: Any = importlib.import_module("afmformats")
@@ -50,7 +50,7 @@ def read_curves(
         raise InputError("path", str(path), "needs the package afmformats: pip install afmformats") from None
     try:
         found = list(afmformats.load_data(path))
-    # Its readers raise errors of many types for damaged files.
+    # The readers raise errors of many types for damaged files.
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError("path", str(path), f"cannot be read: {reason}") from None

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _REGISTRY = {**INPUTS, **OUTPUTS, **HISTORY, **MODULI}
-# Words and units of what is measured and is not in the registry, or has other words there.
+# Words and units of measured quantities that are not in the registry, or have other words there.
 _MEASURED = {
     "time": ("time $t$", "s"),
     "touch_time": ("time of the touch", "s"),
@@ -51,7 +51,7 @@ _ABOVE = 2.0
 def overview(found: Identification | Spectrum) -> Figure:
     """Return a page of an identification: data and fit, residuals, profiles, and moduli with bands.
 
-    That of a spectrum has the residuals and the moduli.
+    The page of a spectrum has only the residuals and the moduli.
     """
     groups: dict[tuple[str, str], list[tuple[str, Curve]]] = {}
     for label, curves in getattr(found, "curves", ()):
@@ -198,11 +198,11 @@ def residuals(ax: Axes, found: Identification | Spectrum) -> Axes:
         ax.set_title(f"runs test: p = {chance:.2g}", fontsize=9)
     if len(found.data) > 1:
         ax.legend(fontsize=7.5)
-    return style.labelled(ax, "number of the datum", "residual over its standard deviation")
+    return style.labelled(ax, "number of the value", "residual over its standard deviation")
 
 
 def profiles(ax: Axes, found: Identification) -> Axes:
-    """Draw how much chi2 grows when one parameter has another value than its best one."""
+    """Draw the growth of chi2 over the value of one parameter."""
     level = found.uncertainty.quantile() ** 2
     curves: dict[str, tuple[Array, Array]] = {}
     for parameter in found.problem.space.free:
@@ -236,7 +236,7 @@ def moduli(ax: Axes, found: Identification | Spectrum) -> Axes:
         ("loss_modulus", "loss part $E''$", style.VERMILION, "--"),
     ):
         _band(ax, table, name, factor, color, dash, words)
-    # A spectrum has none outside its window.
+    # A spectrum has no moduli outside its window.
     positive = np.concatenate([one[one > 0.0] for one in central]) * factor
     ax.set(yscale="log", ylim=(positive.min() / 2.0, positive.max() * 2.0))
     ax.legend(fontsize=7.5)
@@ -265,7 +265,7 @@ def _band(ax: Axes, table: xr.Dataset, name: str, factor: float, color: str, das
 
 def _framed(ax: Axes, low: float, high: float, words: str) -> Axes:
     ax.set(xscale="log", xlim=(0.1 * low, 10.0 * high))
-    # No datum supports the moduli beyond the window.
+    # No data support the moduli beyond the window.
     for start, end in ((0.1 * low, low), (high, 10.0 * high)):
         ax.axvspan(start, end, color=style.GREY, alpha=0.18, linewidth=0)
     return style.labelled(ax, r"angular frequency $\omega$ [rad/s] (grey: no data)", words)
@@ -283,7 +283,7 @@ def _axis(name: str, values: Array) -> tuple[float, str]:
 
 
 def _scale(ax: Axes, curves: Sequence[tuple[str, Curve]]) -> None:
-    """Logarithmic axes where the values span much."""
+    """Logarithmic axes if the values have a wide range."""
     x = np.concatenate([one.x for _, one in curves])
     y = np.concatenate([one.measured for _, one in curves])
     y = y[np.isfinite(y)]
