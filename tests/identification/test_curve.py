@@ -227,6 +227,16 @@ def test_first_touch_is_close():
     assert np.abs(errors).max() < 60e-9
 
 
+def test_first_touch_is_found_behind_a_long_way():
+    """Nine tenths of the way are free; the contact is 1 um deep."""
+    time = np.linspace(0.0, 10.4, 1500)
+    depth = np.interp(time, [0.0, 9.4, 10.4], [0.0, 9.4e-6, 8.4e-6])
+    force = rs.indent(GEL, TIP, depth=depth - 8.4e-6, time=time).force
+    for seed in range(5):
+        noise = np.random.default_rng(seed).normal(0.0, SD, time.size)
+        assert first_touch(time, depth, force + noise, 1.5).depth == pytest.approx(8.4e-6, abs=60e-9)
+
+
 def test_lines_follow_a_smooth_depth():
     depth = 1e-6 * np.sin(math.pi * TIME / 2.8)
     exact = straight_lines(TIME, depth, np.empty(0))

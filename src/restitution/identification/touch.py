@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,14 +14,16 @@ from restitution.indentation.history import without_collinear
 
 Array = NDArray[np.float64]
 
-# Search for first touch: largest number of points of the approach, and number of depths in each of two rounds.
-_MOST, _PLACES = 160, 40
+# Search for first touch: smallest and largest number of points of the approach, rounds, and depths in each of them.
+_FEWEST, _MOST, _ROUNDS, _PLACES = 12, 160, 3, 40
 # Powers of the force over the depth from touch, relative to an elastic contact; relaxation lowers the power.
 _POWERS = (1.0, 0.9, 0.8, 0.65)
-# The second round uses this share of the approach beyond touch.
+# The later rounds use this share of the approach beyond touch.
 _NEAR = 0.4
+# A slope of the baseline counts if it exceeds this multiple of its standard error.
+_DRIFT = 4.0
 # A depth of at most so many straight lines is exact. Otherwise: number of first lines, and of rounds of halving.
-_FEW, _LINES, _ROUNDS = 64, 24, 6
+_FEW, _LINES, _HALVINGS = 64, 24, 6
 # A line is halved if the bend in its middle exceeds this multiple of its standard error.
 _BEND = 3.0
 # Harmless error of a depth over the range of the depth.
@@ -28,11 +31,9 @@ _HARMLESS = 5e-5
 
 
 class Touch(NamedTuple):
-    """First touch, and the baseline of the force before it."""
+    """First touch."""
 
     depth: float
-    baseline: float  # force at time 0 of the line before touch
-    slope: float
     noise: float  # standard deviation of the force about the fit
 
 
@@ -44,23 +45,29 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
     # The force relaxes while the depth rests at its largest value.
     last = int(np.argmax(depth >= depth.max() - 0.02 * np.ptp(depth))) + 1
     first = int(np.argmin(depth[:last]))
-    step = max(1, (last - first) // _MOST)
-    t, d, f = (column[first:last:step] for column in (time, depth, force))
-    if t.size < 12:
-        raise InputError("depth", t.size, "has too few points in the approach; it needs at least 12")
+    points = np.arange(first, last)
+    if points.size < _FEWEST:
+        raise InputError("depth", points.size, f"has too few points in the approach; it needs at least {_FEWEST}")
     powers = exponent * np.array(_POWERS)
-    low, high = float(d[min(5, d.size - 1)]), float(d[-1] - 0.1 * (d[-1] - d[0]))
-    place = _best(t, d, f, np.linspace(low, high, _PLACES), powers).depth
-    # Near touch the material has hardly relaxed, and the force is a power of the depth.
-    near = max(12, int(np.argmax(d > place + _NEAR * (d[-1] - place))))
-    reach = 0.3 * (d[-1] - place)
-    places = np.linspace(max(low, place - reach), min(high, place + 0.5 * _NEAR * reach), _PLACES)
-    return _best(t[:near], d[:near], f[:near], places, powers)
+    peak = float(depth[last - 1])
+    lowest, highest = float(depth[min(first + 5, last - 1)]), peak - 0.03 * (peak - float(depth[first]))
+    low, high, found = lowest, highest, Touch(lowest, 0.0)
+    for _ in range(_ROUNDS):
+        used = points[:: max(1, points.size // _MOST)]
+        places = np.linspace(low, high, _PLACES)
+        found = _best(time[used], depth[used], force[used], places, powers)
+        # Near touch the material has hardly relaxed, and the force is a power of the depth.
+        size, spacing = peak - found.depth, float(places[1] - places[0])
+        near = first + np.flatnonzero(np.abs(depth[first:last] - found.depth + 0.5 * size) < (0.5 + _NEAR) * size)
+        points = near if near.size >= _FEWEST else points
+        low = max(lowest, found.depth - max(0.3 * size, 1.5 * spacing))
+        high = min(highest, found.depth + max(0.2 * size, 1.5 * spacing))
+    return found
 
 
 def _best(t: Array, d: Array, f: Array, places: Array, powers: Array) -> Touch:
     """Touch with the smallest sum of squares."""
-    lines, triangle = np.linalg.qr(np.stack([np.ones(t.size), t - t[0]], axis=1))
+    lines, _ = np.linalg.qr(np.stack([np.ones(t.size), t - t[0]], axis=1))
     rise = np.maximum(d - places[:, None], 0.0) / (d[-1] - d[0])
     shapes = np.concatenate([rise**power for power in powers])
     within, own = shapes @ lines, f @ lines
@@ -70,11 +77,17 @@ def _best(t: Array, d: Array, f: Array, places: Array, powers: Array) -> Touch:
     best = int(np.argmax(gain))
     if not np.isfinite(gain[best]):
         raise InputError("force", wanted="does not rise with the depth of the approach; is a push positive?")
-    weight = along[best] / size[best]
     rest = f @ f - own @ own - gain[best]
-    baseline, slope = np.linalg.solve(triangle, own - weight * within[best])
-    noise = float(np.sqrt(max(rest, 0.0) / max(t.size - 5, 1)))
-    return Touch(float(places[best % places.size]), float(baseline - slope * t[0]), float(slope), noise)
+    return Touch(float(places[best % places.size]), float(np.sqrt(max(rest, 0.0) / max(t.size - 5, 1))))
+
+
+def baseline(time: Array, force: Array, free: NDArray[np.bool_]) -> Array:
+    """Baseline of the force from the points without contact: a constant, and a slope that is beyond its error."""
+    t, f = time[free] - time[free].mean(), force[free]
+    spread = float(t @ t)
+    slope = float(t @ f) / spread
+    error = float(np.std(f - slope * t)) / math.sqrt(spread)
+    return f.mean() + (slope if abs(slope) > _DRIFT * error else 0.0) * (time - time[free].mean())
 
 
 class Lines(NamedTuple):
@@ -106,7 +119,7 @@ def straight_lines(time: Array, depth: Array, kinks: Array) -> Lines:
     knots = np.unique(np.concatenate([np.linspace(time[0], time[-1], _LINES + 1), kinks, [top]]))
     knots = _occupied(knots, time)
     values = _fit(knots, time, depth)
-    for _ in range(_ROUNDS):
+    for _ in range(_HALVINGS):
         place = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, knots.size - 2)
         share = (time - knots[place]) / (knots[place + 1] - knots[place])
         bump = 1.0 - np.abs(2.0 * share - 1.0)
