@@ -113,13 +113,13 @@ def test_priors_and_shifts(case: Path) -> None:
         ('radius = "10 mm"', 'radius = "-10 mm"', r"data\[0\]\.radius = .*must be finite and > 0"),
     ],
 )
-def test_what_is_refused(case: Path, old: str, new: str, message: str) -> None:
+def test_wrong_files_are_refused(case: Path, old: str, new: str, message: str) -> None:
     case.write_text(CASE.replace(old, new))
     with pytest.raises(CaseError, match=rf"case\.toml: {message}"):
         read_identification(case).solve()
 
 
-def test_a_mistake_in_the_data_has_its_line(case: Path) -> None:
+def test_the_message_of_a_wrong_value_has_the_line_of_the_file(case: Path) -> None:
     table = case.with_name("balls.csv")
     table.write_text(table.read_text().replace("0.01,33.0,", "-0.01,33.0,", 1))
     with pytest.raises(CaseError, match=r'data\[0\]\.file = "balls\.csv": line 2: velocity = -0\.01 m/s'):

@@ -82,7 +82,7 @@ def test_a_relaxation_is_no_series_of_bounces() -> None:
         ("", "is empty"),
     ],
 )
-def test_what_is_refused(text: str, message: str) -> None:
+def test_wrong_files_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=rf"^data\.csv: {message}"):
         read_observations(written(text), radius=0.01, mass=0.03)
 

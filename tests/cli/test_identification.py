@@ -54,8 +54,8 @@ def test_the_material_is_found() -> None:
     assert Path("fit.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_not_determined_comes_first() -> None:
-    # Section 1 of the design page: all moduli times L^(5/2) and all times over L leave e as it is.
+def test_undetermined_parameters_are_listed_first() -> None:
+    # Section 1 of the design page: e stays the same if all moduli are times L^(5/2) and all times over L.
     answer = run("identify", "e.toml")
     assert answer.exit_code == 0
     first, second = answer.stdout.splitlines()[1:3]
@@ -74,7 +74,7 @@ def test_json_has_the_numbers_in_si() -> None:
     assert content["parameters"]["shear_modulus"]["value"] == pytest.approx(MODULUS, rel=1e-5)
     low, high = content["parameters"]["viscosity"]["interval"]
     assert low < VISCOSITY < high
-    # 1 - e is some tenths, which 1 % of e makes known to a few per cent.
+    # 1 - e is a few tenths, so an error of 1 % of e is a few per cent of it.
     assert math.log(high / low) < 0.2
 
 
@@ -87,7 +87,7 @@ def test_json_has_the_numbers_in_si() -> None:
         (["few.toml"], "few.toml: identification"),
     ],
 )
-def test_what_is_refused(arguments: list[str], message: str) -> None:
+def test_wrong_arguments_are_refused(arguments: list[str], message: str) -> None:
     Path("few.csv").write_text("velocity [m/s],e\n1,0.8\n")
     Path("few.toml").write_text(CASE.replace("TIMES", "").replace("balls.csv", "few.csv"))
     answer = run("identify", *arguments)
@@ -140,7 +140,7 @@ n = 6
 """
 
 
-def test_a_design_names_the_impacts() -> None:
+def test_a_design_lists_the_impacts() -> None:
     Path("design.toml").write_text(DESIGN)
     answer = run("design", "design.toml", "--plot", "design.png")
     assert answer.exit_code == 0

@@ -1,4 +1,4 @@
-"""Curves in files of microscopes: what afmformats gives becomes curves; its absence and its errors are one line."""
+"""Curves in files of microscopes, with a substitute for afmformats; errors of one line."""
 
 import sys
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ COLUMNS = {"time": TIME, "force": FORCE, "height (measured)": -DEPTH}
 
 
 class Record(dict):
-    """Columns, metadata and place of a curve, as afmformats has them."""
+    """Columns, metadata and number of a curve, in the form of afmformats."""
 
     path, enum = "folder/gel.jpk-force", 3
 
@@ -55,14 +55,14 @@ def test_an_incomplete_record_is_refused_alone(monkeypatch, missing):
     assert good().size == TIME.size
 
 
-def test_a_damaged_file_is_one_line(monkeypatch):
+def test_a_damaged_file_is_refused_in_one_line(monkeypatch):
     give(monkeypatch, error=KeyError("no\nsegment"))
     with pytest.raises(rs.InputError, match=r"cannot be read: .*segment") as refused:
         rs.read_curves("gel.jpk-force", profile=TIP)
     assert "\n" not in str(refused.value)
 
 
-def test_without_the_package_the_remedy_is_stated(monkeypatch):
+def test_the_message_without_the_package_has_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "afmformats", None)
     with pytest.raises(rs.InputError, match="pip install afmformats"):
         rs.read_curves("gel.jpk-force", profile=TIP)

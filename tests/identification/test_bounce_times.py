@@ -19,7 +19,7 @@ from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 
 SD = 5e-5
-# Touches of a ball from 0.3 m, after which the contacts are no longer short beside the flights.
+# Number of touches of a ball from 0.3 m with contacts that are short against the flights.
 NUMBER = {"A": 6, "B": 12, "D": 25}
 
 
@@ -30,7 +30,7 @@ def series(case, n=None, height=0.3):
 
 
 def sound(time, **options):
-    """Observation without the warning of drag, which the data do not have."""
+    """Observation of data without drag, without its warning."""
     return BounceTimes(time, **{"radius": RADIUS, "mass": MASS, "drag_coefficient": 0.0} | options)
 
 
@@ -47,8 +47,8 @@ def test_prediction_of_the_true_material_is_exact(case):
 
 
 @pytest.mark.parametrize(("case", "least", "most"), [("D", 0.006, 0.008), ("B", 0.08, 0.12)])
-def test_flights_alone_or_less_the_contact_time_are_biased(case, least, most):
-    """Last of the ratios of successive times between touches, and of these times less that of contact."""
+def test_ratios_of_times_are_biased_with_and_without_the_contact_time(case, least, most):
+    """The last ratio of successive times between touches, and the same of these times less the contact time."""
     found = series(case)
     e, intervals = found.restitution_coefficient[1:-1], np.diff(found.touch_time)
     flights = intervals - found.contact_time[:-1]
@@ -88,8 +88,8 @@ def least_covariance(found, truth, sd):
     return np.linalg.inv(J.T @ J)[:3, :3]
 
 
-def test_no_stiffness_is_heard_from_a_ball_that_loses_little():
-    """D: the loss at the time scale of contact to some per cent, the modulus to no better than 80 %."""
+def test_bounce_times_do_not_determine_the_modulus_of_a_material_with_small_loss():
+    """Material D: the loss at the time scale of contact to a few per cent, the modulus no better than 80 %."""
     found = series("D")
     truth = np.log(CASES["D"])
     errors = np.sqrt(np.diag(covariance(sound(found.touch_time, noise=Noise(time=SD)), truth)))
@@ -179,11 +179,11 @@ def test_drag_is_taken_into_account_or_warned_of():
         still = BounceTimes(time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
     assert caught[0].message.kind == "drag"
     assert np.abs(still.residuals(truth, none)).max() > 2.0
-    # A heavy ball on short flights feels no air.
+    # Drag has no effect on a heavy ball in short flights.
     BounceTimes(0.2 * time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
 
 
-def test_other_profiles_and_what_they_need():
+def test_other_profiles_need_a_radius_for_the_drag():
     time = series("A").touch_time
     made = columns(np.log(CASES["A"]))
     ball, none = sound(time), np.empty((1, 0))

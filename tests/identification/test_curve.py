@@ -50,7 +50,7 @@ def test_the_material_is_found_with_errors_of_the_cramer_rao_bound(part):
     found = rs.identify(curve(1, part), rs.standard_solid, fixed=FIXED, profiles=False)
     estimates = [*found.parameters.values(), found.nuisances["contact_point"]]
     truth = [*TRUTH.values(), CONTACT_POINT]
-    # The errors of 10 % of the approach alone depend on where they are taken.
+    # The errors of the approach alone, 10 %, depend on the parameters at which they are computed.
     bound = cramer_rao(TIME[part], DEPTH[part], [one.value for one in estimates])
     for k, (estimate, value) in enumerate(zip(estimates, truth, strict=True)):
         stated = estimate.standard_error / (estimate.value if k < 3 else 1.0)
@@ -77,8 +77,8 @@ def test_noise_of_unknown_size_is_estimated():
 
 
 @pytest.mark.parametrize("off", [-20e-9, 20e-9])
-def test_a_contact_point_that_is_held_wrong_shows_in_chi2(off):
-    """By 20 nm in 1 um: chi2/n is 1.35 (the design), E(inf) is off by 9 to 15 %."""
+def test_a_wrong_contact_point_increases_chi2(off):
+    """20 nm in 1 um: chi2/n is 1.35 (the design), and the error of E(inf) 9 to 15 %."""
     curves = [curve(seed) for seed in range(30)]
     for one in curves:
         place = CONTACT_POINT + off
@@ -106,7 +106,7 @@ def test_a_power_law_with_a_hold():
 
 
 def force_of_soft_cantilever(stiffness):
-    """Force where the tip is at the height of the base less F/k, by damped iteration."""
+    """Force of a tip at the height of the base less F/k, by damped iteration."""
     tip = DEPTH.copy()
     for _ in range(60):
         force = rs.indent(GEL, TIP, depth=tip - CONTACT_POINT, time=TIME).force
@@ -118,7 +118,7 @@ def force_of_soft_cantilever(stiffness):
 
 
 def test_the_compliance_of_a_soft_cantilever_leaves_no_bias():
-    """0.01 N/m, 115 nm of deflection; ignored, it shifts E(0) by a third."""
+    """0.01 N/m and a deflection of 115 nm; E(0) is wrong by a third if it is ignored."""
     force = force_of_soft_cantilever(0.01)
     biases = []
     for seed in range(6):
@@ -145,7 +145,7 @@ def test_a_noisy_depth_is_replaced_with_a_warning():
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
-def test_random_contact_points_give_the_force_of_a_history_begun_at_touch(count):
+def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(count):
     rng = np.random.default_rng(6)
     places = rng.uniform(0.01e-6, 1.35e-6, count)
     data = curve()
@@ -161,7 +161,7 @@ def test_random_contact_points_give_the_force_of_a_history_begun_at_touch(count)
 
 
 def test_units_do_not_change_the_fit():
-    """Lengths times 1e3 and forces times 1e6 leave the moduli."""
+    """The moduli stay the same if lengths are multiplied by 1e3 and forces by 1e6."""
     small = rs.identify(curve(7), rs.standard_solid, fixed=FIXED, profiles=False)
     data = rs.IndentationCurve(
         TIME, 1e3 * DEPTH, 1e6 * noisy(7), profile=rs.Parabola(2.5e-3), noise=rs.Noise(force=1e6 * SD)
@@ -217,7 +217,7 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
         "noise",
     ],
 )
-def test_what_is_no_curve_is_refused(columns, options, message):
+def test_wrong_curves_are_refused(columns, options, message):
     with pytest.raises(rs.InputError, match=message):
         rs.IndentationCurve(**columns, **({"profile": TIP} | options))
 

@@ -14,7 +14,7 @@ from restitution.identification.design import design
 from restitution.identification.observations import Noise
 from restitution.identification.rebounds import Rebounds
 
-# The design page lets balls go deeper than small strains allow.
+# Balls of the design page go deeper than small strains allow.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 VELOCITIES = np.geomspace(0.03, 10.0, 12)
@@ -47,18 +47,18 @@ def plan(model, radius, **options):
 @pytest.mark.parametrize("case", CASES)
 def test_largest_errors_are_those_of_the_design_page(case):
     for radius, known in zip(([0.01], [0.003, 0.01, 0.03]), KNOWN[case], strict=True):
-        # Read off a table of two digits; the candidates may differ in their velocities.
+        # Values of a table with two digits; its velocities may be different.
         assert 100.0 * plan(CASES[case], radius).largest_error == pytest.approx(known, rel=0.1)
 
 
-def test_radii_beat_velocities_and_the_design_says_by_how_much():
+def test_several_radii_are_better_than_velocities_by_the_stated_gain():
     found = plan(CASES["A"], [0.003, 0.01, 0.03])
     assert found.gains[0.01] > 4.0
     assert found.one_radius[0.01] == pytest.approx(plan(CASES["A"], [0.01]).largest_error)
     assert any("0.01 m" in line for line in found.statements)
 
 
-def test_a_predicted_error_is_that_of_the_jacobian_of_its_impacts():
+def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():
     found = plan(CASES["A"], [0.003, 0.03], n=7)
     assert found.repeats.sum() == 7
     balls = Rebounds(
@@ -81,7 +81,7 @@ def test_a_predicted_error_is_that_of_the_jacobian_of_its_impacts():
 
 
 @pytest.mark.parametrize("criterion", ["E", "D"])
-def test_a_design_beats_random_choices(criterion):
+def test_a_design_is_better_than_random_choices(criterion):
     found = plan(CASES["D"], [0.003, 0.01, 0.03], n=10, criterion=criterion)
     rng = np.random.default_rng(1)
     for _ in range(5):

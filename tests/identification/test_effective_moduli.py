@@ -1,4 +1,4 @@
-"""One bounce is one point of a DMA table: errors on random materials, scatter, and what is said without a time."""
+"""One bounce is one point of a DMA table: errors on random materials, scatter, and bounces without a time."""
 
 import importlib.util
 import math
@@ -41,12 +41,12 @@ def rebounds(bounces, *names, **options):
 @pytest.mark.parametrize("family", FORMULA_ERRORS)
 def test_errors_stay_within_the_stated_ones(family):
     script = _script()
-    # A seed that the script that chose the stated errors did not use.
+    # The seed differs from that of the script for the stated errors.
     found = script.errors(family, 60, np.random.default_rng(20261122))
     for name, values in found.items():
         stated = getattr(FORMULA_ERRORS[family], name)
         size = np.abs(values)
-        # At most 5 % of the materials exceed the stated error; of 60 fewer than 8 do with a probability of 0.99.
+        # At most 5 % of the materials exceed the stated error: fewer than 8 of 60, with a probability of 0.99.
         assert np.count_nonzero(size > stated) < 8
         assert np.quantile(size, 0.95) > 0.2 * stated
 
@@ -60,7 +60,7 @@ def test_a_time_and_a_force_give_the_same_point(bounces):
     np.testing.assert_allclose(by_time.loss_tangent, -0.815 * np.log(bounces[2].restitution_coefficient))
 
 
-def test_elastic_bounces_show_the_reduced_modulus():
+def test_elastic_bounces_give_the_reduced_modulus():
     solid = rs.elastic(shear_modulus=1e8, poisson_ratio=0.3)
     found = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass=0.033, velocity=1.0))
     for name in ("contact_time", "max_force"):
@@ -71,7 +71,7 @@ def test_elastic_bounces_show_the_reduced_modulus():
         assert moduli.loss_modulus[0] == 0.0
 
 
-def test_scatter_is_that_of_repeated_measurements(bounces):
+def test_standard_errors_are_those_of_repeated_measurements(bounces):
     _, velocity, found = bounces
     noise = Noise(restitution_coefficient="1 %", contact_time="1 %", velocity="0.5 %")
     stated = effective_moduli(rebounds(bounces, "contact_time", noise=noise))
@@ -104,7 +104,7 @@ def test_without_a_time_or_a_force_only_the_loss_tangent_is_known(bounces):
         moduli.plot()
 
 
-def test_the_table_feeds_the_fit_of_a_prony_series():
+def test_a_prony_series_fits_the_table():
     solid = rs.standard_solid(2e8, 2e8, 2e4, poisson_ratio=0.5)
     velocity, radius = np.tile(np.geomspace(0.1, 2.0, 4), 3), np.repeat([0.003, 0.01, 0.03], 4)
     mass = 7800.0 * 4.0 / 3.0 * math.pi * radius**3

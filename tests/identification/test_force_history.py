@@ -50,14 +50,14 @@ def test_impulse_is_the_change_of_momentum():
     for factor in (0.4, 1.3, 1e3):
         with pytest.raises(InputError, match="impulse"):
             record(t, factor * force)
-    # A gain, known or not, takes it away; so does an unknown velocity within the factor of 2.
+    # With a gain, known or unknown, the same record is accepted; also with an unknown velocity.
     assert record(t, 5.0 * force, gain=5.0)._impulse == pytest.approx(impulse, rel=1e-4)
     assert record(t, 5.0 * force, gain=None).size == t.size
     free = record(t, force, velocity=None).nuisances[1]
     assert free.low < 1.0 < free.high < 2.5 * free.low
 
 
-# Strong noise for a material that it does not make nonlinear.
+# Strong noise, but the problem of this material stays linear.
 @pytest.mark.parametrize(("case", "noise"), [("A", 0.01), ("D", 0.002)])
 def test_material_is_recovered_and_its_errors_are_the_least_possible(case, noise):
     t, force, first, _ = history(case)
@@ -89,7 +89,7 @@ def test_gain_and_velocity_together_have_a_flat_direction_and_are_refused():
     t, force, first, _ = history("D")
     with pytest.raises(InputError, match=r"^gain, velocity: "):
         record(t, force, gain=None, velocity=None)
-    # E sqrt(v) = const and the gain cancels v: the reason for the refusal.
+    # The reason for the refusal: the force is the same if E sqrt(v) is constant and the gain cancels v.
     data = record(t, force, gain=None)
     data.velocity = None
     logs = np.log(CASES["D"])
@@ -134,7 +134,7 @@ def test_correlated_noise_is_reported_and_whitened():
     r = residuals(data, truth)[0]
     assert abs(r[1:] @ r[:-1]) / (r @ r) < 3.0 / math.sqrt(t.size)
     assert abs(r @ r - t.size) < 4.0 * math.sqrt(2.0 * t.size)
-    # Slow deviations look like changes of the material, which errors for white noise underrate.
+    # Slow deviations resemble changes of the material, so errors for white noise are too small.
     assert np.all(np.diag(covariance(data, truth))[1:] > 2.0 * np.diag(covariance(plain, truth))[1:])
     with pytest.raises(InputError, match="regular"):
         record(np.append(t[:-1], 1.1 * t[-1]), force, ar1=0.5)
@@ -166,7 +166,7 @@ def quantised(force, levels):
     return step * np.round(force / step)
 
 
-def test_records_as_instruments_make_them_are_accepted():
+def test_records_of_real_instruments_are_accepted():
     t, force, _, _ = history("A")
     noisy = force + 0.02 * force.max() * np.random.default_rng(1).standard_normal(t.size)
     for values in (force, noisy, quantised(force, 60), quantised(noisy, 250), force + 3.0 * force.max()):

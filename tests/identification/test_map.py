@@ -1,4 +1,4 @@
-"""Maps of indentation curves: as curve by curve, coverage, curves that fail, interrupts."""
+"""Maps of indentation curves: agreement with single fits, coverage, curves that fail, interrupts."""
 
 import math
 
@@ -32,7 +32,7 @@ def curves_of(count, seed, spread=0.4):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_map_is_curve_by_curve(workers):
+def test_a_map_agrees_with_single_fits(workers):
     curves, _ = curves_of(6, 1)
     found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=workers, shape=(2, 3))
     assert dict(found.sizes) == {"y": 2, "x": 3}
@@ -48,7 +48,7 @@ def test_a_map_is_curve_by_curve(workers):
 
 @pytest.mark.parametrize("count", [120, pytest.param(1000, marks=pytest.mark.slow)])
 def test_intervals_cover_the_truth(count):
-    """Of 95 %, also that of the contact point; within 3.5 standard deviations of the count and 2 %."""
+    """95 % of them, also for the contact point, within 3.5 standard deviations of the count and 2 %."""
     curves, truth = curves_of(count, 2, spread=0.2)
     found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=2)
     assert np.all(found["status"] == MapStatus.FITTED)
@@ -90,7 +90,7 @@ def test_two_tips_and_lengths_in_one_map():
         assert found["branch_modulus"].values[n] == pytest.approx(known.value, abs=0.02 * known.standard_error)
 
 
-def test_an_interrupt_keeps_what_is_done():
+def test_finished_curves_are_kept_after_an_interrupt():
     curves, _ = curves_of(4, 5)
 
     def press(done, total):
@@ -106,8 +106,8 @@ def test_an_interrupt_keeps_what_is_done():
     assert np.isnan(found["viscosity"].values[~done]).all()
 
 
-def test_what_a_curve_does_not_determine_is_no_number():
-    """A relaxation that is over within a point: its modulus and time cannot be told apart."""
+def test_parameters_that_a_curve_does_not_determine_are_nan():
+    """A relaxation that ends within a point of the curve: its modulus and time have the same effect."""
     elastic = rs.elastic(shear_modulus=300.0, poisson_ratio=0.5)
     force = rs.indent(elastic, TIP, depth=DEPTH - 0.4e-6, time=TIME).force
     force += np.random.default_rng(0).normal(0.0, SD, TIME.size)

@@ -1,4 +1,4 @@
-"""Rebounds as observations: predictions, whitened residuals, and what is refused."""
+"""Rebounds as observations: predictions, whitened residuals, and refused data."""
 
 import math
 
@@ -54,7 +54,7 @@ def test_residuals_are_logarithms_for_relative_noise_and_differences_for_absolut
 
 
 def test_error_of_the_velocity_whitens_both_quantities():
-    """Residuals that a wrong velocity explains count as one standard deviation of it."""
+    """Residuals from a velocity that is wrong by one standard deviation have the norm 1."""
     share, sd = 0.02, 1e-4
     exact = rs.solve(rs.Impact(SOLID, rs.Parabola(0.01), 0.03, 0.05))
     rebound, wrong = exact.restitution_coefficient * 0.05, 0.05 * (1.0 + share)
@@ -72,7 +72,7 @@ def test_values_that_were_not_measured_are_left_out():
     assert np.all(np.isfinite(balls.residuals(_columns(SOLID), NONE)))
 
 
-def test_a_material_that_captures_the_body_is_a_row_of_nan():
+def test_a_captured_body_gives_a_row_of_nan():
     liquid = rs.Material(rs.PronySeries(0.0, [1e6], [1e-5]), math.inf)
     balls = rs.Rebounds([0.1, 0.2], 0.5, radius=0.01, mass=0.03, external_force=0.3)
     residuals = balls.residuals(_columns(SOLID, liquid), NONE)

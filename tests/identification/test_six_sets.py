@@ -1,4 +1,4 @@
-"""Six sets of data with a known truth: estimates, stated errors, contact points, and what is not determined.
+"""Six sets of data of known materials: estimates, stated errors, contact points, and undetermined parameters.
 
 The least possible errors (Cramer and Rao) follow from differences of `rs.solve`, `rs.indent` and `rs.bounces`.
 """
@@ -184,7 +184,7 @@ def test_bounce_times():
             assert abs(math.log(one.value / value)) < 3.0 * error
             assert 0.8 < error / bound < 1.3
         else:
-            # What is not stated is not determined.
+            # Parameters without a value are not determined.
             assert bound > 0.5
             assert one.interval[0] <= value <= one.interval[1]
     tangent = next(one for name, one in found.functionals.items() if name.startswith("loss_tangent"))

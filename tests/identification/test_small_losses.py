@@ -42,7 +42,7 @@ def double_integral(x, hertz):
 
     def element(y):
         start = brentq(lambda t: motion(t)[0] - y * y, 0.0, 0.5 * end) if y > 0.0 else 0.0
-        # Both times in the middle of cells; the memory is exact for a constant velocity in each cell.
+        # Both times are in the middle of cells; the memory is exact for a constant velocity in each cell.
         edges = np.linspace(start, end - start, 4001)
         velocity, width = motion(0.5 * (edges[1:] + edges[:-1]))[1], edges[1] - edges[0]
         decay, memory, total = math.exp(-width / tau), 0.0, 0.0
@@ -53,7 +53,7 @@ def double_integral(x, hertz):
         return total
 
     nodes, weights = np.polynomial.legendre.leggauss(12)
-    # y = 1 - w^2 resolves the last elements to touch.
+    # y = 1 - w^2 has a fine resolution for the elements that touch last.
     w = 0.5 * (nodes + 1.0)
     return 15.0 / 8.0 * sum(a * w_ * element(1.0 - w_**2) for a, w_ in zip(weights, w, strict=True))
 
@@ -83,7 +83,7 @@ def test_the_largest_value_is_0_519_at_3_9(hertz):
 
 
 def test_a_slow_branch_loses_four_ninths_of_the_ratio():
-    # (5/4) int z^(5/2) dt/T of the motion, less a fifth for elements that leave before the others: 4/9.
+    # (5/4) int z^(5/2) dt/T of the motion, less a fifth for elements that leave early: 4/9.
     motion = quad(lambda z: z**2.5 / math.sqrt(1.0 - z**2.5), 0.0, 1.0)[0]
     duration = quad(lambda z: 1.0 / math.sqrt(1.0 - z**2.5), 0.0, 1.0)[0]
     assert motion / duration == pytest.approx(4.0 / 9.0, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Smooth spectra from impacts: loss tangents inside the window, promises, refusals."""
+"""Smooth spectra from impacts: loss tangents and bands inside the window, statements, refused data."""
 
 import json
 import math
@@ -52,7 +52,7 @@ def test_loss_tangents_of_smooth_spectra_are_right_inside_the_window(truth):
     assert found.chi2 < 48.0 + 4.0 * math.sqrt(96.0)
 
 
-def test_bands_hold_the_truth_from_half_to_twice_the_window():
+def test_bands_contain_the_true_moduli_from_half_to_twice_the_window():
     series, inside, count = TRUTHS["power law"], 0, 0
     for seed in range(6):
         found = spectrum(rebounds(series, seed=seed))
@@ -74,7 +74,7 @@ def test_nothing_is_stated_outside_half_to_twice_the_window():
     assert "half to twice" in found.statements[0]
 
 
-def test_the_material_rebounds_as_the_data_do():
+def test_the_material_has_the_restitution_of_the_data():
     found = spectrum(rebounds(TRUTHS["fractional Zener"]), poisson_ratio=0.4)
     material = found.material
     assert material.poisson_ratio == pytest.approx(0.4)

@@ -1,4 +1,4 @@
-"""What the package says about what data determine: exact invariances, flat directions, one more measurement."""
+"""Statements on what data determine: exact invariances, flat directions, one further measurement."""
 
 import math
 import re
@@ -59,7 +59,7 @@ def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
 
 
 @pytest.mark.parametrize("factor", [0.5, 3.0])
-def test_a_factor_in_radius_is_worth_its_fifth_power_in_velocity(factor):
+def test_a_factor_in_radius_is_equivalent_to_its_fifth_power_in_velocity(factor):
     """For balls of one density e and the contact time depend on R^(-5/2) v^(1/2) alone."""
     solid = rs.standard_solid(1e8, 1e9, 1e5, poisson_ratio=0.4)
     first, second = (
@@ -70,7 +70,7 @@ def test_a_factor_in_radius_is_worth_its_fifth_power_in_velocity(factor):
     assert second.contact_time == pytest.approx(first.contact_time, rel=1e-8)
 
 
-def test_moduli_and_times_can_change_together_without_a_trace_in_restitution():
+def test_moduli_and_times_can_change_together_without_effect_on_restitution():
     velocities, changed = np.geomspace(0.01, 1.0, 5), 3.0
     results = [
         rs.solve(
@@ -87,11 +87,11 @@ def test_moduli_and_times_can_change_together_without_a_trace_in_restitution():
     np.testing.assert_allclose(second.max_force, first.max_force * changed, rtol=1e-8)
 
 
-def test_a_contact_time_settles_it_as_the_statement_predicts():
+def test_a_contact_time_determines_all_parameters_with_the_stated_errors():
     known, jacobian = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
     predicted = re.search(r"a contact time \(to 1 %\) leaves standard errors of at most ([\d.]+) %", known[1][-1])
     assert predicted is not None
-    # The same with the contact time of the middle impact among the data.
+    # The same data with the contact time of the middle impact.
     both = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient", "contact_time"])[1]
     middle = both.reshape(12, 2, 3)[6, 1]
     information = jacobian.T @ jacobian + np.outer(middle, middle)
@@ -161,7 +161,7 @@ def test_slow_relaxation_is_flat_along_the_equilibrium_modulus():
 
 
 def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
-    # E sqrt(v) = const: an unknown velocity changes the forces as moduli do, and the gain takes up their size.
+    # E sqrt(v) = const: an unknown velocity has the same effect on the forces as moduli and a gain.
     names = (MODULUS, BRANCH, VISCOSITY, "velocity", "gain")
     rng = np.random.default_rng(1)
     data = rng.normal(size=(40, 3))
@@ -176,14 +176,14 @@ def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
     assert flat.words.endswith("Give velocity.")
 
 
-def test_what_is_determined_has_no_flat_direction():
+def test_determined_parameters_have_no_flat_direction():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1)
     lines = statements(rs.identify(balls, rs.standard_solid, fixed=NU))
     assert len(lines) == 1
     assert lines[0].startswith("At pi over the contact time")
 
 
-def test_combinations_are_as_well_determined_as_repeated_fits_say():
+def test_errors_of_combinations_are_those_of_repeated_fits():
     material = standard_solid(*STANDARD_SOLIDS["strong"])
     known, _ = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
     stated = re.search(r"viscosity/equilibrium_modulus\^0.6 to ([\d.]+) %", "\n".join(known[1]))

@@ -60,7 +60,7 @@ def test_dashpot_in_parallel_gives_one_branch():
 
 
 @pytest.mark.parametrize("exponent", [0.05, 0.3, 0.6, 0.9])
-def test_fractional_models_hold_within_their_window(exponent):
+def test_fractional_models_are_valid_within_their_window(exponent):
     window = 1e-4, 1e-2
     time = np.geomspace(*window, 30)
     for model in (springpot(1e6, exponent), fractional_zener(1e6, 1e8, 1e-3, exponent)):
@@ -71,7 +71,7 @@ def test_fractional_models_hold_within_their_window(exponent):
 
 
 def test_fractional_rows_are_smooth_functions_of_the_exponent():
-    """The times of all rows are the same but for the two at the ends, so differences are derivatives."""
+    """All rows have the same times except at the ends, so differences are derivatives."""
     time, step = np.geomspace(1e-4, 1e-2, 9), 1e-5
     rows = [springpot(1e6, 0.3 + k * step) for k in (-1, 0, 1)]
     found = np.log(PronyColumns.from_fractional(rows, (1e-4, 1e-2)).relaxation_modulus(time))
