@@ -202,6 +202,8 @@ class _Problem:
 
     def normal(self, point: Array) -> _Normal:
         """Half of the sum of squares with its derivatives."""
+        from scipy.sparse import csr_array
+
         weights = np.append(np.zeros(self.n_law), self.lifts[self.free] ** -2.0)
         cost, gradient, curvature = 0.5 * float(weights @ point**2), weights * point, np.diag(weights)
         for place in range(len(self.channels)):
@@ -210,9 +212,9 @@ class _Problem:
             common = spline.basis.T @ changes
             cost += 0.5 * float(spline.residuals @ spline.residuals + spline.bends @ spline.bends)
             gradient = gradient + changes.T @ spline.residuals
-            # Products so small would only wait for the threads of BLAS.
-            curvature = curvature + np.einsum("ni,nj->ij", changes, changes)
-            curvature -= np.einsum("ni,nj->ij", common, spline.solve(common))
+            # Most of the changes are zero: each isotherm has its own shift.
+            few: Any = csr_array(changes)
+            curvature = curvature + (few.T @ few).toarray() - common.T @ spline.solve(common)
         return _Normal(cost, gradient, curvature)
 
     def scatter_of(self, point: Array) -> Array:
