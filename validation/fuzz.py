@@ -91,6 +91,13 @@ def seeds() -> list[Seed]:
         ),
         Seed(_SWEEP, "s.toml", "[axes]\nnu = 0.45\np2 = [0.1]\np3 = {logarithmic = [1, 2], n = 2}\n"),
     ]  # fmt: skip
+    folder = EXAMPLES / "identification"
+    found += [
+        Seed(("moduli",), "balls.csv", (folder / "balls.csv").read_text()),
+        Seed(("design",), "design.toml", (folder / "design.toml").read_text()),
+        # In the folder of the runs, where the cases of the tables are.
+        *(Seed(("identify",), f"{name}.toml", (folder / f"{name}.toml").read_text()) for name in ("balls", "sound")),
+    ]
     commands = {"indent": "indent", "dropped": "bounce"}
     for file in sorted(EXAMPLES.glob("*.toml")):
         text = file.read_text()
@@ -235,7 +242,7 @@ def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[See
     longest, known = 0.0, seeds()
     home = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
-        for file in EXAMPLES.glob("*.csv"):
+        for file in (*EXAMPLES.glob("*.csv"), *EXAMPLES.glob("identification/*.csv")):
             Path(folder, file.name).write_bytes(file.read_bytes())
         os.chdir(folder)
         try:

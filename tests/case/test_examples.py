@@ -2,6 +2,7 @@
 
 import csv
 import importlib.util
+import math
 import re
 import runpy
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.case.identification import read_design, read_identification
 from restitution.case.impact import read_case
 from restitution.case.sweep import read_sweep
 from restitution.impact.solve import solve
@@ -81,3 +83,29 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
     rows = np.array([line.split() for line in capsys.readouterr().out.splitlines()[1:]], dtype=float)
     assert rows.shape == (9, 3)
     assert np.all((rows[:, 1] > 0) & (rows[:, 1] < 1))
+
+
+@pytest.mark.parametrize(("name", "truth"), [("balls", "RUBBER"), ("sound", "FOAM"), ("afm_curve", "GEL")])
+@pytest.mark.filterwarnings("ignore:drag", "ignore:depth")
+def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> None:
+    folder = EXAMPLES / "identification"
+    found = read_identification(folder / f"{name}.toml").solve()
+    assert isinstance(found, rs.Identification)
+    made = runpy.run_path(str(folder / "make_data.py"))
+    for parameter, value in made[truth].items():
+        # Three standard errors of the logarithm, of which the 95 % interval shows two on each side.
+        low, high = found.parameters[parameter].interval
+        middle, reach = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
+        assert abs(math.log(value) - middle) < 1.55 * reach
+    if name == "afm_curve":
+        point = found.nuisances["contact_point"]
+        assert point.value is not None
+        assert point.standard_error is not None
+        assert abs(point.value - made["CONTACT"]) < 3.0 * point.standard_error
+
+
+def test_the_design_example_gains_from_several_radii() -> None:
+    found = read_design(EXAMPLES / "identification" / "design.toml").solve()
+    # Several radii beat one ball by factors of 4 to 64 over a decade of velocities.
+    assert found.repeats.sum() == 12
+    assert found.gains[0.003] > 4.0

@@ -36,13 +36,13 @@ def identify(
     The case file contains a model and the names of the data files. Parameters that the data do not determine are
     listed first, without a number. Example: restitution identify examples/balls.toml --plot fit.png
     """
-    with user_input():
+    with user_input(), collected_warnings() as warnings:
         from restitution.case.identification import SPECTRUM, read_identification
 
         problem = read_identification(case)
         if problem.section.model == SPECTRUM and out is not None:
             raise BadInput(f"--out {out}: a spectrum has no constants; give another model")
-        with collected_warnings() as warnings, progress_bar("identifying", begin="identifying"):
+        with progress_bar("identifying", begin="identifying"):
             found: Any = problem.solve(profiles=True if profile else None)
             compared = problem.compare()
             content = found.to_dict()
@@ -110,7 +110,7 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
             "open" if is_open else shown(end) for end, is_open in zip(one.interval, one.open_ends, strict=True)
         )
         estimate = f"{shown(one.value)} {unit}".strip() if one.determined else "not determined"
-        rows.append((name, estimate, shown(one.standard_error, digits=2), f"{ends} {unit}".strip()))
+        rows.append((name, estimate, shown(one.standard_error, digits=2), ends))
     return rows
 
 
@@ -149,7 +149,7 @@ def moduli(
     The moduli need a column contact_time or max_force; without it, only the loss tangent is known.
     Example: restitution moduli examples/balls.csv --plot moduli.png
     """
-    with user_input():
+    with user_input(), collected_warnings() as warnings:
         from restitution.case.observations import read_observations
         from restitution.checks import within
         from restitution.identification.effective_moduli import effective_moduli
@@ -177,5 +177,6 @@ def moduli(
     else:
         tables.print_dataset(str(file), found.to_dataset())
         print(*found.statements, sep="\n")
+        report("warning", *warnings)
     if plot is not None:
         tables.save_picture(found.plot(table, poisson_ratio=nu), plot)

@@ -118,7 +118,8 @@ class Rebounds(Observations):
         self.restitution_coefficient = self.measured["restitution_coefficient"]
         self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")
         if "radius" in columns and "contact_time" in columns:
-            strain = columns["contact_time"] * self.velocity / columns["radius"]
+            with np.errstate(over="ignore"):
+                strain = columns["contact_time"] * self.velocity / columns["radius"]
             if np.any(strain > 3.0):  # an elastic body sinks in by a third of that
                 worst = int(np.nanargmax(strain))
                 wanted = "must be in s: the body would move by more than its radius during contact"

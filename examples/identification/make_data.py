@@ -1,0 +1,55 @@
+"""Synthetic measurements with a known truth, for the cases in this folder. Run it in this folder."""
+
+from pathlib import Path
+
+import numpy as np
+
+import restitution as rs
+
+RUBBER = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e4}  # Pa, Pa, Pa s; incompressible
+FOAM = {"shear_modulus": 2e5, "viscosity": 20.0}  # Pa, Pa s; incompressible
+GEL = {"equilibrium_modulus": 200.0 / 3.0, "branch_modulus": 800.0 / 3.0, "viscosity": 80.0}  # Pa, Pa, Pa s
+STEEL = 7800.0  # kg/m^3
+CONTACT = 4e-7  # m, position of the contact point of the AFM curve
+
+FOLDER = Path(__file__).parent
+
+
+def write(name: str, header: str, *columns: np.ndarray) -> None:
+    """Write columns with five digits below a header."""
+    rows = [",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)]
+    (FOLDER / name).write_text("\n".join([header, *rows, ""]))
+
+
+def balls(rng: np.random.Generator) -> None:
+    """Three steel balls on rubber, e and contact time to 1 %."""
+    velocity, radius = np.tile(np.geomspace(0.03, 0.3, 8), 3), np.repeat([2e-3, 8e-3, 30e-3], 8)
+    mass = 4.0 / 3.0 * np.pi * radius**3 * STEEL
+    rubber = rs.standard_solid(**RUBBER, poisson_ratio=0.5)
+    exact = rs.solve(rs.Impact(rubber, rs.Parabola(radius), mass, velocity))
+    noise = 1.0 + 0.01 * rng.standard_normal((2, velocity.size))
+    header = "radius [mm],mass [g],velocity [m/s],restitution_coefficient,contact_time [ms]"
+    e, time = exact.restitution_coefficient * noise[0], 1e3 * exact.contact_time * noise[1]
+    write("balls.csv", header, 1e3 * radius, 1e3 * mass, velocity, e, time)
+
+
+def sound(rng: np.random.Generator) -> None:
+    """A soft ball dropped from 0.3 m: the instants of its touches, to 50 us."""
+    foam = rs.kelvin_voigt(**FOAM, poisson_ratio=0.5, density=1000.0)
+    found = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
+    write("sound.csv", "time [s]", found.touch_time + 5e-5 * rng.standard_normal(found.touch_time.size))
+
+
+def afm(rng: np.random.Generator) -> None:
+    """A tip of 2.5 um on a gel, 1 um deep at 1 um/s, force to 10 pN; the contact point is unknown."""
+    time = np.linspace(0.0, 2.8, 481)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    gel = rs.standard_solid(**GEL, poisson_ratio=0.5)
+    exact = rs.indent(gel, rs.Parabola(2.5e-6), depth=depth - CONTACT, time=time)
+    write("afm_curve.csv", "time [s],depth [nm],force [nN]", time, 1e9 * depth,
+          1e9 * exact.force + 0.01 * rng.standard_normal(time.size))  # fmt: skip
+
+
+if __name__ == "__main__":
+    for make in (balls, sound, afm):
+        make(np.random.default_rng(2026))
