@@ -210,7 +210,7 @@ def test_window_and_start_come_from_the_contact_times():
     ("change", "words"),
     [
         (lambda t: {"time": t[:3]}, "at least 4"),
-        (lambda t: {"time": t[::-1]}, "rise"),
+        (lambda t: {"time": t[::-1]}, "ascending"),
         (lambda t: {"time": 1e3 * t}, "in s"),
         (lambda t: {"time": 1e-4 * t}, "in s"),
         (lambda t: {"time": np.delete(t, 2)}, "missing"),

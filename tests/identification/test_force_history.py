@@ -180,7 +180,7 @@ def test_records_of_real_instruments_are_accepted():
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
-        (lambda t, f: (t[:130], f[:130]), "lacks the end"),
+        (lambda t, f: (t[:130], f[:130]), "no end"),
         (lambda t, f: (t, np.minimum(f, 0.8 * f.max())), "saturated"),
         (lambda t, f: (t, quantised(np.minimum(f, 0.8 * f.max()), 250)), "saturated"),
         (lambda t, f: (t, np.where(np.arange(t.size) == 90, 0.0, f)), "jump"),
@@ -188,7 +188,7 @@ def test_records_of_real_instruments_are_accepted():
         (lambda t, f: (np.append(t, t + 1.1 * t[-1]), np.append(f, 0.9 * f)), "one contact"),
         (lambda t, f: (t, -f), "sign"),
         (lambda t, f: (t, 0.0 * f + 3.0), "baseline"),
-        (lambda t, f: (t[::-1], f), "rise"),
+        (lambda t, f: (t[::-1], f), "ascending"),
         (lambda t, f: (t[::20], f[::20]), "samples"),
         (lambda t, f: (t[::2], f), "values"),
         (lambda t, f: (1e3 * t, f), "radius"),

@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 
 _RTOL = 1e-9
 _AIR = 1.2
-# Heights [m] of the first flight that no such experiment has.
+# A first flight that is lower or higher [m] than these is refused.
 _LOWEST, _HIGHEST = 1e-6, 100.0
-# Deviation of ln e from a parabola over ln v.
+# Assumed deviation of ln e from a parabola over ln v.
 _SMOOTH = 3e-3
 
 
 class Flight(NamedTuple):
-    """Vertical flights that begin at a depth below the surface and end at the surface; all arguments broadcast."""
+    """Vertical flights from a depth below the surface to the surface; all arguments broadcast."""
 
     gravity: float  # g [m/s2]
     drag: float  # k of the drag k v^2 per mass [1/m]
@@ -44,9 +44,9 @@ class Flight(NamedTuple):
         return np.sqrt(-np.expm1(-2.0 * self.drag * np.asarray(height)) * self.gravity / self.drag)
 
     def fall(self, up: Array, depth: Array) -> tuple[Array, Array]:
-        """Duration [s], and velocity [m/s] at the end, of flights with these velocities at their start.
+        """Duration [s] of flights with these velocities [m/s] at the start, and velocity at the end.
 
-        A flight that does not rise to the surface counts as one that ends at its highest point.
+        A flight that does not reach the surface ends at its highest point.
         """
         g, k = self.gravity, self.drag
         if k == 0.0:
@@ -57,7 +57,7 @@ class Flight(NamedTuple):
         return (np.arctan(up * root) + np.arctanh(down * root)) / math.sqrt(g * k), down
 
     def launch(self, duration: Array, depth: Array) -> Array:
-        """Velocity [m/s] at the start of flights that last so long."""
+        """Velocity [m/s] at the start of flights with this duration [s]."""
         up = 0.5 * self.gravity * duration + depth / duration
         if self.drag == 0.0:
             return up
@@ -74,7 +74,7 @@ class BounceTimes(Observations):
     Parameters
     ----------
     time : array_like
-        Instants [s] at which the body touches the ground, rising, at least 4; no bounce in between may be missing.
+        Instants [s] of touch in ascending order, at least 4, without a missing bounce.
     radius : float, optional
         Radius R [m] of a ball; or give a `profile`.
     profile : Profile, optional
@@ -84,38 +84,38 @@ class BounceTimes(Observations):
     gravity : float
         Acceleration of free fall g [m/s2].
     air_density : float
-        Density of the air [kg/m3], 1.2 at room temperature; 0 leaves the drag out.
+        Density of the air [kg/m3], 1.2 at room temperature; 0 for no drag.
     drag_coefficient : float
         Coefficient c of the drag c rho A v^2/2 on the area A = pi R^2: 0.47 for a smooth sphere at Reynolds numbers
         from 1e3 to 2e5 (Hoerner, Fluid-Dynamic Drag, 1965).
     drop_height : float, optional
-        Height [m] of the release from rest over the undeformed surface, where it is known.
+        Height [m] of the release from rest over the undeformed surface, if known.
     temperature : float, optional
         Temperature [K], for a model with a `shift`.
     noise : Noise, optional
-        Standard deviation of `time`, the same for all instants or one for each, and of `drop_height`. Without that of
-        the time the size of the noise is estimated.
+        Standard deviation of `time`, the same for all instants or one for each, and of `drop_height`. Without a noise
+        of `time` its size is estimated.
     label : str
-        What messages call the data.
+        Name of the data in messages.
 
     Raises
     ------
     InputError
-        If a number is out of range, the instants do not rise, or a flight is longer than the one before.
+        If a number is out of range, the instants are not ascending, or a flight is longer than the one before.
 
     Warns
     -----
     RestitutionWarning
-        If the drag is left out and changes the data by more than their noise.
+        If the drag is neglected, but changes the data by more than their noise.
 
     Notes
     -----
-    Between two touches lie the contact, of duration T, and a free flight of duration F from the depth d at separation
-    to the surface. With T and d of the trial material the velocities at the start and at the end of the flight are
-    ``g F/2 + d/F`` and ``g F/2 - d/F``, or those of a flight with quadratic drag. The second one is the velocity of
-    the next impact, from which the material predicts the next interval. Each interval so predicts the next one alone;
-    the covariance of the errors, which neighbours share, is taken out by its Cholesky factor. The data determine the
-    loss well, and a stiffness only where contacts are long.
+    An interval between two touches is a contact of duration T and a free flight of duration F, from the depth d at
+    separation to the surface. With T and d of the trial material, the velocities at the start and at the end of the
+    flight are ``g F/2 + d/F`` and ``g F/2 - d/F``, or those of a flight with quadratic drag. The second velocity is
+    that of the next impact, and the material predicts the next interval from it. Neighbouring predictions have
+    correlated errors; the Cholesky factor of their covariance whitens the residuals. The data determine the loss well,
+    but a stiffness only if the contacts are long.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class BounceTimes(Observations):
             self.drop_height = checks.single_positive("drop_height", drop_height, "m")
         self.time = rising("time", time, "s")
         if self.time.size < 4:
-            raise InputError("time", wanted=f"must have at least 4 instants, and has {self.time.size}")
+            raise InputError("time", wanted=f"must have at least 4 instants, not {self.time.size}")
         self.intervals = np.diff(self.time)
         height = self.gravity * float(self.intervals[0]) ** 2 / 8.0
         if not _LOWEST < height < _HIGHEST:
@@ -166,7 +166,9 @@ class BounceTimes(Observations):
         longer = np.diff(self.intervals)
         if np.any(longer > (0.02 * self.intervals[:-1] if self.scaled else 15.0 * self._instants[1:-1])):
             place = int(np.argmax(longer)) + 2
-            wanted = "must not rise after a longer flight than the one before: a touch is missing, or one too many"
+            wanted = (
+                "must not follow a longer flight than the one before: a touch is missing, or there is one too many"
+            )
             raise InputError("time", float(self.time[place]), wanted, "s", index=(place,))
         if density == 0.0 and not self.scaled:
             self._warn_of_drag(coefficient)
@@ -183,7 +185,7 @@ class BounceTimes(Observations):
     def _set_noise(self, noise: Noise) -> None:
         for name in noise.deviations:
             if name != "time" and (name != "drop_height" or self.drop_height is None):
-                raise InputError(f"noise.{name}", wanted="belongs to no datum")
+                raise InputError(f"noise.{name}", wanted="was not measured; measured are time and perhaps drop_height")
             if name == "drop_height" and "time" not in noise.deviations:
                 raise InputError("noise.time", wanted="must be given, as that of the drop height is")
         if isinstance(noise.deviations.get("time"), (str, tuple)):
@@ -212,7 +214,7 @@ class BounceTimes(Observations):
         self._instants = instants
 
     def _warn_of_drag(self, coefficient: float) -> None:
-        """Warn where the drag of air, which is left out, changes the data by more than their noise."""
+        """Warn if the neglected drag of air changes the data by more than their noise."""
         if not type(self.profile).body_radius or coefficient == 0.0:
             return
         flight, depth = self.flight._replace(drag=self._drag(_AIR, coefficient, "")), np.zeros(1)
@@ -228,13 +230,13 @@ class BounceTimes(Observations):
 
     @property
     def size(self) -> int:
-        """Number of predicted intervals: the first one is predicted with a drop height alone."""
+        """Number of predicted intervals; the first one needs a drop height."""
         return self.intervals.size - (self.drop_height is None)
 
     def _solved(self, series: PronyColumns, velocities: Array) -> list[Array]:
-        """Restitution coefficients, contact times and depths at separation, shape (m, n); NaN where a solve fails.
+        """Restitution coefficients, contact times and depths at separation, shape (m, n); NaN if a solve fails.
 
-        All are 0 for a captured body: its prediction is far off, but finite.
+        All are 0 for a captured body, so that its prediction is wrong, but finite.
         """
         shape = velocities.shape
         places = np.repeat(np.arange(series.size), shape[1])
@@ -247,7 +249,7 @@ class BounceTimes(Observations):
         return [np.where(free, found[name], rest).reshape(shape) for name in names]
 
     def predicted(self, materials: MaterialColumns) -> Array:
-        """Intervals [s] that follow each one but the first; with a drop height the first too, shape (m, n)."""
+        """All intervals [s] but the first, and with a drop height also the first, shape (m, n)."""
         series = materials.at(self.temperature).reduced
         rough = 0.5 * self.gravity * np.append(self.intervals[0] ** 2 / self.intervals[1], self.intervals[:-1])
         if self.drop_height is not None:
@@ -276,13 +278,13 @@ class BounceTimes(Observations):
         return (self.predicted(materials) - self.intervals[-self.size :]) @ self._whitening.T
 
     def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
-        """Measured and predicted intervals over the time of the touch at which they begin."""
+        """Measured and predicted intervals over the time of their first touch."""
         measured, start = self.intervals[-self.size :], self.time[:-1][-self.size :]
         deviation = None if self.scaled else np.sqrt(self._instants[1:] ** 2 + self._instants[:-1] ** 2)[-self.size :]
         return [Curve("interval", "touch_time", start, measured, self.predicted(materials)[0], deviation)]
 
     def _rough_bounces(self) -> tuple[Array, Array, Array]:
-        """Velocities, restitution coefficients and contact times that make e the smoothest function of v, shape (n,).
+        """Velocities, restitution coefficients and contact times with the smoothest e(v), shape (n,).
 
         The depth at separation is about v T (1 - e)/3, and the contact time falls as v^(-1/5).
         """
@@ -303,13 +305,13 @@ class BounceTimes(Observations):
         basis = np.vander(np.log(share[:-1]), max(1, min(3, e.shape[1] - 1))) * weights[:, None]
         projector = np.eye(e.shape[1]) - basis @ np.linalg.pinv(basis)
         misfit = ((logs * weights @ projector) ** 2).sum(axis=1)
-        # Bounces may show no contact time.
+        # The contact time may be unknown from the bounces.
         misfit += np.log(trials[:, 0] / (0.05 * shortest)) ** 2
         best = int(np.nanargmin(misfit))
         return down[best, :-1], np.clip(e[best], 0.05, 0.999), times[best, 1:]
 
     def window(self) -> tuple[float, float]:
-        """NaN: no contact time is measured."""
+        """NaN: no contact time was measured."""
         return math.nan, math.nan
 
     def contact_times(self, materials: MaterialColumns) -> Array:
@@ -325,7 +327,7 @@ class BounceTimes(Observations):
 
 
 def _slopes(intervals: Array) -> Array:
-    """Slopes of each interval over the one before, from a smooth law between all of them."""
+    """Slopes of each interval over the one before, from a smooth law for all intervals."""
     x, y = np.log(intervals[:-1]), np.log(intervals[1:])
     law = np.polynomial.Polynomial.fit(x, y - x, min(3, (x.size - 1) // 2)) if np.ptp(x) > 0.0 else None
     bend = np.zeros(x.size) if law is None else law.deriv()(x)
@@ -333,7 +335,7 @@ def _slopes(intervals: Array) -> Array:
 
 
 def _carried(places: Array, values: Array, to: Array) -> Array:
-    """Values, shape (m, n), carried from their places to near ones by local power laws."""
+    """Extrapolate values, shape (m, n), to nearby places by local power laws."""
     with np.errstate(divide="ignore", invalid="ignore"):
         x, y = np.log(places), np.log(values)
         slopes = np.diff(y, axis=1) / np.diff(x, axis=1)

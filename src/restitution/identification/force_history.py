@@ -21,12 +21,12 @@ from restitution.material.fit import DynamicTable
 Array = NDArray[np.float64]
 
 _RTOL = 1e-9
-# Share of the peak above which a sample belongs to the contact, and that below which it certainly does not.
+# A sample above the first share of the peak belongs to the contact; a sample outside must be below the second share.
 _TOUCHING, _HIGH = 0.1, 0.5
 _FEWEST = 8
-# Slack of the impulse, for noise, a coarse record and an uncertain gain.
+# Tolerance of the impulse, for noise, a coarse record and an uncertain gain.
 _SLACK = 0.1
-# A loss that is typical of the materials of balls, for a start.
+# Typical restitution coefficient of balls, for a start.
 _TYPICAL_E = 0.6
 
 
@@ -36,7 +36,7 @@ class ForceHistory(Observations):
     Parameters
     ----------
     time : array_like
-        Times [s], rising, shape (n,). Their origin is arbitrary: the time of first touch is estimated.
+        Ascending times [s], shape (n,), from any origin: the time of first touch is estimated.
     force : array_like, optional
         Measured normal force [N], positive in contact, shape (n,). The baseline is estimated.
     acceleration : array_like, optional
@@ -48,25 +48,25 @@ class ForceHistory(Observations):
     mass : float
         Mass m [kg].
     velocity : float, optional
-        Impact velocity v [m/s]; estimated where it is left out.
+        Impact velocity v [m/s]; estimated by default.
     gain : float or None
-        Measured value over true value of the force; None where it is unknown and is estimated. The data do not
+        Measured value over true value of the force; None to estimate an unknown gain. The data do not
         determine both gain and velocity: with E sqrt(v) and gain v, all values stay the same.
     ar1 : float
-        Correlation of the noise of successive samples, in [0, 1), as filters make it; with it the sampling must be
-        regular. It is taken out by whitening.
+        Correlation of the noise of successive samples, in [0, 1), for example from a filter; the sampling must then be
+        regular. The residuals are whitened with it.
     temperature : float, optional
         Temperature [K], for a model with a `shift`.
     noise : Noise, optional
         Standard deviation of `force` or of `acceleration`; a relative one refers to the peak of the record. Without
         it the size of the noise is estimated.
     label : str
-        What messages call the data.
+        Name of the data in messages.
 
     Raises
     ------
     InputError
-        If a number is out of range, or the record does not hold one whole contact: it lacks the end, is saturated,
+        If a number is out of range, or the record does not contain one whole contact: it has no end, is saturated,
         jumps, has two contacts, or its impulse is not between m v and 2 m v.
 
     Warns
@@ -145,7 +145,7 @@ class ForceHistory(Observations):
             )
 
     def _check_size(self) -> None:
-        """Refuse a duration or an impulse that no such impact has."""
+        """Refuse a duration or an impulse that is impossible for such an impact."""
         pulse, velocity = self._pulse, self.velocity
         radius = getattr(self.profile, "radius", None)
         if velocity is not None and radius is not None and pulse.duration * velocity > radius:
@@ -155,18 +155,18 @@ class ForceHistory(Observations):
             return
         ratio = self._impulse / (self.mass * velocity)
         if not 1.0 - _SLACK < ratio < 2.0 * (1.0 + _SLACK):
-            wanted = f"must have an impulse from m v to 2 m v, and has {ratio:.3g} m v; check units, or give gain=None"
+            wanted = f"must have an impulse from m v to 2 m v, not {ratio:.3g} m v; check units, or give gain=None"
             raise InputError(self._name, wanted=wanted)
 
     def _set_noise(self, noise: Noise, values: Array) -> None:
         for name in noise.deviations:
             if name != self._name:
-                raise InputError(f"noise.{name}", wanted=f"belongs to no datum; known is {self._name}")
+                raise InputError(f"noise.{name}", wanted=f"was not measured; measured is {self._name}")
         found = noise.of(self._name, values, self._pulse.height)
         self.scaled = found is None
         deviations = np.ones(values.size) if found is None else found
         self._deviations = deviations * self._factor
-        # The first touch is a guess.
+        # The first touch is only a guess.
         margin = 0.1 * self._pulse.duration
         outside = self.time - self._pulse.first_touch
         parts = [values[outside < -margin], values[outside > self._pulse.duration + margin]]
@@ -229,7 +229,7 @@ class ForceHistory(Observations):
         return [Curve("force", "time", self.time, self.measured, fitted, None if self.scaled else self._deviations)]
 
     def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
-        """Baseline, and the gain where it is unknown."""
+        """Baseline, and the gain if it is unknown."""
         _, gains, baselines, _ = self._fitted(materials, nuisances)
         found = {"baseline": (float(baselines[0]) / self._factor, self._unit)}
         return found if self.gain is not None else found | {"gain": (float(gains[0]), "")}
@@ -252,7 +252,7 @@ class ForceHistory(Observations):
 
 
 def profile_of(radius: Any, profile: Any) -> Profile:
-    """Profile of a body: a parabola of this radius [m], or the one that is given."""
+    """Profile of a body: a parabola of this radius [m], or the given profile."""
     if (radius is None) == (profile is None):
         raise InputError("radius, profile", wanted="exactly one must be given")
     if profile is None:
@@ -265,17 +265,17 @@ def profile_of(radius: Any, profile: Any) -> Profile:
 
 
 def rising(name: str, value: Any, unit: str) -> Array:
-    """Return finite numbers of shape (n,); refuse those that do not rise."""
+    """Return finite numbers of shape (n,); refuse numbers that are not ascending."""
     values = np.atleast_1d(checks.finite(name, value, unit))
     falls = np.flatnonzero(np.diff(values, axis=-1) <= 0.0) if values.ndim == 1 else np.zeros(1, dtype=int)
     if falls.size:
         place = int(falls[0]) + 1
-        raise InputError(name, float(values.flat[place]), "must rise from value to value", unit, index=(place,))
+        raise InputError(name, float(values.flat[place]), "must be ascending", unit, index=(place,))
     return values
 
 
 class _Pulse(NamedTuple):
-    """What a record shows of the one contact in it, in the unit of the record."""
+    """The one contact of a record, in the unit of the record."""
 
     baseline: float
     height: float  # of the peak above the baseline
@@ -288,9 +288,9 @@ class _Pulse(NamedTuple):
 
 
 def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile) -> _Pulse:
-    """Find the one contact of a record; refuse a record that does not hold exactly one, whole and undamaged."""
+    """Find the contact of a record; refuse a record without exactly one contact, whole and undamaged."""
     if values.size < 2 * _FEWEST:
-        raise InputError(name, wanted=f"must have at least {2 * _FEWEST} samples, and has {values.size}")
+        raise InputError(name, wanted=f"must have at least {2 * _FEWEST} samples, not {values.size}")
     baseline = float(min(np.median(values[:3]), np.median(values[-3:])))
     peak = int(np.argmax(values))
     height = float(values[peak]) - baseline
@@ -300,14 +300,14 @@ def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile
     _refuse_damage(name, unit, values, share, peak)
     off = np.flatnonzero(share < _TOUCHING)
     if not np.any(off > peak):
-        raise InputError(name, wanted="must return to its baseline: the record lacks the end of the contact")
+        raise InputError(name, wanted="must return to its baseline: the record has no end of the contact")
     left, right = int(np.max(off[off < peak], initial=-1)) + 1, int(np.min(off[off > peak]))
     if right - left < _FEWEST:
-        wanted = f"must have at least {_FEWEST} samples in contact, and has {right - left}"
+        wanted = f"must have at least {_FEWEST} samples in contact, not {right - left}"
         raise InputError(name, wanted=wanted)
     if np.any(share[:left] > _HIGH) or np.any(share[right:] > _HIGH):
-        raise InputError(name, wanted="must hold one contact: it rises above half of its peak more than once")
-    # The force begins as depth^(1 + p/2), with which it rises linearly.
+        raise InputError(name, wanted="must have one contact: it rises above half of its peak more than once")
+    # At first the force is a power of the time, and this power of the force is linear.
     exponent = profile.path_exponent
     power = 1.0 / (1.0 + 0.5 * (1.0 if exponent is None else float(np.asarray(exponent))))
     edge = np.arange(left, peak + 1)
@@ -318,7 +318,7 @@ def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile
         guess = float(time[peak] - level / slope) if slope > 0.0 else first
         span = float(time[right] - time[left])
         first = min(max(guess, float(time[left]) - 0.5 * span), float(time[left]))
-    # Beyond a margin on either side there is certainly no contact.
+    # Samples beyond a margin on both sides are outside the contact.
     margin = (right - left) // 4
     before, after = max(left - margin, 0), right + margin
     outside = np.concatenate([values[:before], values[after:]])
@@ -337,7 +337,7 @@ def _refuse_damage(name: str, unit: str, values: Array, share: Array, peak: int)
     first, last = int(np.argmax(top)), top.size - 1 - int(np.argmax(top[::-1]))
     width = last - first + 1
     if width >= 4 and int(top.sum()) > 0.8 * width:
-        # A rounded peak drops by some four steps of the rounding within its own width.
+        # A rounded peak falls by about four steps of the rounding within its width.
         step = np.diff(np.unique(values)).min()
         reach = width // 2 + 1
         beside = values[[max(first - reach, 0), min(last + reach, values.size - 1)]]

@@ -32,8 +32,8 @@ _TABLE_ROUNDING = 1e-11
 class Batch:
     """Impacts of one kind of profile, one in each row, in SI units.
 
-    The arrays have the shape (n,), moduli [Pa] and times [s] of the branches of E*(t) the shape (n, n_branch); where a
-    modulus is 0, there is no branch. The contact radius is a = c s^p, s = sqrt(d), with the coefficients c and the
+    The arrays have the shape (n,), moduli [Pa] and times [s] of the branches of E*(t) the shape (n, n_branch); a
+    modulus of 0 means no branch. The contact radius is a = c s^p, s = sqrt(d), with the coefficients c and the
     exponent p; a profile without a power law replaces both.
 
     Examples
@@ -82,7 +82,7 @@ class Batch:
 
     @classmethod
     def from_columns(cls, series: PronyColumns, profile: Profile, masses: Any, velocities: Any, forces: Any) -> Batch:
-        """Return a row for each reduced modulus; single numbers hold for all rows, those of a power law too."""
+        """Return a row for each reduced modulus; single numbers are for all rows, also those of a power law."""
         size, power = series.size, profile.path_exponent is not None
         return cls(
             *series, *(flat(value, (size,)) for value in (masses, velocities, forces)),
@@ -173,7 +173,7 @@ class Batch:
         return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
 
     def sample_forces(self, times: Array, rtol: float) -> tuple[dict[str, Array], Array]:
-        """Solve the impacts; return their columns, and the forces [N] at rising times [s], shape (n, n_time).
+        """Solve the impacts; return their columns, and the forces [N] at ascending times [s], shape (n, n_time).
 
         A time counts from the first touch. The forces are 0 outside the contact, and NaN where the body stays.
         """

@@ -11,7 +11,7 @@ from restitution.kernel.workspace import F_, LENGTH, N_APPROACH, N_REBOUND, STAR
 
 @compiled
 def _place(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
-    """Where in [0, end] of an element a rising row takes a level; an end of this interval where it does not."""
+    """Place in [0, end] of an element at which an increasing row has a level, or else an end of this interval."""
     if level <= row[0]:
         return 0.0
     if level >= value(scheme, work, row, end):
@@ -21,7 +21,7 @@ def _place(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> fl
 
 @entry_point
 def find_rising(scheme: Scheme, work: Work, rows: Any, share: float, levels: Any, elements: Any, places: Any) -> None:
-    """Write the elements, and the places in them, where a row that rises over E elements takes rising levels.
+    """Write the elements, and the places in them, at which a row that increases over E elements has ascending levels.
 
     `rows` has the shape (E, S + 1). The part `share` of the last element belongs to the row.
     """
@@ -50,7 +50,7 @@ def _sample(
 
 @entry_point
 def sample_forces(scheme: Scheme, work: Work, times: Any, forces: Any) -> None:
-    """Write the forces at rising times; they are 0 before first touch and after separation."""
+    """Write the forces at ascending times; they are 0 before first touch and after separation."""
     n = 0
     while n < times.shape[0] and times[n] <= 0.0:
         forces[n] = 0.0
