@@ -69,11 +69,12 @@ class AbelTransform:
         angle = np.pi * (np.arange(_GROUP_NODES) + 0.5) / _GROUP_NODES
         self._group_nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
         place = (self._far_nodes[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES) - edges[:-1, None]) / widths
-        basis: Any = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
+        basis = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
         lagrange = np.cos(np.arange(_GROUP_NODES)[:, None] * angle) * (2.0 / _GROUP_NODES)
         lagrange[0] *= 0.5
         integrands = self._far_integrands[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES, 3)
-        self._group_integrands = np.einsum("gik,kj,giq->gjq", basis, lagrange, integrands, optimize=True)
+        moved: Any = np.einsum("gik,kj,giq->gjq", basis, lagrange, integrands, optimize=True)
+        self._group_integrands: Array = moved
         # Number of leading groups that are far from any x beyond each edge.
         far_from = np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0])
         self._group_edges, self._far_groups = edges, np.searchsorted(far_from, edges, side="left")
