@@ -530,6 +530,19 @@ def test_body_that_creeps_to_rest_under_its_weight(profile):
     assert result.max_force > 0.3
 
 
+@pytest.mark.parametrize("profile", [Parabola(5e-3), Sphere(5e-3)])
+def test_body_that_is_captured_on_its_way_back_creeps_on(profile):
+    # The glass is a thousand times stiffer: at rest the weight has pressed the body far deeper than the impact did.
+    solid = Material(PronySeries(1e4, [1e7], [1.0]), math.inf)
+    weight = 4e-3 * 9.81
+    result = solve(Impact(solid, profile, 4e-3, 1e-4, external_force=weight))
+    assert result.status is Status.CAPTURED
+    assert 8e4 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(weight, rel=1e-12)
+    assert result.residual_indentation_depth == result.max_indentation_depth
+    assert result.max_contact_radius == pytest.approx(profile.contact_radius(result.max_indentation_depth), rel=1e-12)
+    assert result.max_force > weight
+
+
 def test_a_weight_sinks_into_a_liquid_for_ever():
     result = solve(
         Impact(Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, external_force=10.0)

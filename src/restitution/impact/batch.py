@@ -221,12 +221,18 @@ class Batch:
         unknown = (status == Status.CAPTURED) & np.isnan(residual)
         if np.any(unknown):
             residual = np.where(unknown, self._rest_depth(), residual)
+        depth, radius = columns["max_indentation_depth"] * block.length, columns["max_contact_radius"] * block.radius
+        # A body that is captured on its way back creeps on, to a depth that may exceed that of the turning point.
+        further = unknown & (residual > depth) & np.isfinite(residual)
+        if np.any(further):
+            depth = np.where(further, residual, depth)
+            radius = np.where(further, self._radius_at(np.where(further, depth, 0.0)), radius)
         result = {
             "restitution_coefficient": e,
             "contact_time": np.where(stays, np.inf, columns["contact_time"] * block.time),
-            "max_indentation_depth": columns["max_indentation_depth"] * block.length,
+            "max_indentation_depth": depth,
             "max_force": columns["max_force"] * self.masses * self.velocities / block.time,
-            "max_contact_radius": columns["max_contact_radius"] * block.radius,
+            "max_contact_radius": radius,
             "residual_indentation_depth": residual,
         }
         if energy:
@@ -241,6 +247,12 @@ class Batch:
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, peak)
         found = derived(result | dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True)))
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
+
+    def _radius_at(self, depth: Array) -> Array:
+        """Return the contact radius [m] at depths [m]."""
+        if self.profile is None:
+            return np.asarray(self.coefficients) * depth ** (0.5 * (self.exponent or 0.0))
+        return self.profile.contact_radius(depth)
 
     def _rest_depth(self) -> Array:
         """Return the depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
