@@ -22,6 +22,8 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
+# Difference of two sums of squares within which two fits are equally good.
+_EQUALLY_GOOD = 9.0
 # Factor by which a shift may move times, for fractional models.
 _SHIFTED = 1e4
 
@@ -229,7 +231,18 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
             fits = [one._replace(cost=one.cost * scale) for one in fits]
             best = fits[0]
             break
-    return moved(Estimation(problem, loss, best, (best, *fits[1:]), np.empty((0, 0))), best)
+    fits = _plausible_first(problem, [best, *fits[1:]])
+    return moved(Estimation(problem, loss, fits[0], tuple(fits), np.empty((0, 0))), fits[0])
+
+
+def _plausible_first(problem: Problem, fits: list[Fit]) -> list[Fit]:
+    """Fits, best first; among equally good ones those with a negative instantaneous Poisson ratio come last."""
+    if not any(one.name in ("bulk_modulus", "poisson_ratio") for one in problem.space.free):
+        return fits
+    columns = problem.columns(np.stack([one.coordinates for one in fits]))
+    shear, bulk = (one.equilibria + one.moduli.sum(axis=1) for one in (columns.shear, columns.bulk))
+    ranks = [one.cost + _EQUALLY_GOOD * float(low) for one, low in zip(fits, 3.0 * bulk < 2.0 * shear, strict=True)]
+    return [fits[k] for k in np.argsort(ranks, kind="stable")]
 
 
 def moved(estimation: Estimation, best: Fit) -> Estimation:

@@ -167,6 +167,10 @@ def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
     return found
 
 
+# Other minima whose sums of squares exceed that of the best by less lie within the 95 % region.
+_EQUAL = 3.84
+
+
 def _warnings(found: Identification) -> tuple[str, ...]:
     """Doubts about a fit."""
     from scipy.special import gammainc
@@ -181,7 +185,7 @@ def _warnings(found: Identification) -> tuple[str, ...]:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if found.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
-    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < 1.0]
+    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < _EQUAL]
     n = problem.n_parameters
     for other in others:
         apart = np.abs(other.coordinates[:n] - estimation.fit.coordinates[:n])

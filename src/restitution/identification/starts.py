@@ -34,7 +34,7 @@ def effective_tables(data: Sequence[Observations], space: Parameters) -> list[Dy
     found = [table for one in data if (table := one.effective_moduli()) is not None]
     if not found:
         known = [float(np.nanmax(value)) for name, value in space.fixed.items()
-                 if "modul" in name and name != "bulk_modulus"]  # fmt: skip
+                 if "modul" in name and name != "bulk_modulus" and np.any(np.isfinite(value))]  # fmt: skip
         size = 4.0 * known[0] if known else _ARBITRARY
         found = [table for one in data if (table := one.assumed_moduli(size)) is not None]
     one = np.ones(1)
