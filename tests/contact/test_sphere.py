@@ -5,6 +5,10 @@ import pytest
 
 from restitution.contact.analytic import Sphere
 from restitution.contact.profile import Parabola
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
 
 # L, the root of L tanh(L) = d, for R = 1, and ((1 + u^2) L - u)/2 with u = tanh(L): mpmath, 40 digits.
 ROOTS = {
@@ -59,3 +63,19 @@ def test_force_below_that_of_the_parabola():
     # The docstring states 0.4 % at a depth of 0.04 R, where the parabola has a/R = 0.2.
     ratio = Sphere(1.0).force_integral_at_depth(0.04) / Parabola(1.0).force_integral_at_depth(0.04)
     assert ratio == pytest.approx(0.996, abs=1e-4)
+
+
+@pytest.mark.parametrize("depth", [30.0, 300.0, 3000.0])
+def test_deep_spheres_are_solved_to_the_tolerance(depth):
+    """Beyond a few radii a sphere acts as a cylinder with a rounded edge, which fast modes feel at full width."""
+    random = np.random.default_rng(int(depth))
+    for _ in range(5):
+        terms = random.integers(1, 8)
+        moduli, times = 10.0 ** random.uniform(-3.0, 3.0, terms), depth * 10.0 ** random.uniform(-6.0, 2.0, terms)
+        series = PronySeries(1.0, moduli, times)
+        # The energy of a cylinder of radius 1 pressed in to this depth, with the modulus after this time.
+        mass = 8.0 * float(series.relaxation_modulus(depth)) * depth**2
+        impact = Impact(Material(series, np.inf), Sphere(1.0), mass, 1.0)
+        fine, e = solve(impact, rtol=1e-12), solve(impact, rtol=1e-9).restitution_coefficient
+        assert fine.max_indentation_depth > 0.1 * depth
+        assert abs(e - fine.restitution_coefficient) < 1e-9 * max(e, 1e-3)

@@ -12,6 +12,7 @@ from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.bounce_times import BounceTimes, Flight
+from restitution.identification.identify import identify
 from restitution.identification.observations import Noise
 from restitution.impact.bounces import bounces
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
@@ -86,6 +87,22 @@ def least_covariance(found, truth, sd):
     J = np.array([(touches(point + one) - touches(point - one)) / 2e-4 for one in steps]).T / sd
     J = np.column_stack([J, np.full(n, 1.0 / sd)])
     return np.linalg.inv(J.T @ J)[:3, :3]
+
+
+def test_identify_finds_the_material_or_that_the_sound_does_not_show_it():
+    random = np.random.default_rng(9)
+    for case, shown in (("B", True), ("D", False)):
+        found = series(case)
+        time = found.touch_time + SD * random.standard_normal(found.n_bounces)
+        got = identify(sound(time, noise=Noise(time=SD)), standard_solid, fixed={"poisson_ratio": 0.5})
+        modulus = got.parameters["equilibrium_modulus"]
+        assert modulus.determined == shown
+        if shown:
+            assert abs(modulus.value - CASES[case][0]) < 3.0 * modulus.standard_error
+            low, high = got.window
+            assert low < math.pi / found.contact_time[4] < high
+        else:
+            assert modulus.value is None
 
 
 def test_bounce_times_do_not_determine_the_modulus_of_a_material_with_small_loss():

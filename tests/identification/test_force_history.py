@@ -10,9 +10,11 @@ from restitution.contact.analytic import Sphere
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.force_history import ForceHistory
+from restitution.identification.identify import identify
 from restitution.identification.observations import Noise
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
+from restitution.material.classical import standard_solid
 
 
 def history(case="D", n=240, profile=None):
@@ -83,6 +85,21 @@ def test_an_unknown_gain_makes_the_material_ten_times_less_certain():
     ratio = np.sqrt(np.diag(unknown) / np.diag(known))[:3]
     assert np.all((ratio > 5.0) & (ratio < 30.0))
     assert data.linear_estimates(columns(truth[:3]), truth[None, 3:])["gain"] == (pytest.approx(1.0, abs=1e-9), "")
+
+
+def test_identify_finds_material_first_touch_baseline_and_gain():
+    t, force, first, _ = history("A")
+    sd = 0.002 * force.max()
+    volts = 2.5 * (force + 4.0 + sd * np.random.default_rng(8).standard_normal(t.size))
+    data = record(t, volts, gain=None, noise=Noise(force=2.5 * sd))
+    found = identify(data, standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    truth = np.log([CASES["A"][0], CASES["A"][1], CASES["A"][1] * CASES["A"][2]])
+    assert np.all(np.abs(found.coordinates[:3] - truth) < 3.0 * np.sqrt(np.diag(found.covariance)))
+    touch = found.nuisances["first_touch"]
+    assert abs(touch.value - first) < 3.0 * touch.standard_error
+    assert found.nuisances["gain"].value == pytest.approx(2.5, rel=0.1)
+    assert found.nuisances["baseline"].value == pytest.approx(10.0, abs=0.01 * volts.max())
+    assert 0.8 < found.reduced_chi2 < 1.25
 
 
 def test_gain_and_velocity_together_have_a_flat_direction_and_are_refused():

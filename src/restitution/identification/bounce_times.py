@@ -248,15 +248,19 @@ class BounceTimes(Observations):
         free = found["status"] == Status.SEPARATED
         return [np.where(free, found[name], rest).reshape(shape) for name in names]
 
-    def predicted(self, materials: MaterialColumns) -> Array:
-        """All intervals [s] but the first, and with a drop height also the first, shape (m, n)."""
+    def _impacts(self, materials: MaterialColumns) -> tuple[Array, list[Array]]:
+        """Velocities of impact near those of the data, shape (m, n), and the outcomes there."""
         series = materials.at(self.temperature).reduced
         rough = 0.5 * self.gravity * np.append(self.intervals[0] ** 2 / self.intervals[1], self.intervals[:-1])
         if self.drop_height is not None:
             rough[0] = float(self.flight.landing(self.drop_height))
         rough = np.broadcast_to(rough, (series.size, rough.size))
         velocities = self._velocities(rough, *self._solved(series, rough))
-        e, times, depths = self._solved(series, velocities)
+        return velocities, self._solved(series, velocities)
+
+    def predicted(self, materials: MaterialColumns) -> Array:
+        """All intervals [s] but the first, and with a drop height also the first, shape (m, n)."""
+        velocities, (e, times, depths) = self._impacts(materials)
         found = times + self.flight.fall(e * velocities, depths)[0]
         return _carried(velocities, found, self._velocities(velocities, e, times, depths))[:, -self.size :]
 
@@ -316,9 +320,8 @@ class BounceTimes(Observations):
 
     def contact_times(self, materials: MaterialColumns) -> Array:
         """Contact times [s] of the bounces on the first material."""
-        series, velocities = materials.at(self.temperature).reduced, self._rough_bounces()[0]
-        found = self._solved(PronyColumns(*(part[:1] for part in series)), velocities[None])[1]
-        return found[found > 0.0]
+        times = self._impacts(materials)[1][1][0]
+        return times[times > 0.0]
 
     def effective_moduli(self) -> DynamicTable | None:
         """Moduli from the loss of the bounces and a rough guess of their contact times."""

@@ -137,12 +137,8 @@ class ForceHistory(Observations):
             Nuisance("first_touch", "s", start, start - 0.5 * duration, pulse.peak_time, 0.3 * share * duration),
         )
         if self.velocity is None:
-            guess, slack = self._impulse / self.mass, 1.0 + _SLACK
-            self.nuisances += (
-                Nuisance(
-                    "velocity", "m/s", guess / (1.0 + _TYPICAL_E), 0.5 * guess / slack, guess * slack, share * guess
-                ),
-            )
+            guess, low, high = self._velocity_guess()
+            self.nuisances += (Nuisance("velocity", "m/s", guess, low, high, share * guess),)
 
     def _check_size(self) -> None:
         """Refuse a duration or an impulse that is impossible for such an impact."""
@@ -158,6 +154,17 @@ class ForceHistory(Observations):
             wanted = f"must have an impulse from m v to 2 m v, not {ratio:.3g} m v; check units, or give gain=None"
             raise InputError(self._name, wanted=wanted)
 
+    def _velocity_guess(self) -> tuple[float, float, float]:
+        """Impact velocity [m/s] that the record shows, and its bounds.
+
+        The impulse is m v (1 + e). The depth at separation, v T less the double integral of F/m, is about
+        v T (1 - e)/3.
+        """
+        gained = self._impulse / self.mass
+        mean = gained * self._pulse.path / (self._pulse.impulse * self._pulse.duration)
+        guess = min(max(3.0 * mean - gained, 0.51 * gained), 0.9 * gained)
+        return guess, 0.5 * gained / (1.0 + _SLACK), gained * (1.0 + _SLACK)
+
     def _set_noise(self, noise: Noise, values: Array) -> None:
         for name in noise.deviations:
             if name != self._name:
@@ -172,7 +179,8 @@ class ForceHistory(Observations):
         parts = [values[outside < -margin], values[outside > self._pulse.duration + margin]]
         parts = [part - part.mean() for part in parts if part.size > 5]
         count, square = sum(part.size for part in parts), sum(float(part @ part) for part in parts)
-        if self.ar1 == 0.0 and count >= 20 and square > 0.0:
+        rounding = count * (1e-9 * np.abs(values).max()) ** 2
+        if self.ar1 == 0.0 and count >= 20 and square > rounding:
             correlation = sum(float(part[1:] @ part[:-1]) for part in parts) / square
             if correlation > 3.0 / math.sqrt(count):
                 message = (
@@ -195,7 +203,7 @@ class ForceHistory(Observations):
         """Forces [N] at the times of the record, without gain and baseline, shape (m, n); NaN without separation."""
         velocity = nuisances[:, 1] if self.velocity is None else self.velocity
         batch = Batch.from_columns(materials.at(self.temperature).reduced, self.profile, self.mass, velocity, 0.0)
-        return batch.sample_forces(self.time - nuisances[:, :1], _RTOL)[1]
+        return batch.sample_forces(self.time - nuisances[:, :1], _RTOL)
 
     def _whitened(self, values: Array) -> Array:
         scaled = values / self._deviations
@@ -243,10 +251,11 @@ class ForceHistory(Observations):
         """Moduli from the contact time and the impulse of a ball."""
         if not isinstance(self.profile, Parabola):
             return None
-        e = _TYPICAL_E
-        if self.gain is not None and self.velocity is not None:
-            e = min(max(self._impulse / (self.mass * self.velocity) - 1.0, 0.15), 0.99)
-        velocity = self.nuisances[1].start if self.velocity is None else self.velocity
+        if self.gain is None:
+            e, velocity = _TYPICAL_E, float(self.velocity or 1.0)
+        else:
+            velocity = self.velocity or self._velocity_guess()[0]
+            e = min(max(self._impulse / (self.mass * velocity) - 1.0, 0.15), 0.99)
         radius, duration = self.profile.radius, self._pulse.duration
         return Rebounds([velocity], [e], radius=radius, mass=self.mass, contact_time=[duration]).effective_moduli()
 
@@ -279,12 +288,12 @@ class _Pulse(NamedTuple):
 
     baseline: float
     height: float  # of the peak above the baseline
-    left: int  # first sample of the contact
     samples: int  # number of samples in contact
     first_touch: float  # [s]
     peak_time: float  # [s]
     duration: float  # [s]
-    impulse: float
+    impulse: float  # integral of the force over time
+    path: float  # the same of the impulse
 
 
 def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile) -> _Pulse:
@@ -307,28 +316,34 @@ def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile
         raise InputError(name, wanted=wanted)
     if np.any(share[:left] > _HIGH) or np.any(share[right:] > _HIGH):
         raise InputError(name, wanted="must have one contact: it rises above half of its peak more than once")
-    # At first the force is a power of the time, and this power of the force is linear.
+    # The force begins, and roughly ends, as depth^(1 + p/2).
     exponent = profile.path_exponent
     power = 1.0 / (1.0 + 0.5 * (1.0 if exponent is None else float(np.asarray(exponent))))
-    edge = np.arange(left, peak + 1)
-    edge = edge[share[left : peak + 1] < 0.7]
-    first = float(time[max(left - 1, 0)])
-    if edge.size >= 2:
-        slope, level = np.polyfit(time[edge] - time[peak], share[edge] ** power, 1)
-        guess = float(time[peak] - level / slope) if slope > 0.0 else first
-        span = float(time[right] - time[left])
-        first = min(max(guess, float(time[left]) - 0.5 * span), float(time[left]))
+    before = min(_root(time[left : peak + 1], share[left : peak + 1], power), float(time[left]))
+    end = max(_root(time[right - 1 : peak - 1 : -1], share[right - 1 : peak - 1 : -1], power), float(time[right - 1]))
+    span = float(time[right] - time[left])
+    first, end = max(before, float(time[left]) - 0.5 * span), min(end, float(time[right]) + 0.5 * span)
     # Samples beyond a margin on both sides are outside the contact.
     margin = (right - left) // 4
     before, after = max(left - margin, 0), right + margin
     outside = np.concatenate([values[:before], values[after:]])
     if outside.size >= 5:
         baseline = float(np.median(outside))
-    impulse = float(np.trapezoid(values[before:after] - baseline, time[before:after]))
+    force, moments = values[before:after] - baseline, time[before:after]
+    impulse = float(np.trapezoid(force, moments))
+    path = float(np.trapezoid(force * (end - moments), moments))
     return _Pulse(
-        baseline, float(values[peak]) - baseline, left, right - left, first, float(time[peak]),
-        float(time[right]) - first, impulse,
+        baseline, float(values[peak]) - baseline, right - left, first, float(time[peak]), end - first, impulse, path,
     )  # fmt: skip
+
+
+def _root(time: Array, share: Array, power: float) -> float:
+    """Time at which the flank of a peak begins, from samples in the order from its foot to the top."""
+    flank = share < 0.7
+    if np.count_nonzero(flank) < 2:
+        return float(time[0])
+    slope, level = np.polyfit(time[flank] - time[-1], share[flank] ** power, 1)
+    return float(time[-1] - level / slope) if slope else float(time[0])
 
 
 def _refuse_damage(name: str, unit: str, values: Array, share: Array, peak: int) -> None:

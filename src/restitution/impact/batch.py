@@ -172,10 +172,10 @@ class Batch:
             return columns, None
         return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
 
-    def sample_forces(self, times: Array, rtol: float) -> tuple[dict[str, Array], Array]:
-        """Solve the impacts; return their columns, and the forces [N] at ascending times [s], shape (n, n_time).
+    def sample_forces(self, times: Array, rtol: float) -> Array:
+        """Forces [N] at ascending times [s] since first touch, shape (n, n_time).
 
-        A time counts from the first touch. The forces are 0 outside the contact, and NaN where the body stays.
+        They are 0 outside the contact, and NaN for a body that does not separate.
         """
         forces = times
 
@@ -185,7 +185,8 @@ class Batch:
             return outcomes
 
         block, outcomes = self.solved(run, rtol)
-        return self.columns(block, outcomes), forces * (self.masses * self.velocities / block.time)[:, None]
+        forces[outcomes[:, STATUS] != Status.SEPARATED] = np.nan
+        return forces * (self.masses * self.velocities / block.time)[:, None]
 
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
         """Scale and solve; repeat with a longer table of the profile if the table was too short."""

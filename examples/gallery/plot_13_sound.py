@@ -1,0 +1,82 @@
+"""
+The material of a ball from its sound
+=====================================
+
+A microphone records the instants at which a ball of rubber touches the floor. Each interval between two touches is a
+contact and a flight. The times alone show the loss of the rubber, and here also its stiffness, since the contacts of
+a soft ball last for milliseconds.
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import restitution as rs
+
+rubber = rs.standard_solid(1e6, 1e7, 300.0, poisson_ratio=0.5, density=1100.0)
+radius = 0.02
+ball = rs.Body(rubber, radius=radius)
+impact = rs.drop(ball, rs.Body(None), height=0.1)
+heard = rs.bounces(impact, max_bounces=11)
+
+# %%
+# The microphone resolves 20 us. The simulated ball falls without air, which else takes ``air_density=1.2``.
+
+random = np.random.default_rng(1)
+time = heard.touch_time + 2e-5 * random.standard_normal(heard.n_bounces)
+sound = rs.BounceTimes(time, radius=radius, mass=ball.mass, drag_coefficient=0.0, noise=rs.Noise(time=2e-5))
+found = rs.identify(sound, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+print(found)
+
+# %%
+# The ratio of successive intervals is often taken for e. It is too large when contacts become long beside the
+# flights. Without the contact times it is too small, because the ball leaves while it is still compressed. The fit
+# contains both effects.
+
+intervals = np.diff(time)
+flights = intervals - heard.contact_time[:-1]
+velocity, e = heard.velocity[1:-1], heard.restitution_coefficient[1:-1]
+fit = found.predict(rs.Impact(rubber, impact.profile, ball.mass, velocity[:-1], external_force=9.80665 * ball.mass))
+
+fig, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained")
+left.plot(velocity, intervals[1:] / intervals[:-1], "s", markersize=4, label="ratio of intervals")
+left.plot(velocity, flights[1:] / flights[:-1], "^", markersize=4, label="less the contact times")
+left.plot(velocity[:-1], fit["restitution_coefficient"], "-", label="fit")
+left.plot(velocity, e, "k.", label="true")
+left.set_xscale("log")
+left.set_xlabel("impact velocity $v_0$ in m/s")
+left.set_ylabel("restitution coefficient $e$")
+left.legend()
+
+# %%
+# Outside the window of the contact times no datum supports the moduli.
+
+
+def reduced_modulus(omega):
+    """Storage and loss part of E* of the incompressible rubber."""
+    shear = 1e6 + 1e7 * 1j * omega * 3e-5 / (1.0 + 1j * omega * 3e-5)
+    return 4.0 * shear
+
+
+middle = math.pi / heard.contact_time[3]
+omega = np.geomspace(0.3, 3.0, 60) * middle
+bands = found.moduli(omega)
+for name, true in (("storage_modulus", reduced_modulus(omega).real), ("loss_modulus", reduced_modulus(omega).imag)):
+    (line,) = right.loglog(omega, bands[name] / 1e6, label=f"{name.replace('_', ' ')}, fit")
+    low, high = bands[f"{name}_low"] / 1e6, bands[f"{name}_high"] / 1e6
+    right.fill_between(omega, low, high, color=line.get_color(), alpha=0.2)
+    right.loglog(omega, true / 1e6, "k:", label="true" if name == "loss_modulus" else None)
+right.axvspan(*found.window, color="0.9", zorder=0)
+right.set_xlabel(r"angular frequency $\omega$ in rad/s")
+right.set_ylabel(r"reduced modulus $E^*$ in MPa")
+right.legend()
+
+# %%
+# The loss tangent at :math:`\pi` over the contact time is within three standard errors of that of the rubber.
+
+there, true = found.moduli([middle]), reduced_modulus(middle)
+tangent, high = float(there["loss_tangent"][0]), float(there["loss_tangent_high"][0])
+print(f"tan delta = {tangent:.4f}, true {true.imag / true.real:.4f}")
+assert abs(math.log(tangent * true.real / true.imag)) < 3.0 / 1.96 * math.log(high / tangent)
+assert high < 1.2 * tangent
