@@ -222,6 +222,53 @@ def test_wrong_curves_are_refused(columns, options, message):
         rs.IndentationCurve(**columns, **({"profile": TIP} | options))
 
 
+def damaged(rng, columns):
+    """Damage one column as instruments and their users do."""
+    column = columns[rng.integers(0, 3)]
+    place, other = rng.integers(0, column.size, 2)
+    span = np.ptp(column)
+    damages = (
+        lambda: column.__setitem__(place, math.nan),
+        lambda: column.__setitem__(place, column[place] * rng.choice([-1.0, 0.0, 1e3, 1e30])),
+        lambda: column.__setitem__(slice(None), column[::-1].copy()),
+        lambda: rng.shuffle(column),
+        lambda: column.__imul__(10.0 ** rng.integers(-200, 200)),
+        lambda: column.__setitem__(slice(min(place, other), max(place, other)), column[place]),
+        lambda: column.__iadd__(rng.normal(0.0, span * 10.0 ** rng.uniform(-6.0, 0.0), column.size)),
+        lambda: np.minimum(column, column.max() * rng.uniform(0.1, 1.0), out=column),
+        lambda: column.__iadd__(span * rng.uniform(-10.0, 10.0)),
+        lambda: column[place:].__iadd__(span * rng.uniform(-1.0, 1.0)),
+        lambda: column.__setitem__(slice(None), np.round(10.0 * column / span) * span / 10.0),
+    )
+    damages[rng.integers(0, len(damages))]()
+    part = slice(*sorted(rng.integers(0, column.size, 2))) if rng.random() < 0.2 else slice(None)
+    return [one[part] for one in columns]
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning", "ignore::RuntimeWarning")
+@pytest.mark.parametrize("count", [150, pytest.param(1500, marks=pytest.mark.slow)])
+def test_damaged_curves_are_fitted_or_refused_in_one_line(count):
+    rng, refusals = np.random.default_rng(11), []
+    for _ in range(count):
+        part = slice(None, None, int(rng.choice([1, 2, 8, 15])))
+        time, depth, force = damaged(rng, [TIME[part].copy(), DEPTH[part].copy(), noisy(9)[part].copy()])
+        stiffness = None if rng.random() < 0.7 else 10.0 ** rng.uniform(-3.0, 1.0)
+        try:
+            data = rs.IndentationCurve(time, depth, force, profile=TIP, spring_constant=stiffness)
+            rs.identify_map([data], rs.standard_solid, fixed=FIXED, workers=1)
+        except rs.InputError as error:
+            refusals.append(str(error))
+    assert 0.3 * count < len(refusals) < count
+    assert "\n" not in "".join(refusals)
+
+
+@pytest.mark.parametrize("factor", [1e-18, 1e18])
+def test_a_slip_of_units_is_refused(factor):
+    data = rs.IndentationCurve(TIME, DEPTH, factor * noisy(9), profile=TIP)
+    with pytest.raises(rs.InputError, match="check the units"):
+        rs.identify(data, rs.standard_solid, fixed=FIXED)
+
+
 def test_first_touch_is_close():
     errors = [first_touch(TIME, DEPTH, noisy(seed), 1.5).depth - CONTACT_POINT for seed in range(20)]
     assert np.abs(errors).max() < 60e-9

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 
 # Tolerance of a force: small enough for differences of residuals.
 RTOL = 1e-8
-_BEFORE = 10
+# Fewest points before and after first touch.
+_FEWEST = 10
 # So many equal largest forces show saturation if the depth changes by more than this share of its range.
 _EQUAL, _MOVED = 5, 0.02
 # A force jumps if it changes by more than this share of its range from one point to the next, but the depth does not.
@@ -30,6 +31,9 @@ _JUMP = 0.25
 # Standard solids that are tried for a start: shares of the relaxing modulus, and times over the duration.
 _SHARES, _TIMES = (0.0, 0.4, 0.8, 0.97), (0.01, 0.04, 0.15, 0.6)
 _FREQUENCIES = 6
+# Ranges of times, depths and forces in SI whose squares are normal numbers; moduli [Pa] of matter.
+_NARROWEST, _WIDEST = 1e-30, 1e30
+_SOFTEST, _STIFFEST = 1e-6, 1e15
 
 
 class IndentationCurve(Observations):
@@ -140,9 +144,12 @@ class IndentationCurve(Observations):
         """Start, range and step of the contact point."""
         peak = float(self.lines.depth.max())
         before = int(np.argmax(self.depth > touch))
-        if before < _BEFORE:
-            wanted = f"must have at least {_BEFORE} points before first touch for the baseline, not {before}"
+        if before < _FEWEST:
+            wanted = f"must have at least {_FEWEST} points before first touch for the baseline, not {before}"
             raise InputError("depth", wanted=wanted)
+        inside = int(np.count_nonzero(self.depth > touch))
+        if inside < _FEWEST:
+            raise InputError("depth", wanted=f"must have at least {_FEWEST} points after first touch, not {inside}")
         first = float(self.lines.depth[0])
         low = touch - 0.95 * (touch - first)
         high = peak - 0.05 * (peak - touch)
@@ -210,8 +217,12 @@ class IndentationCurve(Observations):
         best = int(np.argmax(gain))
         if not np.isfinite(gain[best]):
             raise InputError("force", wanted="does not rise with the depth; is a push positive?")
+        modulus = float(share[best] / size[best])
+        if not _SOFTEST < modulus < _STIFFEST:
+            wanted = f"means a modulus of {modulus:.2g} Pa with this depth and profile; check the units"
+            raise InputError("force", wanted=wanted)
         omega = np.geomspace(*self.window(), _FREQUENCIES)
-        moduli = series.scaled(share[best] / size[best]).complex_modulus(omega)[best]
+        moduli = series.scaled(modulus).complex_modulus(omega)[best]
         return DynamicTable(omega, moduli.real, np.maximum(moduli.imag, 0.01 * moduli.real), source=self.label)
 
 
@@ -229,22 +240,24 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
         np.atleast_1d(checks.finite(name, column, unit))
         for name, column, unit in (("time", time, "s"), ("depth", depth, "m"), ("force", force, "N"))
     )
-    if t.ndim != 1 or not t.shape == d.shape == f.shape or t.size < 3 * _BEFORE:
-        wanted = f"must be columns of equal length >= {3 * _BEFORE}, not of shapes {t.shape}, {d.shape}, {f.shape}"
+    if t.ndim != 1 or not t.shape == d.shape == f.shape or t.size < 3 * _FEWEST:
+        wanted = f"must be columns of equal length >= {3 * _FEWEST}, not of shapes {t.shape}, {d.shape}, {f.shape}"
         raise InputError("time, depth, force", wanted=wanted)
     falls = np.flatnonzero(np.diff(t) <= 0.0)
     if falls.size:
         n = int(falls[0]) + 1
         raise InputError("time", float(t[n]), f"must be after {t[n - 1]:g} s", "s", index=(n,))
-    for name, column, unit in (("depth", d, "m"), ("force", f, "N")):
-        if np.ptp(column) == 0.0:
-            raise InputError(name, float(column[0]), "must change over the curve", unit)
+    for name, column, unit in (("time", t, "s"), ("depth", d, "m"), ("force", f, "N")):
+        span = float(np.ptp(column))
+        if not _NARROWEST < span < _WIDEST:
+            wanted = f"must change over the curve by {_NARROWEST:g} to {_WIDEST:g} {unit}, not by {span:g} {unit}"
+            raise InputError(name, wanted=wanted)
     return t, d, f
 
 
 def _check_force(depth: Array, force: Array) -> None:
     """Refuse a force of the wrong sign, one that jumps at rest, and one that is saturated."""
-    if force[np.argmax(depth)] <= np.median(force[:_BEFORE]):
+    if force[np.argmax(depth)] <= np.median(force[:_FEWEST]):
         raise InputError("force", wanted="must be larger at the largest depth than at the start; is a push positive?")
     steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
