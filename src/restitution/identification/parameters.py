@@ -41,8 +41,9 @@ LAWS: Mapping[str, Quantity] = {
         Quantity("activation_energy", MOLAR_ENERGY, "activation energy", r"$Q$", 0.0, open=True),
     )
 }
-# Half the width of the range of a logit.
+# Half the width of the range of a logit; exponents near 1 take very many terms.
 _LOGIT = 12.0
+_EXPONENTS = -4.0, 2.2
 # Bounds a factor of 1e4 about the effective modulus and the contact time.
 _WIDE = math.log(1e4)
 # Starts of parameters that no formula gives from the data.
@@ -301,7 +302,7 @@ def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Ar
         )
         z = float(one.inward(begin))
         if one.kind == "logit":
-            reach = (-_LOGIT, _LOGIT)
+            reach = _EXPONENTS if one.argument == "exponent" else (-_LOGIT, _LOGIT)
         elif one.kind == "log":
             wide = _WIDE * (2.0 if one.quantity.dimension in (VISCOSITY, NUMBER) else 1.0)
             middle = math.log(scale) if scale is not None else z

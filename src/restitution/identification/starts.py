@@ -51,7 +51,8 @@ def starts(
     modulus is held at three values: these moduli hardly depend on it.
     """
     n = len(space.free)
-    spread = np.array([0.0 if one.name in space.start else _SPREAD for one in space.free])
+    wide = [1.0 if one.kind == "logit" else _SPREAD for one in space.free]
+    spread = np.array([0.0 if one.name in space.start else size for one, size in zip(space.free, wide, strict=True)])
     # Points of an additive lattice fill the cube evenly.
     lattice = np.mod(0.5 + np.outer(np.arange(_N_STARTS), _lattice_root(n) ** -np.arange(1.0, n + 1.0)), 1.0)
     points = np.tile(centre, (_N_STARTS, 1))

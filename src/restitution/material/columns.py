@@ -269,8 +269,12 @@ def _transformed(shear: PronyColumns, bulk: Array, a: float, b: float, factor: f
         moduli = np.where(shear.viscosities > 0.0, factor * stiff * (stiff / constant), 0.0)
         times = np.where(shear.viscosities > 0.0, b * shear.viscosities / constant, 1.0)
         return moduli[:, None], times[:, None]
-    times, slopes = _roots(constant, b * shear.moduli, shear.times)
-    return factor * stiff[:, None] * (stiff[:, None] / slopes), times
+    moduli, times = np.zeros(shear.moduli.shape), np.ones(shear.times.shape)
+    soft = ~np.isinf(bulk)
+    if np.any(soft):
+        times[soft], slopes = _roots(constant[soft], b * shear.moduli[soft], shear.times[soft])
+        moduli[soft] = factor * stiff[soft, None] * (stiff[soft, None] / slopes)
+    return moduli, times
 
 
 def _roots(constant: Array, weights: Array, times: Array) -> tuple[Array, Array]:
@@ -294,15 +298,13 @@ def _roots(constant: Array, weights: Array, times: Array) -> tuple[Array, Array]
         own = np.broadcast_to(np.eye(k, dtype=bool), rho.shape)
         above = np.broadcast_to(np.eye(k, k=-1, dtype=bool), rho.shape)
         other = np.where(own | above, 0.0, w[:, None, :])
-        pole, weight = np.zeros((n, k)), np.zeros((n, k))
+        pole, share = np.zeros((n, k)), np.zeros((n, k))
         if k > 1:
             pole[:, 1:] = tau[:, 1:] / (tau[:, :-1] - tau[:, 1:])
-            share = w[:, :-1] * tau[:, :-1] / (tau[:, :-1] - tau[:, 1:])
-            weight[:, 1:] = share * pole[:, 1:]
-        level = np.broadcast_to(constant[:, None], (n, k)).copy()
-        if k > 1:
-            level[:, 1:] += share
+            share[:, 1:] = w[:, :-1] * tau[:, :-1] / (tau[:, :-1] - tau[:, 1:])
+        weight, level = share * pole, constant[:, None] + share
         y = np.maximum(constant / w.sum(axis=1), 0.0)[:, None] + 2.0 * pole
+        last = np.zeros((n, k), dtype=bool)
         for _ in range(60):
             bottom = apart * y[:, :, None] - rho
             value = (other * y[:, :, None] / bottom).sum(axis=2)
@@ -312,10 +314,12 @@ def _roots(constant: Array, weights: Array, times: Array) -> tuple[Array, Array]
             root = np.sqrt(q * q + 4.0 * linear * weight)
             z = np.where(q > 0.0, (q + root) / (2.0 * linear), 2.0 * weight / (root - q))
             new = pole + z
-            done = np.abs(new - y) <= 4e-16 * new
+            # The step after one of this size is below rounding.
+            done = np.abs(new - y) <= 1e-10 * new
             y = new
-            if k == 1 or bool(np.all(done | ~np.isfinite(new))):
+            if k == 1 or bool(np.all(last | ~np.isfinite(new))):
                 break
+            last = done
         terms = np.where(own, -y[:, :, None], y[:, :, None] / (apart * y[:, :, None] - rho))
         found = tau * (1.0 + 1.0 / y)
         slopes = (w[:, None, :] * terms * (terms - 1.0)).sum(axis=2)
