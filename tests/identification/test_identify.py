@@ -171,7 +171,7 @@ def test_stated_errors_are_those_of_repeated_fits():
     """Scatter over stated error with 40 repetitions: 1 within three standard deviations of a chi distribution."""
     material, n = standard_solid(*STANDARD_SOLIDS["weak"]), 40
     fits = [rs.identify(rebounds(material, RADII[::2], VELOCITIES[::2], seed=seed), rs.standard_solid, fixed=FIXED,
-                        profiles=False) for seed in range(n)]  # fmt: skip
+                        profiles=False) for seed in range(1000, 1000 + n)]  # fmt: skip
     z = np.array([(fit.coordinates - _truth("weak")) / _errors(fit) for fit in fits])
     assert np.all(np.abs(np.sqrt((z**2).mean(axis=0)) - 1.0) < 3.0 / math.sqrt(2.0 * n))
     assert np.all(np.abs(z.mean(axis=0)) < 3.0 / math.sqrt(n))

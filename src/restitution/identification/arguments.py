@@ -145,7 +145,8 @@ def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
     # The public function of a fractional model returns the relaxation in shear alone.
     if entry is not None and (entry.build is model or getattr(model, "__module__", "") == entry.build.__module__):
         return entry.build, entry
-    return model, None
+    own: Any = model
+    return own, None
 
 
 def _constants(build: Model, entry: models.MaterialModel | None) -> dict[str, tuple[Quantity, bool, bool]]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.errors import InputError
 from restitution.identification.arguments import parameter_names
-from restitution.identification.identify import SPECTRUM, identify
+from restitution.identification.identify import identify
 from restitution.identification.result import Identification
 from restitution.pictures import draw
 from restitution.quantities import MODULI, dataset
@@ -96,7 +96,8 @@ class Comparison:
         width = max(map(len, self.results))
         lines = [f"{'model':{width}}  unknowns  chi2/dof     AICc  weight"]
         for name, one in self.results.items():
-            unknowns = f"{one.effective_parameters:.1f}" if name == SPECTRUM else f"{one.coordinates.size}"
+            plain = isinstance(one, Identification)
+            unknowns = f"{one.coordinates.size}" if plain else f"{one.effective_parameters:.1f}"
             lines.append(f"{name:{width}}  {unknowns:>8}  {one.reduced_chi2:8.3g}  {self.criterion[name]:7.1f}  "
                          f"{self.weights[name]:6.3f}")  # fmt: skip
         lines += [f"{name}: not fitted, {reason}" for name, reason in self.refused.items()]

@@ -132,7 +132,7 @@ def minimise(
         kept[part.tobytes()] = found = problem.residuals(point[None])[0]
         return found
 
-    def jacobian(part: Array) -> Array:
+    def slopes(part: Array) -> Array:
         base = kept.get(part.tobytes())
         if base is None:
             base = residuals(part)
@@ -147,6 +147,7 @@ def minimise(
     if not inside.size:
         return Fit(start, 2.0 * _cost(first, loss))
     bounds: Any = (low, high)
+    jacobian: Any = slopes
     found = least_squares(
         residuals,
         inside,

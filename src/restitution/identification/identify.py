@@ -114,16 +114,21 @@ def identify(
         bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
         if bulk and bulk[0] not in space.prior:
             raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
-    estimation = estimate(sets, space, loss)
+    uncertainty = Uncertainty(estimate(sets, space, loss))
+    found = _estimates(uncertainty, profiles)
     for _ in range(_RESTARTS):
-        uncertainty = Uncertainty(estimation)
-        found = {one.name: uncertainty.estimate(k, profiles) for k, one in enumerate(space.free)}
-        better = uncertainty.best
+        estimation, better = uncertainty.estimation, uncertainty.best
         if better.cost > estimation.fit.cost - _BETTER:
             break
-        estimation = moved(estimation, minimise(estimation.problem, better.coordinates, loss))
+        uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
+        found = _estimates(uncertainty, profiles)
     result = Identification(uncertainty, found, _nuisances(uncertainty))
     return replace(result, warnings=_warnings(result))
+
+
+def _estimates(uncertainty: Uncertainty, profiles: bool | None) -> dict[str, Estimate]:
+    names = uncertainty.estimation.problem.space.names
+    return {name: uncertainty.estimate(k, profiles) for k, name in enumerate(names)}
 
 
 def _compare(data: Any, models: Any, **options: Any) -> Comparison:
@@ -146,7 +151,8 @@ def _observations(data: Any) -> list[Observations]:
 
 def _middle_temperature(sets: Sequence[Observations]) -> float | None:
     """Median of the temperatures of the data [K]."""
-    given = [np.ravel(one.temperature) for one in sets if getattr(one, "temperature", None) is not None]
+    levels = [getattr(one, "temperature", None) for one in sets]
+    given = [np.ravel(level) for level in levels if level is not None]
     return float(np.median(np.concatenate(given))) if given else None
 
 

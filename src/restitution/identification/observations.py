@@ -37,7 +37,7 @@ class Noise:
     def __init__(self, **deviations: Any) -> None:
         self.deviations: Mapping[str, Any] = dict(deviations)
 
-    def of(self, name: str, values: Array, scale: float | None = None) -> Array | None:
+    def of(self, name: str, values: Array, scale: Array | float | None = None) -> Array | None:
         """Standard deviations of values in SI, shape (n,); None if unknown.
 
         A relative one refers to each value, or to `scale` if it is given.

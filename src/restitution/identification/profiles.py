@@ -18,7 +18,7 @@ FAR = math.log(1e3)
 _LONGEST = 0.7
 _ROUNDS = 12
 _CLOSE = 0.01
-_TOLERANCE = 1e-7
+_TOLERANCE = 1e-5
 
 
 class Profile(NamedTuple):

@@ -252,7 +252,9 @@ class Identification:
             return np.stack(rows)
 
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
-        found = self._banded("impact", np.arange(velocity.size), DEFAULT_OUTPUTS, functions, level, OUTPUTS)
+        found = self._banded(
+            "impact", np.arange(velocity.size, dtype=np.float64), DEFAULT_OUTPUTS, functions, level, OUTPUTS
+        )
         low, high = self.window
         frequency = math.pi / found["contact_time"].to_numpy()
         inside = (frequency > low * (1.0 - 1e-9)) & (frequency < high * (1.0 + 1e-9))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,9 +72,10 @@ def starts(
     def misfit(coordinates: Array) -> Array:
         materials, parts = columns(coordinates), list[Array]()
         for table in tables:
-            series = materials.reduced if table.deformation is None else materials.modulus(table.deformation)
-            model = series.complex_modulus(table.angular_frequency)
-            ratio = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
+            kind: Any = table.deformation
+            series = materials.reduced if kind is None else materials.modulus(kind)
+            model: Any = series.complex_modulus(table.angular_frequency)
+            ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)
             parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
         return np.hstack([*parts, penalties(space, coordinates[:, :n])])

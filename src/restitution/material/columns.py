@@ -57,7 +57,8 @@ class PronyColumns(NamedTuple):
         faster, than a thousandth of the window.
         """
         alpha, spring, coefficient, equilibria = np.array(
-            [[one.exponent, one.series_modulus, one.coefficient, one.equilibrium_modulus] for one in models]
+            [[one.exponent, one.series_modulus, one.coefficient, one.equilibrium_modulus] for one in models],
+            dtype=np.float64,
         ).T
         bounded = np.isfinite(spring)
         unit = np.where(bounded, 1.0, window[0])
@@ -73,7 +74,7 @@ class PronyColumns(NamedTuple):
         after = math.ceil(_LN_EPS / float(alpha.min()) / step)
         places = np.arange(-before, count + after + 1)
         logs = first + step * places
-        u = np.log(unit)[:, None] - logs
+        u: Any = np.log(unit)[:, None] - logs
         spectrum = np.where(bounded[:, None], *(log_spectrum(alpha[:, None], kind, u) for kind in (True, False)))
         weights = np.log(scale * step)[:, None] + spectrum
         inside = (places >= 0) & (places <= count)

@@ -1,0 +1,99 @@
+"""Profiles against a brute scan, and tables of moduli as observations."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
+
+import restitution as rs
+from restitution.errors import InputError
+from restitution.identification.estimation import minimise
+from restitution.identification.tables import Moduli
+from restitution.material.fit import DynamicTable, RelaxationTable
+
+FIXED = {"poisson_ratio": 0.5}
+
+
+def test_ends_of_profiles_agree_with_a_brute_scan():
+    """The ends are where the least sum of squares over the other parameters exceeds the minimum by 1.96^2."""
+    one_ball = np.full(12, 0.01), np.geomspace(0.3, 3.0, 12)
+    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), *one_ball, sd=0.01, seed=3),
+                        rs.standard_solid, fixed=FIXED)  # fmt: skip
+    least, level = found.estimation.fit.cost, found.uncertainty.quantile() ** 2
+    assert level == pytest.approx(1.959964**2, rel=1e-6)
+    for k, name in enumerate(found.parameters):
+        profile = found.profile(name)
+        for side, end in (("low", profile.low), ("high", profile.high)):
+            if math.isinf(end):
+                continue
+            # Walk from the minimum so that each fit starts close to the next.
+            start, excess = found.coordinates, []
+            grid = np.linspace(found.coordinates[k], end, 9)[1:]
+            for z in grid:
+                start = start.copy()
+                start[k] = z
+                fit = minimise(found.problem, start, held=k, tolerance=1e-7)
+                start = fit.coordinates
+                excess.append(fit.cost - least)
+            assert math.sqrt(excess[-1]) == pytest.approx(math.sqrt(level), abs=0.03), (name, side)
+            assert np.all(np.array(excess[:-1]) < level), (name, side)
+
+
+def test_profile_of_a_well_determined_parameter_is_a_parabola():
+    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1), rs.standard_solid, fixed=FIXED)
+    errors = np.sqrt(np.diag(found.covariance))
+    for k, (name, (low, high)) in enumerate(found.interval(0.68).items()):
+        reach = found.uncertainty.quantile(0.68) * errors[k]
+        np.testing.assert_allclose(
+            np.log([low, high]), found.coordinates[k] + np.array([-reach, reach]), atol=0.05 * reach
+        )
+        assert found.profile(name, 0.68).excess.min() == 0.0
+
+
+def test_data_that_hold_no_information_leave_ends_open():
+    """Slow relaxation, C of the design page: one ball over one decade shows abs(E*) alone."""
+    balls = rebounds(standard_solid(1e6, 1e7, 3e-2), np.full(10, 0.01), np.geomspace(0.3, 3.0, 10), sd=0.01, seed=1)
+    found = rs.identify(balls, rs.standard_solid, fixed=FIXED)
+    assert found.parameters["equilibrium_modulus"].value is None
+    modulus = next(one for name, one in found.functionals.items() if name.startswith("absolute_modulus"))
+    assert modulus.determined
+    truth = rs.reduced_modulus(standard_solid(1e6, 1e7, 3e-2))
+    omega = math.sqrt(math.prod(found.window))
+    exact = math.hypot(truth.storage_modulus(omega), truth.loss_modulus(omega))
+    assert abs(modulus.value - exact) < 3.5 * modulus.standard_error
+
+
+def test_tables_are_observations_with_relative_noise():
+    omega = np.array([1.0, 10.0, 100.0])
+    table = DynamicTable(omega, np.full(3, 3e6), np.full(3, 4e6), "shear", "dma.csv")
+    one = Moduli(table, noise=rs.Noise(storage_modulus="1 %", loss_modulus="2 %"))
+    assert one.size == 6
+    assert one.window() == (1.0, 100.0)
+    assert one.label == "dma.csv"
+    elastic = rs.identify([one], rs.elastic, fixed=FIXED, profiles=False)
+    # The loss part is relative to the magnitude, 5 MPa.
+    np.testing.assert_allclose(elastic.residuals[0][3:], -4e6 / (0.02 * 5e6))
+    assert Moduli(table).scaled
+    curves = elastic.curves[0][1]
+    assert [curve.name for curve in curves] == ["storage_modulus", "loss_modulus"]
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"deformation": "bulk"}, "deformation"),
+        ({"noise": rs.Noise(modulus="x")}, "noise.modulus"),
+        ({"noise": rs.Noise(storage_modulus="1 %")}, "noise.modulus"),
+    ],
+)
+def test_wrong_options_of_tables_are_refused(options, field):
+    table = RelaxationTable(np.array([0.1, 1.0]), np.array([2.0, 1.0]), "shear")
+    with pytest.raises(InputError) as caught:
+        Moduli(table, **options)
+    assert caught.value.field == field
+
+
+def test_tables_without_a_deformation_are_refused():
+    with pytest.raises(InputError, match="deformation"):
+        rs.identify(RelaxationTable(np.array([0.1, 1.0]), np.array([2.0, 1.0])), rs.standard_solid, fixed=FIXED)
