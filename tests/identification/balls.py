@@ -25,7 +25,7 @@ def rebounds(
     radius: Any = RADII,
     velocity: Any = VELOCITIES,
     *,
-    sd: float = 0.003,
+    sd: float = 0.01,
     seed: int | None = None,
     measured: tuple[str, ...] = ("contact_time",),
     **options: Any,
