@@ -177,7 +177,7 @@ def test_two_processes_with_different_shifts_are_not_thermorheologically_simple(
 def test_free_shifts_that_rise_with_the_temperature_are_no_table():
     rng = np.random.default_rng(4)
     rising = measured(polymer(rng), [290.0, 300.0, 310.0], [0.5, 0.0, 0.4], rng, 0.003)
-    with pytest.warns(RestitutionWarning, match=r"the shifts rise with the temperature: 0 at 26\.9 °C"):
+    with pytest.warns(RestitutionWarning, match=r"the shifts do not fall with the temperature: 0 at 26\.9 °C"):
         curve = rising.superposed(reference_temperature=300.0)
     assert curve.log10_factors[2] == pytest.approx(0.4, abs=0.05)
     with pytest.raises(InputError, match=r"0 at 26.9 °C, 0\.4.* at 36.9 °C: must fall"):
@@ -222,3 +222,32 @@ def test_a_loss_of_zero_has_no_logarithm():
         warnings.simplefilter("error")
         curve = whole.superposed(reference_temperature=300.0)
     assert curve.log10_factors == pytest.approx([0.8, 0.0, -0.7], abs=0.05)
+
+
+@pytest.mark.parametrize("options", [{}, {"shift": "wlf"}, {"shift": "arrhenius"}, {"vertical": True}])
+def test_isotherms_without_sense_are_superposed_or_refused(options):
+    """Moduli at random over twenty decades: refused, or shifts that are numbers."""
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        tables = []
+        for kelvin in np.sort(rng.uniform(1.0, 1000.0, rng.integers(2, 6))):
+            n = int(rng.integers(2, 9))
+            omega = np.sort(10.0 ** rng.uniform(-3.0, 3.0, n))
+            loss = 10.0 ** rng.uniform(-8.0, 12.0, n) * (rng.random(n) < 0.8)
+            tables.append(DynamicTable(omega, 10.0 ** rng.uniform(-8.0, 12.0, n), loss, temperature=float(kelvin)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RestitutionWarning)
+            try:
+                curve = Isotherms(tables).superposed(**options)
+            except InputError as error:
+                assert "must overlap" in str(error)  # noqa: PT017
+                continue
+        assert np.isfinite(curve.log10_factors).all()
+        assert not np.isnan(curve.errors).any()
+
+
+def test_isotherms_that_do_not_change_determine_no_shift():
+    tables = [DynamicTable(OMEGA, 0.0 * OMEGA + 1e6, 0.0 * OMEGA, temperature=kelvin) for kelvin in (300.0, 310.0)]
+    with pytest.warns(RestitutionWarning, match="the standard error of the shift at"):
+        curve = Isotherms(tables).superposed()
+    assert curve.errors.max() > 1e3

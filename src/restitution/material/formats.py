@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from restitution.material.roles import is_name, is_unit
-from restitution.material.sheet import FileError, Line, Sheet, read_lines, read_sheet, split_lines
+from restitution.material.sheet import FileError, Line, Sheet, is_number, read_lines, read_sheet, split_lines
 
 _ZERO_CELSIUS = 273.15
 # Measured files are smaller; more would only cost memory.
@@ -243,7 +243,7 @@ def _reptate(source: str, text: str) -> list[Sheet]:
     parameters = {key.strip(): value.strip() for key, _, value in (p.partition("=") for p in header.text.split(";"))}
     rows = [(line.number, line.text.split()) for line in lines if not line.text.startswith("#")]
     units: list[str | None] = ["rad/s", "Pa", "Pa"]
-    while rows and not _number(rows[0][1][0]):
+    while rows and not is_number(rows[0][1][0]):
         # A column without a unit is a blank between tabs, but not among the first three.
         if len(rows[0][1]) > 2 and all(map(is_unit, rows[0][1][:2])):
             units = [*rows[0][1][:3]]
@@ -260,20 +260,12 @@ def _reptate(source: str, text: str) -> list[Sheet]:
     cells = [[row[i] for _, row in rows] for i in range(len(labels))]
     kelvin = None
     if "T" in parameters:
-        if not _number(parameters["T"]):
+        if not is_number(parameters["T"]):
             raise FileError(source, header.number, f"T = {parameters['T'][:40]!r}: must be a temperature in °C")
         kelvin = float(parameters["T"]) + _ZERO_CELSIUS
     numbers = [number for number, _ in rows]
     return [Sheet(source, labels, units, header.number, header.number, cells, numbers, [], temperature=kelvin,
                   scattered=True)]  # fmt: skip
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _plain(source: str, text: str) -> list[Sheet]:

@@ -332,7 +332,7 @@ class MasterCurve:
         # Beyond a gap the error is infinite, which is said already.
         errors = np.where(np.isinf(self.errors), 0.0, self.errors) if lines else self.errors
         if self._rise:
-            lines.append(f"the shifts rise with the temperature: {self._rise}")
+            lines.append(f"the shifts do not fall with the temperature: {self._rise}")
         worst = int(np.argmax(errors))
         if errors[worst] > _UNCERTAIN:
             error = f"{errors[worst]:.2g} decades" if math.isfinite(errors[worst]) else "infinite"

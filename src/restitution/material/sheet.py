@@ -73,7 +73,7 @@ class Sheet(NamedTuple):
         try:
             return np.array(list(map(float, cells)))
         except ValueError:
-            row = next(i for i, cell in enumerate(cells) if not _is_number(cell))
+            row = next(i for i, cell in enumerate(cells) if not is_number(cell))
             shown = cells[row] if len(cells[row]) <= 40 else f"{cells[row][:39]}…"
             raise self.error(f"{shown!r}: must be a number", self.lines[row]) from None
 
@@ -147,7 +147,7 @@ def read_lines(source: str, lines: Sequence[Line], is_unit: _Test, is_name: _Tes
         raise FileError(source, 0, "holds no numbers" if lines else "is empty")
     start = _header(body, is_unit, is_name)
     header, separator = body[start], mark or _separator(body[start].text)
-    if all(map(_is_number, filter(None, _cells(header.text, separator)))):
+    if all(map(is_number, filter(None, _cells(header.text, separator)))):
         above = [line for line in comments if line.number < header.number]
         if not above:
             raise FileError(source, header.number, "the columns have no names: must begin with a line of names")
@@ -160,7 +160,7 @@ def read_lines(source: str, lines: Sequence[Line], is_unit: _Test, is_name: _Tes
         first, *rows = (_cells(line.text.strip(), separator) for line in (header, *body))
     names = [_name_and_unit(cell, is_unit, is_name) for cell in first]
     labels, units, unit_line = [name for name, _ in names], [unit for _, unit in names], header.number
-    if rows and not any(map(_is_number, rows[0])):
+    if rows and not any(map(is_number, rows[0])):
         unit_line, below = body[0].number, rows[0]
         # The last columns of instruments may have no units, such as the number of a step.
         below += [""] * ((len(labels) - len(below)) * bool(mark))
@@ -200,7 +200,8 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return cells
 
 
-def _is_number(cell: str) -> bool:
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number, perhaps nan or inf."""
     try:
         float(cell)
     except ValueError:

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.errors import InputError
 from restitution.material.shift import GAS_CONSTANT
 
 Array = NDArray[np.float64]
@@ -24,6 +25,8 @@ _SCATTER, _LEAST_SCATTER = 0.01, 1e-5
 _RESOLVED = 0.003
 _ROUNDS = 4
 _STEPS = 100
+# Larger shifts [decades] have no meaning.
+_FARTHEST = 300.0
 # A step that lowers half of the sum of squares by less moves no parameter by a hundredth of its standard error.
 _GAIN = 1e-5
 _BEND = _SPACING**2 * _CURVATURE
@@ -160,8 +163,10 @@ class _Problem:
         self.scatter = scatter
         shifts = self.law(point[: self.n_law])[0]
         ends = np.concatenate([channel.abscissa + shifts[channel.isotherm] for channel in self.channels])
-        self.origin = float(ends.min()) - 1.0
-        self.size = int((float(ends.max()) + 1.0 - self.origin) / _SPACING) + 4
+        self.origin, span = float(ends.min()) - 1.0, float(np.ptp(ends))
+        if span > _FARTHEST:
+            raise InputError("tables", wanted=f"must overlap: their shifts span {span:.0f} decades")
+        self.size = int((span + 2.0) / _SPACING) + 4
 
     def _spline(self, point: Array, place: int) -> _Spline:
         from scipy.linalg import cholesky_banded
@@ -204,6 +209,8 @@ class _Problem:
         """Half of the sum of squares with its derivatives."""
         from scipy.sparse import csr_array
 
+        if np.ptp(self.law(point[: self.n_law])[0]) > _FARTHEST:
+            return _Normal(np.inf, np.zeros(point.size), np.eye(point.size))
         weights = np.append(np.zeros(self.n_law), self.lifts[self.free] ** -2.0)
         cost, gradient, curvature = 0.5 * float(weights @ point**2), weights * point, np.diag(weights)
         for place in range(len(self.channels)):
