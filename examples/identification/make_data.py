@@ -1,4 +1,4 @@
-"""Synthetic measurements with a known truth, for the cases in this folder. Run it in this folder."""
+"""Synthetic measurements of known materials for the cases in this folder. Run it in this folder."""
 
 from pathlib import Path
 

@@ -34,7 +34,7 @@ def identify(
     """Find the material from measured impacts, indentations and moduli, with errors.
 
     The case file contains a model and the names of the data files. Parameters that the data do not determine are
-    listed first, without a number. Example: restitution identify examples/balls.toml --plot fit.png
+    listed first, without a value. Example: restitution identify examples/identification/balls.toml --plot fit.png
     """
     with user_input(), collected_warnings() as warnings:
         from restitution.case.identification import SPECTRUM, read_identification
@@ -118,7 +118,7 @@ def design(case: CaseFile, json: Json = False, plot: Plot = None) -> None:
     """Choose the impacts that determine a material best, from a guess of it.
 
     The case file has the guess in [material] and the possible impacts in [design].
-    Example: restitution design examples/design.toml
+    Example: restitution design examples/identification/design.toml
     """
     with user_input():
         from restitution.case.identification import read_design
@@ -147,7 +147,7 @@ def moduli(
     """Convert each bounce to one point of a table of storage and loss modulus over frequency.
 
     The moduli need a column contact_time or max_force; without it, only the loss tangent is known.
-    Example: restitution moduli examples/balls.csv --plot moduli.png
+    Example: restitution moduli examples/identification/balls.csv --plot moduli.png
     """
     with user_input(), collected_warnings() as warnings:
         from restitution.case.observations import read_observations
