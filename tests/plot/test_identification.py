@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import restitution as rs
-from restitution.plot.identification import data_and_fit, design, overview
+from restitution.plot.identification import comparison, data_and_fit, design, grid, overview
 from restitution.plot.style import context, new_figure, save_figure
+from restitution.quantities import INPUTS
 
 
 @pytest.fixture(scope="module")
@@ -58,3 +60,23 @@ def test_a_design_shows_each_ball_beside_the_best_set() -> None:
     left, right = design(plan).axes
     assert [text.get_text() for text in left.texts] == [str(n) for n in plan.repeats]
     assert [label.get_text() for label in right.get_yticklabels()] == ["3 mm alone", "30 mm alone", "this design"]
+
+
+def test_a_force_map_has_a_colour_bar_with_the_unit() -> None:
+    values = np.array([[100.0, 200.0, np.nan], [150.0, 400.0, 5000.0]])
+    table = xr.Dataset({"equilibrium_modulus": (("y", "x"), values, INPUTS["equilibrium_modulus"].attributes)})
+    ax, bar = grid(table, "equilibrium_modulus").axes
+    assert bar.get_ylabel() == r"equilibrium shear modulus $G_\infty$ [kPa]"
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("place along x", "place along y")
+    with pytest.raises(rs.InputError, match="must be over two dimensions"):
+        grid(table.isel(x=0), "equilibrium_modulus")
+
+
+def test_compared_models_have_a_line_each(found: rs.Identification) -> None:
+    compared = rs.identify.compare(list(found.data), [rs.kelvin_voigt, rs.elastic], fixed={"poisson_ratio": 0.5})
+    left, right = comparison(compared).axes
+    assert [text.get_text().partition(",")[0] for text in left.get_legend().get_texts()][1:] == [
+        "kelvin voigt",
+        "elastic",
+    ]
+    assert right.get_ylabel() == r"loss tangent $\tan\delta$"

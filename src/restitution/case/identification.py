@@ -232,11 +232,11 @@ class IdentificationCase:
         """Compare the model with those of the key `compare`; None without the key."""
         if not self.section.compare:
             return None
-        from restitution.identification.identify import identify
+        from restitution.identification.comparison import compare
 
         models = list(dict.fromkeys((self.section.model, *self.section.compare)))
         with in_file(self.path, "identification"):
-            return identify.compare(list(self.data), models, **self.section.options)
+            return compare(list(self.data), models, **self.section.options)
 
 
 def read_identification(path: str | Path) -> IdentificationCase:

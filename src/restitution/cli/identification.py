@@ -163,8 +163,8 @@ def moduli(
         for name, text, dimension in (("radius", radius, LENGTH), ("mass", mass, MASS)):
             if text is not None:
                 given[name] = tables.read_quantity(f"--{name}", text, dimension)
-        table = None if dma is None else read_material(dma)
-        if dma is not None and not isinstance(table, DynamicTable):
+        table = None
+        if dma is not None and not isinstance(table := read_material(dma), DynamicTable):
             raise BadInput(f"--dma {dma}: must hold storage and loss moduli over frequency")
         if dma is not None and plot is None:
             raise BadInput("--dma: give --plot FILE as well")

@@ -128,7 +128,7 @@ def print_dataset(title: str, dataset: xr.Dataset) -> None:
         one = scaled(dataset[name])
         texts = ["-" if math.isnan(x) else f"{x:.4g}" for x in one.values.tolist()]
         if dataset[name].dtype.kind == "i" and name == dimension:
-            columns[dimension] = [str(n + 1) for n in range(len(texts))]
+            columns[str(name)] = [str(n + 1) for n in range(len(texts))]
         elif set(texts) != {"-"}:
             # Blanks let a narrow column break its heading.
             columns[f"{str(name).replace('_', ' ')} [{one.unit or '-'}]"] = texts

@@ -121,7 +121,10 @@ class Uncertainty:
         n = best.size
         with np.errstate(divide="ignore", invalid="ignore"):
             logs = np.log(found[1:])
-        gradient = (logs[:n] - logs[n:]) / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
+            rise = logs[:n] - logs[n:]
+        # A loss that is zero at all points does not change.
+        rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
+        gradient = rise / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
         variance = np.einsum("i...,ij,j...->...", gradient, self.covariance, gradient)
         return found[0], np.sqrt(np.maximum(variance, 0.0))
 

@@ -57,7 +57,7 @@ def overview(found: Identification | Spectrum) -> Figure:
     for label, curves in getattr(found, "curves", ()):
         for curve in curves:
             groups.setdefault((curve.name, curve.x_name), []).append((label, curve))
-    problem = getattr(found, "problem", None)
+    problem: Any = getattr(found, "problem", None)
     draws: list[Callable[[Axes], Axes]] = [partial(data_and_fit, curves=one) for one in groups.values()][:_MOST_PANELS]
     draws.append(partial(residuals, found=found))
     if problem is not None:
@@ -106,6 +106,8 @@ def comparison(found: Comparison) -> Figure:
 
 def grid(table: xr.Dataset, name: str, *, figure: Figure | None = None) -> Figure:
     """Return a map of one variable of `identify_map` over two dimensions; curves without a value are grey."""
+    from matplotlib.ticker import MaxNLocator
+
     values = table[name]
     if values.ndim != 2:
         raise InputError(name, values.shape, "must be over two dimensions; give shape to identify_map")
@@ -119,7 +121,7 @@ def grid(table: xr.Dataset, name: str, *, figure: Figure | None = None) -> Figur
             bar.ax.yaxis.set_major_formatter("{x:g}")
             bar.ax.yaxis.set_minor_formatter("{x:g}")
         for axis in (ax.xaxis, ax.yaxis):
-            axis.get_major_locator().set_params(integer=True)
+            axis.set_major_locator(MaxNLocator(integer=True))
         up, across = values.dims
         ax.set(xlabel=f"place along {across}", ylabel=f"place along {up}")
         return style.finish(page)
@@ -201,7 +203,7 @@ def residuals(ax: Axes, found: Identification | Spectrum) -> Axes:
     return style.labelled(ax, "number of the value", "residual over its standard deviation")
 
 
-def profiles(ax: Axes, found: Identification) -> Axes:
+def profiles(ax: Axes, found: Any) -> Axes:
     """Draw the growth of chi2 over the value of one parameter."""
     level = found.uncertainty.quantile() ** 2
     curves: dict[str, tuple[Array, Array]] = {}
