@@ -196,3 +196,23 @@ def test_errors_of_combinations_are_those_of_repeated_fits():
             for one in found]  # fmt: skip
     # The standard deviation of 12 draws scatters by 21 %.
     assert 100.0 * np.std(sums, ddof=1) == pytest.approx(float(stated[1]), rel=0.7)
+
+
+def test_restitution_at_several_temperatures_determines_the_shift_but_no_modulus():
+    shift, velocity = rs.WLF(293.0, 4.0, 100.0), np.geomspace(0.05, 0.5, 6)
+    cold = rs.Material(rs.PronySeries(1e8, [1e9], [1e-4]), np.inf, shift=shift, temperature=293.0)
+    temperatures = (273.0, 293.0, 313.0, 333.0)
+    e = [
+        rs.solve(rs.Impact(cold.at(one), rs.Parabola(0.01), 0.033, velocity)).restitution_coefficient
+        for one in temperatures
+    ]
+    balls = rs.Rebounds(
+        np.tile(velocity, 4), np.concatenate(e), radius=0.01, mass=0.033, temperature=np.repeat(temperatures, 6),
+        noise=rs.Noise(restitution_coefficient="0.3 %"),
+    )  # fmt: skip
+    found = rs.identify(balls, rs.standard_solid, fixed=NU | {"reference_temperature": 293.0}, shift=rs.WLF)
+    assert [name for name, one in found.parameters.items() if one.determined] == ["c1", "c2"]
+    assert found.parameters["c1"].value == pytest.approx(4.0, rel=0.02)
+    exact = [line for line in found.statements if "x^2.5" in line]
+    assert len(exact) == 1
+    assert "c1" not in exact[0]

@@ -202,7 +202,9 @@ class MaterialColumns:
         if self.shift is None:
             raise InputError("temperature", temperature, "must not be given for a model without a shift", "K")
         factor = self.shift(temperature)
-        shear, bulk, reduced = (one.scaled(1.0, factor) for one in (self.shear, self.bulk, self.reduced))
+        # A trial shift may have infinite factors: such rows are NaN.
+        with np.errstate(invalid="ignore", over="ignore"):
+            shear, bulk, reduced = (one.scaled(1.0, factor) for one in (self.shear, self.bulk, self.reduced))
         return replace(self, shear=shear, bulk=bulk, reduced=reduced, shift=None)
 
     def modulus(self, deformation: Literal["shear", "tension"]) -> PronyColumns:
