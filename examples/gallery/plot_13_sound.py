@@ -3,8 +3,8 @@ The material of a ball from its sound
 =====================================
 
 A microphone records the instants at which a ball of rubber touches the floor. Each interval between two touches is a
-contact and a flight. The times alone show the loss of the rubber, and here also its stiffness, since the contacts of
-a soft ball last for milliseconds.
+contact and a flight. The times determine the loss of the rubber. In this example they also determine its stiffness,
+because the contacts of a soft ball last for milliseconds.
 """
 
 import math
@@ -21,7 +21,7 @@ impact = rs.drop(ball, rs.Body(None), height=0.1)
 heard = rs.bounces(impact, max_bounces=11)
 
 # %%
-# The microphone resolves 20 us. The simulated ball falls without air, which else takes ``air_density=1.2``.
+# The instants have a noise of 20 us. The simulated ball falls without air; for a real ball, give ``air_density=1.2``.
 
 random = np.random.default_rng(1)
 time = heard.touch_time + 2e-5 * random.standard_normal(heard.n_bounces)
@@ -30,9 +30,9 @@ found = rs.identify(sound, rs.standard_solid, fixed={"poisson_ratio": 0.5})
 print(found)
 
 # %%
-# The ratio of successive intervals is often taken for e. It is too large when contacts become long beside the
-# flights. Without the contact times it is too small, because the ball leaves while it is still compressed. The fit
-# contains both effects.
+# The ratio of successive intervals is often used as e. It is too large if the contacts are not short against the
+# flights. The ratio without the contact times is too small, because the ball leaves while it is still compressed. The
+# fit contains both effects.
 
 intervals = np.diff(time)
 flights = intervals - heard.contact_time[:-1]
@@ -50,7 +50,7 @@ left.set_ylabel("restitution coefficient $e$")
 left.legend()
 
 # %%
-# Outside the window of the contact times no datum supports the moduli.
+# Outside the window of the contact times no data support the moduli.
 
 
 def reduced_modulus(omega):
