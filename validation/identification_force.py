@@ -28,20 +28,20 @@ Ginf = 1 MPa at 1 m/s: A has G1 = 10 MPa and tau = 1 ms, B 10 MPa and 0.03 ms, D
 First touch and baseline are unknown.
 
 Standard errors in per cent at the true material, of the constants and of the reduced modulus at pi over the contact
-time. "gain" and "velocity" are the unknowns beside them. Both together have a flat direction and are refused.
+time. "gain" and "velocity" are further unknowns. Both together have a flat direction and are refused.
 
 {errors}
 
-Coverage: the share in per cent of {repetitions} random records for which the 95 % interval holds the true value,
+Coverage: the share in per cent of {repetitions} random records for which the 95 % interval contains the true value,
 and the median of the deviation over the stated error, in units of that of a normal distribution. A coverage of
 {repetitions} records scatters by 3 %. The intervals are those of the linearised fit.
 
 {coverage}
 
-An impulse m v (1 + e) needs an absolute gain: without it one record of D shows the material some ten times less
-well. What is well known is the modulus at the time scale of the contact. A Kelvin-Voigt solid (tau = 0) fits one of
-the {repetitions} records of D better, by 1.4 in chi2; intervals about the other solution do not show it. With an
-unknown velocity a record of A has a second minimum, whose chi2 is 7 higher.
+The impulse m v (1 + e) needs an absolute gain: without it one record of D determines the material about ten times
+less well. The modulus at the time scale of the contact is well determined. A Kelvin-Voigt solid (tau = 0) fits one of
+the 60 records of D better, by 1.4 in chi2; intervals about the other solution do not show it. With an unknown velocity
+a record of A has a second minimum, and its chi2 is higher by 7.
 """
 
 
