@@ -43,8 +43,9 @@ tan delta at pi over the contact time that each trial material has itself.
 
 {errors}
 
-The loss at the time scale of the contact is known to a per cent, the time scale itself and the stiffness only where
-contacts are long compared with the noise: not for D and for the hard ball, even with a noise of 20 us.
+The loss at the time scale of the contact is known to a per cent, that of the hard ball to 8. The time scale itself and
+the stiffness are known only where contacts are long compared with the noise: not for D and for the hard ball, even
+with a noise of 20 us.
 
 ## Coverage
 
