@@ -12,7 +12,8 @@ from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
 from restitution.indentation.evolution import room_for, scratch
 from restitution.indentation.history import without_collinear
-from restitution.kernel.indentation import Histories, Recovery, Room, Rows, indent_rows
+from restitution.kernel.indentation import Recovery
+from restitution.kernel.indentation_rows import Histories, Room, Rows, indent_rows
 from restitution.kernel.memory import DEPTH, TERMS, allocate, quadrature
 from restitution.kernel.memory import Contact as ScaledContact
 from restitution.kernel.path import power_path, table_path

@@ -26,7 +26,8 @@ from restitution.indentation.evolution import (
 from restitution.indentation.history import UNITS, History, contact_part, graded
 from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.kernel.growing import depth_rounding
-from restitution.kernel.indentation import ELEMENT_SHARE, LARGEST, SMALLEST, sample, through_jump
+from restitution.kernel.indentation import sample, through_jump
+from restitution.kernel.indentation_rows import ELEMENT_SHARE, LARGEST, SMALLEST
 from restitution.kernel.memory import DEPTH, FORCE, allocate
 from restitution.kernel.memory import Contact as ScaledContact
 from restitution.kernel.path import Path, power_path, table_path
