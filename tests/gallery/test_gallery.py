@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
 # Each point of its curves has another material.
-SLOW = ("plot_12_power_law",)
+SLOW = ("plot_12_power_law", "plot_16_force_map")
 
 
 def test_there_are_at_least_eight_examples() -> None:
