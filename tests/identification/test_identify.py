@@ -351,3 +351,25 @@ def test_comparison_prefers_the_model_of_the_data():
     wide, narrow = found.moduli(omega), found.results["standard_solid"].moduli(omega)
     assert np.all(wide["loss_modulus_high"] >= narrow["loss_modulus_high"] * (1.0 - 1e-9))
     assert "maxwell" in str(found)
+
+
+def test_isotherms_determine_the_constants_of_a_shift():
+    """The reference temperature is the median of the temperatures: C1 and C2 there, as Ferry converts them."""
+    omega, temperatures, random = np.geomspace(0.1, 100.0, 15), (280.0, 295.0, 310.0, 330.0), np.random.default_rng(1)
+    shift, solid = rs.WLF(300.0, 8.0, 90.0), rs.standard_solid(1e6, 1e7, 1e6, poisson_ratio=0.5).shear
+    tables = []
+    for temperature in temperatures:
+        moved = solid.scaled(1.0, time_factor=shift.factor(temperature))
+        moduli = [values * (1.0 + 0.01 * random.standard_normal(omega.size))
+                  for values in (moved.storage_modulus(omega), moved.loss_modulus(omega))]  # fmt: skip
+        tables.append(rs.DynamicTable(omega, *moduli, "shear", temperature=temperature))
+    found = rs.identify(rs.Isotherms(tables), rs.standard_solid, fixed={"poisson_ratio": 0.5}, shift=rs.WLF)
+    reference = float(np.median(temperatures))
+    c2 = 90.0 + reference - 300.0
+    for name, value in (("c1", 8.0 * 90.0 / c2), ("c2", c2), ("branch_modulus", 1e7)):
+        one = found.parameters[name]
+        assert abs(one.value - value) < 4.0 * one.standard_error
+    with pytest.raises(InputError, match="temperature"):
+        rs.identify(rs.Isotherms(tables), rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    with pytest.raises(InputError, match="bulk_modulus"):
+        rs.identify(tables[0], "spectrum", fixed={"bulk_modulus": 1e9})

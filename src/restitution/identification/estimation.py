@@ -218,7 +218,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     n_fits = 3 if any(one.name in ("bulk_modulus", "poisson_ratio") for one in space.free) else 2
     fits = sorted((minimise(problem, one, loss) for one in best_first[:n_fits]), key=lambda fit: fit.cost)
     if not math.isfinite(fits[0].cost):
-        raise InputError("start", wanted="no start leads to materials from which all bodies rebound; give start")
+        raise InputError("start", wanted="no start leads to a result for all data; give start")
     best = fits[0]
     for _ in range(5):
         rescaled = _rescaled(problem, best, loss)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from restitution.identification.arguments import parameters
 from restitution.identification.estimation import Loss, estimate, minimise, moved
 from restitution.identification.observations import Observations
 from restitution.identification.result import Identification
-from restitution.identification.tables import as_observations
+from restitution.identification.tables import Moduli, as_observations
 from restitution.identification.uncertainty import Estimate, Uncertainty
+from restitution.material.isotherms import Isotherms
 
 if TYPE_CHECKING:
     from restitution.identification.comparison import Comparison
@@ -48,8 +50,8 @@ def identify(
     Parameters
     ----------
     data : observations, table of moduli, or list of them
-        `Rebounds`, `ForceHistory`, `BounceTimes`, `IndentationCurve`, `RelaxationTable`, `DynamicTable`, in any
-        mixture.
+        `Rebounds`, `ForceHistory`, `BounceTimes`, `IndentationCurve`, `RelaxationTable`, `DynamicTable`,
+        `Isotherms`, in any mixture.
     model : callable or str
         Function that returns a `Material` or a `FractionalMaterial`, such as `standard_solid`, or the name of a model
         of the package. Its arguments are the unknowns. Positive ones enter as logarithms. The name "spectrum" takes a
@@ -105,7 +107,10 @@ def identify(
     if isinstance(model, str) and model == SPECTRUM:
         from restitution.identification.spectrum import spectrum
 
-        return spectrum(sets, **{name: value for name, value in (fixed or {}).items() if name == "poisson_ratio"})
+        for name in fixed or {}:
+            if name != "poisson_ratio":
+                raise InputError("fixed", name, "is no argument of a spectrum; only poisson_ratio is")
+        return spectrum(sets, **dict(fixed or {}))
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift, terms=whole("terms", terms),
         temperature=_middle_temperature(sets),
@@ -143,7 +148,12 @@ identify.compare = _compare  # pyright: ignore[reportFunctionMemberAccess]
 
 def _observations(data: Any) -> list[Observations]:
     single = not isinstance(data, Sequence)
-    sets = [as_observations(one, n) for n, one in enumerate([data] if single else data)]
+    given: list[Any] = [data] if single else list(data)
+    each = (
+        [Moduli(table, temperature=table.temperature) for table in one.tables] if isinstance(one, Isotherms) else [one]
+        for one in given
+    )
+    sets = [as_observations(one, n) for n, one in enumerate(chain.from_iterable(each))]
     if not sets:
         raise InputError("data", wanted="must hold at least one set of data")
     return sets
