@@ -77,7 +77,7 @@ class IndentationCurve(Observations):
     -----
     The depth is prescribed as straight lines. They are lines between data points if the data are straight or hardly
     noisy. Otherwise they are lines of least squares, halved until no bend within a line is larger than its standard
-    error. Too few lines bias the moduli (by 35 % with 8 lines) without a trace in the residuals. The tip of a soft
+    error. Too few lines bias the moduli (by 33 % with 8 lines) without a trace in the residuals. The tip of a soft
     cantilever has the same kind of lines, at depth - F/k with the measured force. The noise of the force then also
     moves the tip: if the contact is a third as stiff as the cantilever, the scatter exceeds the stated errors by a
     fifth.

@@ -39,7 +39,7 @@ _SMALL = 0.03
 _SETTLED = 0.5
 
 
-class FlatDirection(NamedTuple):
+class StatedDirection(NamedTuple):
     """Change of the parameters with no effect, or almost none, on the data."""
 
     exponents: dict[str, float]  # each parameter is multiplied by x to this power
@@ -68,7 +68,7 @@ def statements(found: Identification) -> list[str]:
 def knowledge(
     names: Sequence[str], jacobian: Array, columns: Columns, theta: Array, window: tuple[float, float], *,
     exponent: float | None = None, impacts: Rebounds | None = None,
-) -> tuple[list[FlatDirection], list[str]]:  # fmt: skip
+) -> tuple[list[StatedDirection], list[str]]:  # fmt: skip
     """Flat directions of a fit, and statements in words.
 
     The jacobian holds the derivatives of the residuals over their standard deviations with respect to the parameters
@@ -83,12 +83,12 @@ def knowledge(
     singular = np.concatenate([sizes, np.zeros(p - sizes.size)])
     exact, flat = singular < _EXACT * singular[0], singular < 1.0
     information = seen.T @ seen
-    directions: list[FlatDirection] = []
+    directions: list[StatedDirection] = []
 
     def add(vector: Array, exactly: bool, words: str) -> None:
         changes = _changes(own, vector)
         start = "The data do not change at all" if exactly else "The data hardly change"
-        directions.append(FlatDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
+        directions.append(StatedDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
 
     space = rows[exact]
     for vector, words in _invariances(columns, theta, window, exponent):
