@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from restitution.errors import InputError
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
-from restitution.identification.starts import effective_tables, starts
+from restitution.identification.starts import effective_tables, instantaneous_ratio, starts
 from restitution.material.columns import MaterialColumns
 from restitution.material.fit import DynamicTable
 
@@ -83,11 +83,13 @@ class Problem:
 
     def residuals(self, coordinates: Array) -> Array:
         """Residuals over their standard deviations, shape (m, n_data + n_prior); NaN where a material fails."""
-        materials = self.columns(coordinates)
-        parts = [
-            one.residuals(materials, nuisances) / factor
-            for one, nuisances, factor in zip(self.data, self.nuisances(coordinates), self.factors, strict=True)
-        ]
+        # A trial beyond the range of numbers is a row of NaN.
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            materials = self.columns(coordinates)
+            parts = [
+                one.residuals(materials, nuisances) / factor
+                for one, nuisances, factor in zip(self.data, self.nuisances(coordinates), self.factors, strict=True)
+            ]
         return np.hstack([*parts, penalties(self.space, coordinates[:, : self.n_parameters])])
 
     def jacobian(self, coordinates: Array, base: Array | None = None) -> Array:
@@ -238,11 +240,8 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 def _plausible_first(problem: Problem, fits: list[Fit]) -> list[Fit]:
     """Fits, best first; among equally good ones those with a negative instantaneous Poisson ratio come last."""
-    if not any(one.name in ("bulk_modulus", "poisson_ratio") for one in problem.space.free):
-        return fits
-    columns = problem.columns(np.stack([one.coordinates for one in fits]))
-    shear, bulk = (one.equilibria + one.moduli.sum(axis=1) for one in (columns.shear, columns.bulk))
-    ranks = [one.cost + _EQUALLY_GOOD * float(low) for one, low in zip(fits, 3.0 * bulk < 2.0 * shear, strict=True)]
+    auxetic = instantaneous_ratio(problem.columns(np.stack([one.coordinates for one in fits]))) > 1.0
+    ranks = [one.cost + _EQUALLY_GOOD * float(low) for one, low in zip(fits, auxetic, strict=True)]
     return [fits[k] for k in np.argsort(ranks, kind="stable")]
 
 

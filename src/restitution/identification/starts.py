@@ -26,6 +26,8 @@ _APART = 0.5
 _BULKS = {"bulk_modulus": (0.3, 1.0, 10.0), "poisson_ratio": (0.2, 0.42, 0.49)}
 # Error of the formulas for effective moduli: of the logarithm, and of the phase.
 _MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
+# Weight of the logarithm by which a start exceeds the range of Poisson ratios >= 0: few materials contract so.
+_AUXETIC = 10.0
 # The modulus [Pa] and the angular frequency [rad/s] of data without any.
 _ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 
@@ -78,6 +80,7 @@ def starts(
             ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)
             parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
+        parts.append(_AUXETIC * np.maximum(np.log(instantaneous_ratio(materials)), 0.0)[:, None])
         return np.hstack([*parts, penalties(space, coordinates[:, :n])])
 
     with np.errstate(all="ignore"):
@@ -89,6 +92,12 @@ def starts(
         if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
             chosen.append(int(k))
     return points[chosen] if chosen else centre[None]
+
+
+def instantaneous_ratio(materials: MaterialColumns) -> Array:
+    """Ratio 2G/(3K) of the instantaneous moduli, shape (n,); above 1 the instantaneous Poisson ratio is negative."""
+    shear, bulk = (one.equilibria + one.moduli.sum(axis=1) for one in (materials.shear, materials.bulk))
+    return 2.0 * shear / (3.0 * bulk)
 
 
 def _lattice_root(n: int) -> float:
