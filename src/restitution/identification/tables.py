@@ -29,7 +29,7 @@ class Moduli(Observations):
         Temperature [K] of the measurement, for a model with a shift.
     noise : Noise, optional
         Relative standard deviations, as texts such as "2 %": of `modulus`, or of `storage_modulus` and
-        `loss_modulus`, the latter relative to |E*|. Without it the size of the noise is estimated.
+        `loss_modulus`, the latter relative to the magnitude of E*. Without it the size of the noise is estimated.
 
     Examples
     --------
