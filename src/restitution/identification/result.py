@@ -290,7 +290,7 @@ class Identification:
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:
-        """Best determined quantities: magnitude, loss part and loss tangent of E* at pi over the middle contact time; e."""
+        """Best determined quantities: size, loss part and loss tangent of E* at pi over the middle contact time; e."""
         low, high = self.window
         found: dict[str, Estimate] = {}
         balls = next((one for one in self.data if isinstance(one, Rebounds)), None)

@@ -117,9 +117,9 @@ class Uncertainty:
         """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
         best = self.estimation.fit.coordinates
         steps = np.diag(self.estimation.problem.steps)
-        found = functions(np.concatenate([best[None], best + steps, best - steps]))
         n = best.size
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = functions(np.concatenate([best[None], best + steps, best - steps]))
             logs = np.log(found[1:])
             rise = logs[:n] - logs[n:]
         # A loss that is zero at all points does not change.

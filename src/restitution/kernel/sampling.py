@@ -20,12 +20,16 @@ def _differentiate(scheme: Scheme, work: Work, row: Any) -> None:
 
 
 @compiled
-def _place(scheme: Scheme, work: Work, row: Any, level: float, end: float, x: float) -> float:
-    """Place in [0, end] of an element at which an increasing row has a level, or else an end; by Newton from x."""
+def _place(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> float:
+    """Place in [0, end] of an element at which an increasing row has a level, or else an end; by Newton."""
     basis, slopes = work.vectors[BASIS], work.vectors[VALUES]
     low, high = 0.0, end
     if level <= row[0]:
         return low
+    if level >= row[WIDTH]:
+        return end
+    # From a straight line: the bits of a place do not depend on the other levels.
+    x = min((level - row[0]) / (row[WIDTH] - row[0]), end)
     for _ in range(_ROUNDS):
         lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
         excess = product(basis, row) - level
@@ -49,13 +53,13 @@ def find_rising(scheme: Scheme, work: Work, rows: Any, share: float, levels: Any
 
     `rows` has the shape (E, S + 1). The part `share` of the last element belongs to the row.
     """
-    last, element, x = rows.shape[0] - 1, 0, 0.0
+    last, element = rows.shape[0] - 1, 0
     _differentiate(scheme, work, rows[0])
     for n in range(levels.shape[0]):
         while element < last and rows[element + 1, 0] <= levels[n]:
-            element, x = element + 1, 0.0
+            element += 1
             _differentiate(scheme, work, rows[element])
-        x = _place(scheme, work, rows[element], levels[n], share if element == last else 1.0, x)
+        x = _place(scheme, work, rows[element], levels[n], share if element == last else 1.0)
         elements[n], places[n] = element, x
 
 
@@ -64,13 +68,13 @@ def _sample(
     scheme: Scheme, work: Work, half: Any, last: int, share: float, end: float, times: Any, forces: Any, n: int
 ) -> int:
     """Write the forces of a half, from time n on, until its end; return the first time beyond."""
-    element, x = 0, 0.0
+    element = 0
     _differentiate(scheme, work, half[0, T_])
     while n < times.shape[0] and times[n] < end:
         while element < last and half[element + 1, T_, 0] <= times[n]:
-            element, x = element + 1, 0.0
+            element += 1
             _differentiate(scheme, work, half[element, T_])
-        x = _place(scheme, work, half[element, T_], times[n], share if element == last else 1.0, x)
+        x = _place(scheme, work, half[element, T_], times[n], share if element == last else 1.0)
         forces[n] = max(value(scheme, work, half[element, F_], x), 0.0)
         n += 1
     return n
