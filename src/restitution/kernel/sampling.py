@@ -26,10 +26,12 @@ def _place(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> fl
     low, high = 0.0, end
     if level <= row[0]:
         return low
-    if level >= row[WIDTH]:
-        return end
-    # From a straight line: the bits of a place do not depend on the other levels.
-    x = min((level - row[0]) / (row[WIDTH] - row[0]), end)
+    # The start is the same whatever the other levels are, and so are the bits of the place.
+    x = 0.5 * end
+    if end == 1.0:  # a row may fall beyond a smaller end
+        if level >= row[WIDTH]:
+            return end
+        x = (level - row[0]) / (row[WIDTH] - row[0])
     for _ in range(_ROUNDS):
         lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
         excess = product(basis, row) - level
