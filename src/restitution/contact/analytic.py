@@ -21,7 +21,9 @@ from restitution.quantities import INPUTS, LENGTH, Quantity
 def sphere_mass(density: Any, radius: Any) -> Any:
     """Mass m = (4/3) pi rho R^3 [kg] of a solid sphere of density rho [kg/m^3] and radius R [m]."""
     # A product, unlike a power, gives the same bits for numbers and arrays.
-    return 4.0 / 3.0 * math.pi * density * radius * radius * radius
+    # An impact with an infinite mass is refused, or fails with NOT_FINITE.
+    with np.errstate(over="ignore"):
+        return 4.0 / 3.0 * math.pi * density * radius * radius * radius
 
 
 @dataclass(frozen=True, eq=False)

@@ -197,7 +197,9 @@ class Identification:
         # It imports `Identification` for its types.
         from restitution.identification.statements import statements
 
-        return tuple(statements(self))
+        # Directions that no datum determines may lead out of the range of numbers.
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            return tuple(statements(self))
 
     def profile(self, name: str, level: float = _LEVEL) -> Profile:
         """Profile of one parameter: the least sum of squares for each of its values, with the interval."""

@@ -100,7 +100,9 @@ def knowledge(
         add(vector, True, f"Give {' or '.join(culprits)}." if culprits else "")
     for vector in rows[flat & ~exact]:
         add(_sparse(vector, rows[exact]), False, _frequencies(columns, theta, window, vector))
-    lines = [_functionals(columns, theta, window, information, impacts), *(one.words for one in directions)]
+    lines = [one.words for one in directions]
+    if all(map(math.isfinite, window)):
+        lines.insert(0, _functionals(columns, theta, window, information, impacts))
     if directions:
         hidden = flat | exact
         lines += _combinations(own, rows[hidden], rows[~hidden], singular[~hidden])
@@ -120,6 +122,8 @@ def _invariances(
     """Changes of the parameters without effect on the data by theory, if the model has them."""
     omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
     matrix = slope(_logarithms(columns(stencil(theta)).reduced.complex_modulus(omega)))
+    if not np.all(np.isfinite(matrix)):  # moduli beyond the range of numbers
+        return []
     sizes, rows = np.linalg.svd(matrix)[1:]
     same = np.concatenate([sizes, np.zeros(theta.size - sizes.size)]) < _EXACT * sizes[0]
     words = "The reduced modulus E* stays the same, and with it all contacts with rigid bodies: fix one of these."

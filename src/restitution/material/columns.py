@@ -131,8 +131,11 @@ class PronyColumns(NamedTuple):
 
     def complex_modulus(self, angular_frequency: Array) -> NDArray[np.complex128]:
         """Moduli E' + i E'' [Pa] at angular frequencies [rad/s] of shape (m,), shape (n, m)."""
-        x = 1j * angular_frequency[:, None] * self.times[:, None, :]
-        branches = np.einsum("nmk,nk->nm", x / (1.0 + x), self.moduli)
+        # These forms stay finite for all times from 0 to infinity.
+        with np.errstate(over="ignore", divide="ignore"):
+            x = angular_frequency[:, None] * self.times[:, None, :]
+            shares = 1.0 / (1.0 + 1.0 / x**2) + 1j / (x + 1.0 / x)
+        branches = np.einsum("nmk,nk->nm", shares, self.moduli)
         return self.equilibria[:, None] + 1j * angular_frequency * self.viscosities[:, None] + branches
 
 
