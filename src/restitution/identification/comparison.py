@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.errors import InputError
 from restitution.identification.arguments import parameter_names
+from restitution.identification.bands import MODULUS_NAMES, banded
 from restitution.identification.identify import identify
 from restitution.identification.result import Identification
 from restitution.pictures import draw
-from restitution.quantities import MODULI, dataset
+from restitution.quantities import MODULI, Quantity
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +29,6 @@ Array = NDArray[np.float64]
 
 # Models of a smaller weight do not count in the band.
 _LEAST_WEIGHT = 0.01
-_NAMES = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,13 +58,12 @@ class Comparison:
         omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
         plausible = [one for name, one in self.results.items() if not self.weights[name] < _LEAST_WEIGHT]
         tables = [one.moduli(omega, level=level) for one in plausible]
-        columns: dict[str, Any] = {"angular_frequency": (omega, MODULI["angular_frequency"])}
-        for name in _NAMES:
+        columns: dict[Quantity, tuple[Array, Array, Array]] = {}
+        for name in MODULUS_NAMES:
             low, high = (np.array([table[f"{name}_{end}"].to_numpy() for table in tables]) for end in ("low", "high"))
-            columns[name] = tables[0][name].to_numpy(), MODULI[name]
-            columns[f"{name}_low"] = np.nanmin(low, axis=0), MODULI[name]
-            columns[f"{name}_high"] = np.nanmax(high, axis=0), MODULI[name]
-        return dataset("angular_frequency", columns, {"level": level, "models": len(tables)})
+            columns[MODULI[name]] = tables[0][name].to_numpy(), np.nanmin(low, axis=0), np.nanmax(high, axis=0)
+        found = banded(MODULI["angular_frequency"], omega, level, columns)
+        return found.assign_attrs(models=len(tables))
 
     @property
     def statements(self) -> tuple[str, ...]:

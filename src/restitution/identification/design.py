@@ -16,6 +16,7 @@ from restitution import checks
 from restitution.contact.analytic import sphere_mass
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.arguments import parameters
+from restitution.identification.bands import FAR, MODULUS_NAMES, modulus_functions
 from restitution.identification.observations import Noise
 from restitution.identification.parameters import Parameters
 from restitution.identification.rebounds import Rebounds
@@ -40,8 +41,6 @@ FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tange
 _STEP = 1e-3
 # An eigenvalue of an information matrix counts as zero below this share of the largest one.
 _SINGULAR = 1e-11
-# Standard error of a logarithm from which on nothing is known: a factor of 1000.
-_UNKNOWN = math.log(1e3)
 # Largest number of rounds of exchanges; usually a few suffice.
 _ROUNDS = 20
 
@@ -73,8 +72,8 @@ def sensitivities(impacts: Rebounds, columns: Columns, theta: Array, noise: Nois
 
 def functional_slopes(columns: Columns, theta: Array, omega: float) -> tuple[Array, Array]:
     """Values of `FUNCTIONALS` at omega [rad/s], shape (3,), and slopes of their logarithms, shape (3, n_theta)."""
-    modulus = columns(stencil(theta)).reduced.complex_modulus(np.array([omega]))[:, 0]
-    values = np.stack([np.abs(modulus), modulus.imag, modulus.imag / modulus.real], axis=1)
+    found = modulus_functions(columns(stencil(theta)).reduced, np.array([omega]))[..., 0]
+    values = found[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]
     with np.errstate(divide="ignore", invalid="ignore"):
         return values[0], slope(np.log(values))
 
@@ -187,7 +186,7 @@ def known(error: float) -> str:
     """Standard error of a logarithm, in words."""
     if error < 0.5:
         return f"to {per_cent(error)}"
-    return f"to a factor of {math.exp(error):.2g}" if error < _UNKNOWN else "not at all"
+    return f"to a factor of {math.exp(error):.2g}" if error < FAR else "not at all"
 
 
 def design(

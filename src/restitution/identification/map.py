@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from restitution.checks import whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.arguments import parameters
+from restitution.identification.bands import FAR, quantile
 from restitution.identification.curve import IndentationCurve
 from restitution.identification.curve_fits import EDGE, STEP, CurveFits, Descent
 from restitution.identification.estimation import Estimation, estimate
@@ -36,8 +37,6 @@ _CHUNK = 64
 _SEEDS = 5
 # A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
 _POOR = 2.0
-# Half of the interval of a logarithm beyond which a parameter is not determined, over its standard error.
-_FAR, _QUANTILE = math.log(1e3), 1.96
 
 
 class MapStatus(IntEnum):
@@ -167,10 +166,11 @@ class _Table:
     def enter(self, places: Places, found: CurveFits) -> None:
         """Enter the fits of the curves at these places."""
         fitted = np.isfinite(found.chi2)
+        width = quantile(0.95)
         status = np.where(found.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
         for k, one in enumerate(self._space.free):
             z, error = found.points[:, k], found.errors[:, k]
-            known = fitted & (_QUANTILE * error < _FAR) & ~found.bound[:, k]
+            known = fitted & (width * error < FAR) & ~found.bound[:, k]
             slope = (one.outward(z + STEP) - one.outward(z - STEP)) / (2.0 * STEP)
             self._values[places, k] = np.where(known, one.outward(z), np.nan)
             self._errors[places, k] = np.where(known, slope * error, np.where(fitted, np.inf, np.nan))

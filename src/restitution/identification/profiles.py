@@ -8,12 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.identification.bands import FAR
 from restitution.identification.estimation import Estimation, Fit, minimise
 
 Array = NDArray[np.float64]
-
-FAR = math.log(1e3)
-"""An end beyond this distance from the estimate, a factor of 1000, is open."""
 
 _LONGEST = 0.7
 _ROUNDS = 12

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
 from restitution.errors import InputError, RestitutionWarning
+from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
 from restitution.identification.estimation import Estimation, Problem
 from restitution.identification.observations import Curve, Observations
-from restitution.identification.profiles import FAR, Profile
+from restitution.identification.profiles import Profile
 from restitution.identification.rebounds import Rebounds
 from restitution.identification.uncertainty import Estimate, FlatDirection, Uncertainty
 from restitution.impact.batch import Batch
@@ -26,7 +27,7 @@ from restitution.material.columns import MaterialColumns
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
-from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity, dataset
+from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity
 
 if TYPE_CHECKING:
     import xarray
@@ -227,11 +228,12 @@ class Identification:
         omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
 
         def functions(coordinates: Array) -> Array:
-            found = self.problem.columns(coordinates).reduced.complex_modulus(omega)
-            return np.stack([found.real, found.imag, np.abs(found), found.imag / found.real], axis=1)
+            return modulus_functions(self.problem.columns(coordinates).reduced, omega)
 
-        names = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
-        return self._banded("angular_frequency", omega, names, functions, level, MODULI)
+        quantities = [MODULI[name] for name in MODULUS_NAMES]
+        found = self._banded(MODULI["angular_frequency"], omega, quantities, functions, level)
+        low, high = self.window
+        return found.assign(inside=("angular_frequency", (omega >= low) & (omega <= high)))
 
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
         """Outputs of impacts on the identified material, with bands; the material of `impact` is not used.
@@ -254,9 +256,9 @@ class Identification:
             return np.stack(rows)
 
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
-        found = self._banded(
-            "impact", np.arange(velocity.size, dtype=np.float64), DEFAULT_OUTPUTS, functions, level, OUTPUTS
-        )
+        axis = Quantity("impact", NUMBER, "number of the impact")
+        numbers = np.arange(velocity.size, dtype=np.float64)
+        found = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
         low, high = self.window
         frequency = math.pi / found["contact_time"].to_numpy()
         inside = (frequency > low * (1.0 - 1e-9)) & (frequency < high * (1.0 + 1e-9))
@@ -268,27 +270,14 @@ class Identification:
         return found.assign_coords(velocity=("impact", velocity))
 
     def _banded(
-        self,
-        dimension: str,
-        x: Array,
-        names: tuple[str, ...],
-        functions: Callable[[Array], Array],
-        level: float,
-        registry: Any,
+        self, axis: Quantity, x: Array, quantities: list[Quantity], functions: Callable[[Array], Array], level: float
     ) -> xarray.Dataset:
-        """Functions of the coordinates, shape (m, n_name, n_x), with bands of their logarithms."""
+        """Functions of the coordinates, shape (m, n_quantity, n_x), with bands of their logarithms."""
         values, errors = self.uncertainty.linearised(functions)
-        factor = np.exp(self.uncertainty.quantile(self._level(level)) * np.minimum(errors, 300.0))
-        columns: dict[str, tuple[Any, Any]] = {}
-        for k, name in enumerate(names):
-            quantity = registry[name]
-            most = 1.0 if name == "restitution_coefficient" else math.inf
-            columns[name] = values[k], quantity
-            for end, limits in (("low", values[k] / factor[k]), ("high", np.minimum(values[k] * factor[k], most))):
-                words = f"{quantity.words}, {end} end of the {100.0 * level:g} % band"
-                columns[f"{name}_{end}"] = limits, quantity._replace(words=words)
-        axis = registry.get(dimension) or Quantity(dimension, NUMBER, f"number of the {dimension}")
-        return dataset(dimension, {dimension: (x, axis), **columns}, {"level": level})
+        low, high = limits(values, errors, self.uncertainty.quantile(self._level(level)))
+        most = [1.0 if one.name == "restitution_coefficient" else math.inf for one in quantities]
+        high = np.minimum(high, np.array(most)[:, None])
+        return banded(axis, x, level, dict(zip(quantities, zip(values, low, high, strict=True), strict=True)))
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:
@@ -309,14 +298,11 @@ class Identification:
             omega = np.array([math.sqrt(low * high)])
 
             def moduli(coordinates: Array) -> Array:
-                one = self.problem.columns(coordinates).reduced.complex_modulus(omega)[:, 0]
-                return np.stack([np.abs(one), one.imag, one.imag / one.real], axis=1)
+                return modulus_functions(self.problem.columns(coordinates).reduced, omega)[..., 0]
 
-            values, errors = self.uncertainty.linearised(moduli)
-            for k, (name, unit) in enumerate(
-                (("absolute_modulus", "Pa"), ("loss_modulus", "Pa"), ("loss_tangent", ""))
-            ):
-                found[f"{name} at {omega[0]:.3g} rad/s"] = self._functional(values[k], errors[k], unit)
+            of_modulus = dict(zip(MODULUS_NAMES, zip(*self.uncertainty.linearised(moduli), strict=True), strict=True))
+            for name in ("absolute_modulus", "loss_modulus", "loss_tangent"):
+                found[f"{name} at {omega[0]:.3g} rad/s"] = self._functional(*of_modulus[name], MODULI[name].unit)
         return found
 
     def _functional(self, value: Any, error: Any, unit: str) -> Estimate:

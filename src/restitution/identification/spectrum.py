@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
 from restitution.errors import InputError
+from restitution.identification.bands import MODULUS_NAMES, banded, limits, modulus_functions, quantile
 from restitution.identification.observations import Observations
 from restitution.identification.rebounds import Rebounds
 from restitution.material.columns import MaterialColumns, PronyColumns
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import MODULI, dataset
+from restitution.quantities import MODULI
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +34,6 @@ _PROMISE = 2.0
 _LEAST_IMPACTS, _LEAST_VALUES = 8, 16
 _STEP = 1e-4
 _WEIGHTS = tuple(10.0**power for power in range(4, -5, -1))
-_MODULI = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,20 +80,16 @@ class Spectrum:
     def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xr.Dataset:
         """Reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
         omega = np.atleast_1d(np.asarray(checks.positive("angular_frequency", angular_frequency, "rad/s")))
-        quantile = _normal_quantile(float(checks.between("level", level, 0.0, 1.0)))
+        width = quantile(float(checks.between("level", level, 0.0, 1.0)))
         points = self._theta + np.vstack([np.zeros(self._theta.size), _STEP * np.eye(self._theta.size)])
-        logs = np.log(_functionals(points, self.relaxation_times, omega))
+        logs = np.log(modulus_functions(_series(points, self.relaxation_times), omega))
         slopes = (logs[1:] - logs[0]) / _STEP
         errors = np.sqrt(np.maximum(np.einsum("pkn,pq,qkn->kn", slopes, self.covariance, slopes), 0.0))
         low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
         values = np.where((omega >= low) & (omega <= high), np.exp(logs[0]), np.nan)
-        columns: dict[str, Any] = {"angular_frequency": (omega, MODULI["angular_frequency"])}
-        for name, value, error in zip(_MODULI, values, errors, strict=True):
-            columns[name] = value, MODULI[name]
-            for end, sign in (("low", -1.0), ("high", 1.0)):
-                words = f"{MODULI[name].words}, {end} end of the {100.0 * level:g} % band"
-                columns[f"{name}_{end}"] = value * np.exp(sign * quantile * error), MODULI[name]._replace(words=words)
-        return dataset("angular_frequency", columns, {"level": level})
+        both = zip(values, *limits(values, errors, width), strict=True)
+        quantities = (MODULI[name] for name in MODULUS_NAMES)
+        return banded(MODULI["angular_frequency"], omega, level, dict(zip(quantities, both, strict=True)))
 
     @property
     def statements(self) -> tuple[str, ...]:
@@ -127,7 +123,7 @@ class Spectrum:
 
     def __str__(self) -> str:
         omega = np.geomspace(*self.window, 4)
-        values = _functionals(self._theta[None], self.relaxation_times, omega)[0].T
+        values = modulus_functions(_series(self._theta[None], self.relaxation_times), omega)[0].T
         lines = [f"{'omega [rad/s]':>14}{'storage [Pa]':>14}{'loss [Pa]':>14}{'tan delta':>11}"]
         lines += [f"{w:14.4g}{one[0]:14.4g}{one[1]:14.4g}{one[3]:11.4f}" for w, one in zip(omega, values, strict=True)]
         return "\n".join((*lines, *self.statements))
@@ -138,23 +134,11 @@ class Spectrum:
         return np.log(np.append(self.equilibrium_modulus, self.branch_moduli))
 
 
-def _functionals(theta: Array, times: Array, omega: Array) -> Array:
-    """Functions of the complex modulus by the order of `_MODULI`, shape (m, 4, n)."""
-    modulus = _series(theta, times).complex_modulus(omega)
-    return np.stack([modulus.real, modulus.imag, np.abs(modulus), modulus.imag / modulus.real], axis=1)
-
-
 def _series(theta: Array, times: Array) -> PronyColumns:
     """Reduced moduli of logarithms of shape (m, 1 + n)."""
     values = np.exp(theta)
     none = np.zeros(len(values))
     return PronyColumns(values[:, 0], none, values[:, 1:], np.broadcast_to(times, (len(values), times.size)))
-
-
-def _normal_quantile(level: float) -> float:
-    from statistics import NormalDist
-
-    return NormalDist().inv_cdf(0.5 + 0.5 * level)
 
 
 def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: float = 0.5) -> Spectrum:

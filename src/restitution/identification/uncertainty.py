@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.identification.bands import FAR, quantile
 from restitution.identification.estimation import Estimation, Fit
-from restitution.identification.profiles import FAR, Profile, profile
+from restitution.identification.profiles import Profile, profile
 
 Array = NDArray[np.float64]
 
@@ -68,13 +69,10 @@ class Uncertainty:
 
     def quantile(self, level: float = _LEVEL) -> float:
         """Half width of an interval over the standard error: Student's t if the size of the noise is unknown."""
-        from scipy.special import ndtri, stdtrit
-
         problem = self.estimation.problem
         freedom = problem.n_data - problem.low.size
-        if any(one.scaled for one in problem.data) and freedom > 0:
-            return float(stdtrit(freedom, 0.5 + 0.5 * level))
-        return float(ndtri(0.5 + 0.5 * level))
+        unknown = any(one.scaled for one in problem.data) and freedom > 0
+        return quantile(level, freedom if unknown else math.inf)
 
     @cached_property
     def _decomposed(self) -> tuple[Array, Array]:
