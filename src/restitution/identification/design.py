@@ -21,6 +21,7 @@ from restitution.identification.observations import Noise
 from restitution.identification.parameters import Parameters
 from restitution.identification.rebounds import Rebounds
 from restitution.identification.result import Identification
+from restitution.identification.uncertainty import without
 from restitution.impact.problem import window_around
 from restitution.material.columns import MaterialColumns
 from restitution.pictures import draw
@@ -85,15 +86,6 @@ def standard_errors(information: Array, gradients: Array) -> Array:
     shares = (gradients @ vectors) ** 2
     variance = (shares[:, ~flat] / eigenvalues[~flat]).sum(axis=1)
     return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
-
-
-def without(jacobian: Array, other: Array) -> Array:
-    """Columns without the part that other columns explain."""
-    if not other.shape[1]:
-        return jacobian
-    basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
-    basis = basis[:, sizes > 1e-6]
-    return jacobian - basis @ (basis.T @ jacobian)
 
 
 @dataclass(frozen=True, eq=False)

@@ -190,10 +190,8 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
         depth = np.where(by_force, 1.25 * mass * v * v / force, v * duration / HERTZ_TIME_FACTOR)
         hertz = 0.9375 * mass * v * v / np.sqrt(radius) * depth**-2.5
         duration = np.where(by_force, HERTZ_TIME_FACTOR * depth / v * np.exp(_poly(_TIME_BY_FORCE, loss)), duration)
-        tangent = _LOSS * loss
-        slope = 2.0 / math.pi * np.arctan(tangent)
-        moved = _poly(_BY_TIME, loss) + slope * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
-        storage = hertz * np.exp(np.where(by_force, _poly(_BY_FORCE, loss), moved))
+        omega, by_time, tangent = moduli_of_bounces(loss, hertz, duration)
+        storage = np.where(by_force, hertz * np.exp(_poly(_BY_FORCE, loss)), by_time)
         # Derivatives of the logarithm of the storage modulus with respect to those of e, v, and the time or the force.
         shift = 2.0 / math.pi * _LOSS / (1.0 + tangent**2) * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
         by_e = -np.where(by_force, _slope(_BY_FORCE, loss), _slope(_BY_TIME, loss) + shift)
@@ -205,9 +203,21 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
         without_e = storage_error**2 - (by_e * e_error) ** 2
         loss_error = np.sqrt(((_LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
     return EffectiveModuli(
-        _FREQUENCY / duration, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
+        omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
         tangent_error, v, e, _statements(loss, storage, by_force & np.isfinite(force)),
     )  # fmt: skip
+
+
+def moduli_of_bounces(loss: Array, elastic: Array, contact_time: Array) -> tuple[Array, Array, Array]:
+    """Angular frequency [rad/s], storage modulus [Pa] and loss tangent of bounces with the losses L = -ln e.
+
+    `elastic` is the modulus [Pa] of an elastic body of the same contact time [s].
+    """
+    tangent = _LOSS * loss
+    # The storage modulus is known at 1.3 pi/T and moves by its local slope.
+    slope = 2.0 / math.pi * np.arctan(tangent)
+    moved = _poly(_BY_TIME, loss) + slope * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
+    return _FREQUENCY / contact_time, elastic * np.exp(moved), tangent
 
 
 def _poly(coefficients: tuple[float, float], x: Array) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from restitution import checks, quantities
 from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
+from restitution.identification.effective_moduli import moduli_of_bounces
 from restitution.identification.observations import Curve, Noise, Observations
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
@@ -234,12 +235,12 @@ class Rebounds(Observations):
         return self.predicted(materials)["contact_time"][0]
 
     def effective_moduli(self) -> DynamicTable | None:
-        """E* from the contact times, and tan delta = -0.815 ln e; None if neither time nor force was measured."""
+        """E* by the formulas of single bounces; None if neither time nor force was measured."""
         times = self._times()
         return self._moduli(times) if np.any(np.isfinite(times)) else None
 
     def assumed_moduli(self, modulus: float) -> DynamicTable:
-        """E* of an assumed size [Pa], and tan delta = -0.815 ln e."""
+        """E* of an assumed size [Pa], by the same formulas."""
         return self._moduli(self._elastic[0] * modulus ** (-1.0 / self._power))
 
     @property
@@ -250,10 +251,10 @@ class Rebounds(Observations):
     def _moduli(self, times: Array) -> DynamicTable:
         known = np.isfinite(times)
         loss = -np.log(self.restitution_coefficient[known])
-        storage = (self._elastic[0][known] / times[known]) ** self._power * np.exp(-0.213 * loss - 0.061 * loss**2)
-        omega = 1.13 * math.pi / times[known]
+        elastic = (self._elastic[0][known] / times[known]) ** self._power
+        omega, storage, tangent = moduli_of_bounces(loss, elastic, times[known])
         order = np.argsort(omega)
-        return DynamicTable(omega[order], storage[order], (0.815 * loss * storage)[order], source=self.label)
+        return DynamicTable(omega[order], storage[order], (tangent * storage)[order], source=self.label)
 
     @cached_property
     def _elastic(self) -> tuple[Array, Array]:

@@ -19,10 +19,10 @@ from restitution.identification.design import (
     slope,
     standard_errors,
     stencil,
-    without,
 )
 from restitution.identification.observations import Noise
 from restitution.identification.rebounds import Rebounds
+from restitution.identification.uncertainty import without
 
 if TYPE_CHECKING:
     from restitution.identification.result import Identification

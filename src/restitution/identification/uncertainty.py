@@ -95,10 +95,7 @@ class Uncertainty:
     def flat_directions(self) -> tuple[FlatDirection, ...]:
         """Directions of the parameters along which a factor of e changes the data by less than their noise."""
         n, jacobian = self.estimation.problem.n_parameters, self.estimation.jacobian
-        own, nuisance = jacobian[:, :n], jacobian[:, n:]
-        if nuisance.shape[1]:
-            basis = np.linalg.svd(nuisance, full_matrices=False)[0]
-            own = own - basis @ (basis.T @ own)
+        own = without(jacobian[:, :n], jacobian[:, n:])
         s, v = _directions(own)
         found: list[FlatDirection] = []
         for value, direction in zip(s, v.T, strict=True):
@@ -166,6 +163,15 @@ class Uncertainty:
         return Estimate(
             value, error * slope if determined else None, interval, determined, parameter.quantity.unit, ends
         )
+
+
+def without(jacobian: Array, other: Array) -> Array:
+    """Columns without the part that other columns explain."""
+    if not other.shape[1]:
+        return jacobian
+    basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
+    basis = basis[:, sizes > 1e-6]
+    return jacobian - basis @ (basis.T @ jacobian)
 
 
 def _directions(jacobian: Array) -> tuple[Array, Array]:
