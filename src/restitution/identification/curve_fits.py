@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.identification.curve import RTOL, IndentationCurve, curves_block
+from restitution.identification.descent import descend
 from restitution.identification.estimation import Estimation
 from restitution.identification.parameters import Parameters, penalties
 from restitution.indentation.result import IndentationStatus
@@ -21,8 +22,8 @@ _ROUNDS = 60
 _ENOUGH = 1e-6
 # Steps of differences in logarithms and in the contact point; largest step of a logarithm in a round.
 STEP, _CONTACT_STEP, _FURTHEST = 1e-4, 1e-2, 2.0
-# A coordinate within the first distance of a bound counts as at it; within the second, the descent may hold it there.
-EDGE, _PRESSED = 1e-3, 1e-8
+# A coordinate within this distance of a bound counts as at it.
+EDGE = 1e-3
 
 
 class CurveFits(NamedTuple):
@@ -66,16 +67,10 @@ class Descent:
         prior = penalties(self.space, flat[:, :-1]).reshape(s, k, -1)
         return np.concatenate([off, prior], axis=2)
 
-    def jacobian(self, points: Array, places: Places, values: Array | None = None) -> Array:
-        """Derivatives, shape (s, q, n): forward differences from the values, or central ones."""
-        steps = np.full(points.shape[1], STEP)
-        steps[-1] = _CONTACT_STEP
-        ahead = self.residuals(points[:, None] + np.diag(steps), places)
-        if values is not None:
-            slopes = (ahead - values[:, None]) / steps[:, None]
-        else:
-            slopes = (ahead - self.residuals(points[:, None] - np.diag(steps), places)) / (2.0 * steps[:, None])
-        return np.nan_to_num(slopes)
+    @property
+    def steps(self) -> Array:
+        """Steps of differences in the coordinates."""
+        return np.append(np.full(len(self.space.free), STEP), _CONTACT_STEP)
 
     def starts(self) -> tuple[Array, Array, Array]:
         """Start and bounds of each curve: those of the seed, but the moduli times a factor."""
@@ -103,46 +98,18 @@ class Descent:
     def found(self) -> CurveFits:
         """Fit all curves: Levenberg-Marquardt steps until none would improve a fit."""
         points, low, high = self.starts()
-        s, q = points.shape
-        active = np.arange(s)
-        values = self.residuals(points[:, None], active)[:, 0]
-        costs = _squares(values)
-        normal, gradient = np.zeros((s, q, q)), np.zeros((s, q))
-        damping, fresh, ended = np.full(s, 1e-3), np.isfinite(costs), np.zeros(s, dtype=np.bool_)
-        active = np.flatnonzero(fresh)
-        for _ in range(_ROUNDS):
-            if not active.size:
-                break
-            new = active[fresh[active]]
-            if new.size:
-                slopes = self.jacobian(points[new], new, values[new])
-                normal[new] = slopes @ slopes.swapaxes(1, 2)
-                gradient[new] = np.einsum("sqn,sn->sq", slopes, values[new])
-            # A coordinate at a bound stays there if chi2 falls beyond the bound.
-            at, pull = points[active], gradient[active]
-            free = ~(((at - low[active] < _PRESSED) & (pull > 0.0)) | ((high[active] - at < _PRESSED) & (pull < 0.0)))
-            matrix = normal[active] * (free[:, :, None] & free[:, None, :])
-            step, promise = _steps(matrix, pull * free, damping[active])
-            trial = np.clip(points[active] + step, low[active] + 1e-9, high[active] - 1e-9)
-            tried = self.residuals(trial[:, None], active)[:, 0]
-            cost = _squares(tried)
-            better = cost < costs[active]
-            small = promise < _ENOUGH * np.maximum(costs[active] / values.shape[1], 1e-12)
-            # The descent also ends if only rounding prevents an improvement.
-            ended[active] = small | ((damping[active] > 1e8) & ~better)
-            moved = active[better]
-            points[moved], values[moved], costs[moved] = trial[better], tried[better], cost[better]
-            fresh[:] = False
-            fresh[moved] = True
-            damping[active] = np.clip(np.where(better, 0.1 * damping[active], 10.0 * damping[active]), 1e-9, 1e9)
-            active = active[~ended[active]]
+        q, n = points.shape[1], self.measured.shape[1]
+        furthest = np.append(np.full(q - 1, _FURTHEST), np.inf)
+        points, costs, ended = descend(self.residuals, points, low, high, self.steps, furthest, _ENOUGH / n, _ROUNDS)
         bound = (points - low < EDGE) | (high - points < EDGE)
         freedom = np.maximum(np.array([one.size for one in self.curves]) - q - 2, 1)
         return CurveFits(points, self._errors(points, costs / freedom), costs, freedom, self.unit, bound, ended)
 
     def _errors(self, points: Array, reduced: Array) -> Array:
         """Standard errors of the coordinates."""
-        slopes = self.jacobian(points, np.arange(len(points)))
+        places, step = np.arange(len(points)), np.diag(self.steps)
+        ahead, behind = (self.residuals(points[:, None] + one, places) for one in (step, -step))
+        slopes = np.nan_to_num((ahead - behind) / (2.0 * self.steps[:, None]))
         normal = slopes @ slopes.swapaxes(1, 2)
         scale = np.sqrt(np.maximum(np.einsum("sqq->sq", normal), 1e-300))
         relative = normal / (scale[:, :, None] * scale[:, None]) + 1e-14 * np.eye(points.shape[1])
@@ -150,18 +117,3 @@ class Descent:
         noise = np.array([one.scaled for one in self.curves])
         factor = np.where(noise, reduced, 1.0)
         return np.sqrt(np.maximum(variance, 0.0) * factor[:, None]) / scale
-
-
-def _squares(values: Array) -> Array:
-    return np.where(np.isfinite(values).all(axis=1), (values**2).sum(axis=1), np.inf)
-
-
-def _steps(normal: Array, gradient: Array, damping: Array) -> tuple[Array, Array]:
-    """Levenberg-Marquardt steps, and the decrease of chi2 that they promise."""
-    scale = np.einsum("sqq->sq", normal)
-    scale = np.maximum(scale, 1e-12 * scale.max(axis=1, keepdims=True) + 1e-300)
-    damped = normal + np.einsum("sq,qr->sqr", damping[:, None] * scale, np.eye(normal.shape[1]))
-    step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
-    promise = -np.einsum("sq,sq->s", step, gradient)
-    step[:, :-1] = np.clip(step[:, :-1], -_FURTHEST, _FURTHEST)
-    return step, promise

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.identification.descent import descend
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties
 from restitution.material.columns import MaterialColumns
@@ -17,6 +18,8 @@ from restitution.material.fit import DynamicTable
 Array = NDArray[np.float64]
 
 _STEP = 1e-4
+# Descents to the effective moduli: largest change of a logarithm in a round, least gain, and rounds at most.
+_FURTHEST, _ENOUGH, _ROUNDS = 2.0, 1e-3, 25
 _N_STARTS = 9
 # Starts lie within this factor above and below the effective modulus and time.
 _SPREAD = 1.5 * math.log(10.0)
@@ -83,10 +86,14 @@ def starts(
         parts.append(_AUXETIC * np.maximum(np.log(instantaneous_ratio(materials)), 0.0)[:, None])
         return np.hstack([*parts, penalties(space, coordinates[:, :n])])
 
+    def residuals(at: Array, _: NDArray[np.intp]) -> Array:
+        return misfit(at.reshape(-1, at.shape[2])).reshape(*at.shape[:2], -1)
+
+    steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), _STEP, 0.0)
+    bounds = (np.broadcast_to(end, points.shape) for end in (low, high))
     with np.errstate(all="ignore"):
-        points, costs = _descend(
-            misfit, points, low, high, (np.arange(centre.size) < n) & (np.arange(centre.size) != held)
-        )
+        found = descend(residuals, points, *bounds, steps, np.full(centre.size, _FURTHEST), _ENOUGH, _ROUNDS)
+    points, costs = found.points, found.costs
     chosen: list[int] = []
     for k in np.argsort(costs, kind="stable"):
         if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
@@ -106,38 +113,3 @@ def _lattice_root(n: int) -> float:
     for _ in range(40):
         x = (1.0 + x) ** (1.0 / (n + 1.0))
     return x
-
-
-def _descend(
-    residuals: Callable[[Array], Array], points: Array, low: Array, high: Array, free: NDArray[np.bool_],
-    rounds: int = 25,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Levenberg-Marquardt steps from many points at once, shape (s, p); the last points and their sums of squares."""
-    s = len(points)
-    places = np.flatnonzero(free)
-    damping = np.full(s, 1e-2)
-    values = residuals(points)
-    costs = np.where(np.all(np.isfinite(values), axis=1), (values**2).sum(axis=1), np.inf)
-    for _ in range(rounds):
-        moved = np.repeat(points, places.size, axis=0)
-        moved[np.arange(len(moved)), np.tile(places, s)] += _STEP
-        slopes = (residuals(moved).reshape(s, places.size, -1) - values[:, None]) / _STEP
-        slopes = np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
-        normal = np.einsum("spn,sqn->spq", slopes, slopes)
-        gradient = np.einsum("spn,sn->sp", slopes, np.nan_to_num(values))
-        scale = np.einsum("spp->sp", normal) + 1e-12
-        matrix = normal + np.einsum("sp,pq->spq", damping[:, None] * scale, np.eye(places.size))
-        change = -np.linalg.solve(matrix, gradient[..., None])[..., 0]
-        trial = points.copy()
-        trial[:, places] += np.clip(change, -2.0, 2.0)
-        trial = np.clip(trial, low + 1e-6, high - 1e-6)
-        tried = residuals(trial)
-        cost = np.where(np.all(np.isfinite(tried), axis=1), (tried**2).sum(axis=1), np.inf)
-        better = cost < costs
-        small = better & (costs - cost < 1e-3 * costs + 1e-6)
-        points, values = np.where(better[:, None], trial, points), np.where(better[:, None], tried, values)
-        costs = np.where(better, cost, costs)
-        damping = np.clip(np.where(better, 0.2 * damping, 10.0 * damping), 1e-9, 1e9)
-        if np.all(small | (damping > 1e8)):
-            break
-    return points, costs

@@ -1,0 +1,94 @@
+"""Levenberg-Marquardt descents of many least-squares problems at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+Residuals = Callable[[Array, Places], Array]
+"""Maps k points of each of the problems at some places, shape (s, k, q), to residuals of shape (s, k, n)."""
+
+_MARGIN = 1e-9
+# Within this distance of a bound a coordinate is held there if the sum of squares falls beyond the bound.
+_PRESSED = 1e-8
+# Damping: first value, factors after a success and a failure, ends of its range, and a value that is hopeless.
+_FIRST, _EASED, _RAISED, _RANGE, _HOPELESS = 1e-3, 0.1, 10.0, (1e-9, 1e9), 1e8
+
+
+class Descents(NamedTuple):
+    """Ends of s descents."""
+
+    points: Array  # shape (s, q)
+    costs: Array  # sums of squares, infinite where the start has none
+    ended: NDArray[np.bool_]  # whether no step would lower the sum of squares further
+
+
+def descend(
+    residuals: Residuals, points: Array, low: Array, high: Array, steps: Array, furthest: Array, enough: float,
+    rounds: int,
+) -> Descents:  # fmt: skip
+    """Descend from points of shape (s, q) within bounds of the same shape.
+
+    `steps` of shape (q,) are those of the differences; a coordinate whose step is 0 is held. `furthest` are the
+    largest changes in a round. A descent ends if its next step promises less than the share `enough` of its sum.
+    """
+    points, q = points.copy(), points.shape[1]
+    everywhere = np.arange(len(points))
+    values = residuals(points[:, None], everywhere)[:, 0]
+    costs = _squares(values)
+    normal, gradient = np.zeros((len(points), q, q)), np.zeros(points.shape)
+    damping, fresh, ended = np.full(len(points), _FIRST), np.isfinite(costs), np.zeros(len(points), dtype=np.bool_)
+    active = np.flatnonzero(fresh)
+    for _ in range(rounds):
+        if not active.size:
+            break
+        new = active[fresh[active]]
+        if new.size:
+            slopes = _slopes(residuals, points[new], new, values[new], steps)
+            normal[new] = slopes @ slopes.swapaxes(1, 2)
+            gradient[new] = np.einsum("sqn,sn->sq", slopes, values[new])
+        at, pull = points[active], gradient[active]
+        bound = ((at - low[active] < _PRESSED) & (pull > 0.0)) | ((high[active] - at < _PRESSED) & (pull < 0.0))
+        free = ~bound & (steps > 0.0)
+        matrix = normal[active] * (free[:, :, None] & free[:, None, :])
+        step, promise = _steps(matrix, pull * free, damping[active])
+        moved = np.clip(at + np.clip(step, -furthest, furthest), low[active] + _MARGIN, high[active] - _MARGIN)
+        trial = np.where(free, moved, at)
+        tried = residuals(trial[:, None], active)[:, 0]
+        cost = _squares(tried)
+        better = cost < costs[active]
+        # A descent also ends if only rounding prevents an improvement.
+        ended[active] = (promise < enough * costs[active]) | ((damping[active] > _HOPELESS) & ~better)
+        won = active[better]
+        points[won], values[won], costs[won] = trial[better], tried[better], cost[better]
+        fresh[:] = False
+        fresh[won] = True
+        damping[active] = np.clip(damping[active] * np.where(better, _EASED, _RAISED), *_RANGE)
+        active = active[~ended[active]]
+    return Descents(points, costs, ended)
+
+
+def _slopes(residuals: Residuals, points: Array, places: Places, values: Array, steps: Array) -> Array:
+    """Derivatives by forward differences, shape (s, q, n); 0 for steps of 0."""
+    ahead = residuals(points[:, None] + np.diag(steps), places)
+    return np.nan_to_num(
+        (ahead - values[:, None]) / np.where(steps > 0.0, steps, 1.0)[:, None], posinf=0.0, neginf=0.0
+    )
+
+
+def _squares(values: Array) -> Array:
+    return np.where(np.isfinite(values).all(axis=1), (values**2).sum(axis=1), np.inf)
+
+
+def _steps(normal: Array, gradient: Array, damping: Array) -> tuple[Array, Array]:
+    """Steps, and the decrease of the sum of squares that they promise."""
+    scale = np.einsum("sqq->sq", normal)
+    scale = np.maximum(scale, 1e-12 * scale.max(axis=1, keepdims=True) + 1e-300)
+    damped = normal + np.einsum("sq,qr->sqr", damping[:, None] * scale, np.eye(normal.shape[1]))
+    step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
+    return step, -np.einsum("sq,sq->s", step, gradient)
