@@ -341,28 +341,11 @@ def bulk_columns(materials: Sequence[Material]) -> PronyColumns:
 def reduced_standard_solid(
     poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
 ) -> PronyColumns:
-    """Reduced moduli of standard solids in shear with a constant bulk modulus; arrays of shape (n,).
-
-    From `E* = 4 G (3K + G)/(3K + 4G) = G + 9K/4 - (27 K^2/4)/(3K + 4G)` in Carson transforms. With K the bulk modulus
-    of the static Poisson ratio nu in [-1, 0.5], G0 = Ginf + G1 [Pa] and tau = eta/G1 [s]::
-
-        E*inf = 2 Ginf/(1 - nu)
-        E1 = G1,                                                tau1 = tau
-        E2 = (27 K^2/4) [1/(3K + 4 Ginf) - 1/(3K + 4 G0)],      tau2 = tau (3K + 4 G0)/(3K + 4 Ginf)
-
-    For nu = 1/2 both branches are one, E1 = 4 G1 at tau, and for nu = -1 the second vanishes: its modulus is 0.
-    """
-    # In units of Ginf: Ginf/K rather than K, which is infinite for nu = 1/2; K/Ginf where it is the small one.
-    soft, K = poisson_ratio < 0.2, bulk_factor(poisson_ratio)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = branch_modulus / equilibrium_modulus
-        equilibrated = np.where(soft, 3.0 * K + 4.0, 3.0 + 4.0 / K)
-        glassy = np.where(soft, 3.0 * K + 4.0 * (1.0 + ratio), 3.0 + 4.0 * (1.0 + ratio) / K)
-        second = np.where(soft, 27.0 * K**2, 27.0) * branch_modulus / (equilibrated * glassy)
-        second_time = relaxation_time * glassy / equilibrated
-    equilibrium = 2.0 * equilibrium_modulus / (1.0 - poisson_ratio)
-    incompressible = poisson_ratio == 0.5
-    first = np.where(incompressible, 4.0, 1.0) * branch_modulus
-    moduli = np.column_stack([first, np.where(incompressible, 0.0, second)])
-    times = np.column_stack([relaxation_time, second_time])
-    return PronyColumns(equilibrium, np.zeros(equilibrium.shape), moduli, times)
+    """Reduced moduli of standard solids in shear with the bulk modulus of a static Poisson ratio; arrays (n,)."""
+    # Beyond the range of numbers an impact fails with NOT_FINITE.
+    with np.errstate(over="ignore", invalid="ignore"):
+        bulk = equilibrium_modulus * bulk_factor(poisson_ratio)
+        none = np.zeros(equilibrium_modulus.shape)
+        return _reduced(
+            PronyColumns(equilibrium_modulus, none, branch_modulus[:, None], relaxation_time[:, None]), bulk
+        )
