@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere
+from restitution.contact.analytic import Sphere, sphere_mass
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
@@ -79,3 +79,7 @@ def test_deep_spheres_are_solved_to_the_tolerance(depth):
         fine, e = solve(impact, rtol=1e-12), solve(impact, rtol=1e-9).restitution_coefficient
         assert fine.max_indentation_depth > 0.1 * depth
         assert abs(e - fine.restitution_coefficient) < 1e-9 * max(e, 1e-3)
+
+
+def test_a_mass_beyond_the_range_of_numbers_is_infinite():
+    assert sphere_mass(1e3, np.array([1e103])).tolist() == [np.inf]

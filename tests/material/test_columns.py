@@ -95,3 +95,10 @@ def test_temperature_scales_all_times():
     assert found.shear.times[0, 0] == pytest.approx(0.01)
     with pytest.raises(InputError, match="temperature"):
         found.at(330.0)
+
+
+def test_moduli_at_the_ends_of_the_range_of_times():
+    """A branch with an infinite time is a spring, one with the time 0 is absent."""
+    columns = PronyColumns(np.ones(2), np.zeros(2), np.full((2, 1), 3.0), np.array([[np.inf], [0.0]]))
+    assert columns.complex_modulus(OMEGA).tolist() == [[4.0 + 0.0j] * OMEGA.size, [1.0 + 0.0j] * OMEGA.size]
+    assert columns.storage_modulus(np.ones(2)).tolist() == [4.0, 1.0]

@@ -305,7 +305,7 @@ class BounceTimes(Observations):
         with np.errstate(invalid="ignore", divide="ignore"):
             e = up[:, 1:] / down[:, :-1]
             noise = 0.0 if self.scaled else self._instants[1:-1] / intervals[1:]
-            logs, weights = np.log(e), 1.0 / np.sqrt(noise**2 + _SMOOTH**2)
+            logs, weights = np.log(e), np.broadcast_to(1.0 / np.sqrt(noise**2 + _SMOOTH**2), e.shape[1:])
         basis = np.vander(np.log(share[:-1]), max(1, min(3, e.shape[1] - 1))) * weights[:, None]
         projector = np.eye(e.shape[1]) - basis @ np.linalg.pinv(basis)
         misfit = ((logs * weights @ projector) ** 2).sum(axis=1)

@@ -22,8 +22,10 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
-# Difference of two sums of squares within which two fits are equally good.
-_EQUALLY_GOOD = 9.0
+# Starts that are followed: the best ones, and for a compressible material some of the points about the centre.
+_BEST, _AROUND = 2, 3
+EQUALLY_GOOD = 3.84
+"""Difference of two sums of squares within which both fits lie in the region of 95 %."""
 # Factor by which a shift may move times, for fractional models.
 _SHIFTED = 1e4
 
@@ -214,11 +216,13 @@ class Estimation(NamedTuple):
 def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "linear") -> Estimation:
     """Fit a model to data from starts of the data."""
     problem, centre, tables = problem_of(data, space)
-    points = starts(space, tables, problem.columns, centre, problem.low, problem.high)
+    points, around = starts(space, tables, problem.columns, centre, problem.low, problem.high)
     sums = (problem.residuals(points) ** 2).sum(axis=1)
-    best_first = points[np.argsort(np.where(np.isfinite(sums), sums, np.inf), kind="stable")]
-    n_fits = 3 if any(one.name in ("bulk_modulus", "poisson_ratio") for one in space.free) else 2
-    fits = sorted((minimise(problem, one, loss) for one in best_first[:n_fits]), key=lambda fit: fit.cost)
+    chosen = points[np.argsort(np.where(np.isfinite(sums), sums, np.inf), kind="stable")][:_BEST]
+    if instantaneous_ratio(problem.columns(around[:1]))[0] > 0.0:
+        # The moduli of a compressible material have several fits to the effective ones; the best one may be far off.
+        chosen = np.concatenate([chosen, around[:_AROUND]])
+    fits = sorted((minimise(problem, one, loss) for one in chosen), key=lambda fit: fit.cost)
     if not math.isfinite(fits[0].cost):
         raise InputError("start", wanted="no start leads to a result for all data; give start")
     best = fits[0]
@@ -241,7 +245,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 def _plausible_first(problem: Problem, fits: list[Fit]) -> list[Fit]:
     """Fits, best first; among equally good ones those with a negative instantaneous Poisson ratio come last."""
     auxetic = instantaneous_ratio(problem.columns(np.stack([one.coordinates for one in fits]))) > 1.0
-    ranks = [one.cost + _EQUALLY_GOOD * float(low) for one, low in zip(fits, auxetic, strict=True)]
+    ranks = [one.cost + EQUALLY_GOOD * float(low) for one, low in zip(fits, auxetic, strict=True)]
     return [fits[k] for k in np.argsort(ranks, kind="stable")]
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.checks import one_of, whole
 from restitution.errors import InputError
 from restitution.identification.arguments import parameters
-from restitution.identification.estimation import Loss, estimate, minimise, moved
+from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved
 from restitution.identification.observations import Observations
 from restitution.identification.result import Identification
 from restitution.identification.tables import Moduli, as_observations
@@ -183,10 +183,6 @@ def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
     return found
 
 
-# Other minima whose sums of squares exceed that of the best by less lie within the 95 % region.
-_EQUAL = 3.84
-
-
 def _warnings(found: Identification) -> tuple[str, ...]:
     """Doubts about a fit."""
     from scipy.special import gammainc
@@ -201,7 +197,7 @@ def _warnings(found: Identification) -> tuple[str, ...]:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if found.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
-    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < _EQUAL]
+    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < EQUALLY_GOOD]
     n = problem.n_parameters
     for other in others:
         apart = np.abs(other.coordinates[:n] - estimation.fit.coordinates[:n])

@@ -29,8 +29,6 @@ _APART = 0.5
 _BULKS = {"bulk_modulus": (0.3, 1.0, 10.0), "poisson_ratio": (0.2, 0.42, 0.49)}
 # Error of the formulas for effective moduli: of the logarithm, and of the phase.
 _MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
-# Weight of the logarithm by which a start exceeds the range of Poisson ratios >= 0: few materials contract so.
-_AUXETIC = 10.0
 # The modulus [Pa] and the angular frequency [rad/s] of data without any.
 _ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 
@@ -50,11 +48,11 @@ def effective_tables(data: Sequence[Observations], space: Parameters) -> list[Dy
 def starts(
     space: Parameters, tables: Sequence[DynamicTable], columns: Callable[[Array], MaterialColumns],
     centre: Array, low: Array, high: Array,
-) -> Array:  # fmt: skip
-    """Coordinates of distinct starts, shape (s, n_unknown).
+) -> tuple[Array, Array]:  # fmt: skip
+    """Coordinates of distinct starts, shape (s, n_unknown), and points about the centre, of the same shape.
 
-    The complex modulus of the model is fitted to the effective moduli from points about the centre. An unknown bulk
-    modulus is held at three values: these moduli hardly depend on it.
+    The complex modulus of the model is fitted to the effective moduli from these points. An unknown bulk modulus is
+    held at three values: these moduli hardly depend on it.
     """
     n = len(space.free)
     wide = [1.0 if one.kind == "logit" else _SPREAD for one in space.free]
@@ -72,7 +70,7 @@ def starts(
             if one.name in (*space.start, *space.prior):
                 values[0] = one.outward(centre[k])
             held, points[:, k] = k, one.inward(values)[np.arange(_N_STARTS) % values.size]
-    points = np.clip(points, low + 1e-6, high - 1e-6)
+    points = lattice_points = np.clip(points, low + 1e-6, high - 1e-6)
 
     def misfit(coordinates: Array) -> Array:
         materials, parts = columns(coordinates), list[Array]()
@@ -83,7 +81,6 @@ def starts(
             ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)
             parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
-        parts.append(_AUXETIC * np.maximum(np.log(instantaneous_ratio(materials)), 0.0)[:, None])
         return np.hstack([*parts, penalties(space, coordinates[:, :n])])
 
     def residuals(at: Array, _: NDArray[np.intp]) -> Array:
@@ -98,7 +95,7 @@ def starts(
     for k in np.argsort(costs, kind="stable"):
         if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
             chosen.append(int(k))
-    return points[chosen] if chosen else centre[None]
+    return (points[chosen] if chosen else centre[None]), lattice_points
 
 
 def instantaneous_ratio(materials: MaterialColumns) -> Array:
