@@ -93,7 +93,7 @@ def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> No
     assert isinstance(found, rs.Identification)
     made = runpy.run_path(str(folder / "make_data.py"))
     for parameter, value in made[truth].items():
-        # Three standard errors of the logarithm, of which the 95 % interval shows two on each side.
+        # Three standard errors of the logarithm; the 95 % interval has two on each side.
         low, high = found.parameters[parameter].interval
         middle, reach = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
         assert abs(math.log(value) - middle) < 1.55 * reach

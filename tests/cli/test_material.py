@@ -89,7 +89,7 @@ def test_terms_decks_and_shift_factors() -> None:
         1,
         0,
     )
-    # G0 = E/3 = 3, half of which relaxes.
+    # G0 = E/3 = 3, and half of it relaxes.
     assert content["prony_shear"]["equilibrium_modulus_Pa"] == 1.5
 
     Path("shift.csv").write_text("T_C,log_aT\n0,1\n20,0\n40,-2\n")

@@ -172,7 +172,7 @@ class AbelTransform:
         return values
 
     def _integrated_block(self, y: Array, groups: int) -> Array:
-        """Integrals at some y, for all of which so many leading groups are far."""
+        """Integrals at some y; the first `groups` groups of points are far from all of them."""
         face = self.face
         x = self._radius(y)
         first = _GROUP * groups

@@ -48,7 +48,7 @@ from restitution.kernel.workspace import (
 )
 
 # Last element, where a(s) has a root at the end.
-_PARTS = 24  # the last of which is 1e-7 of the element
+_PARTS = 24  # the last part is 1e-7 of the element
 _SHARE = 0.5  # part over what is left of the element
 
 

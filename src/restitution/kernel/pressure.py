@@ -21,8 +21,8 @@ from restitution.kernel.workspace import N_APPROACH, S_, T_, V_, Problem, Work
 
 # Quadrature rule.
 _FIRST_EDGES = (0.0, 1 / 256, 1 / 64, 1 / 16, 1 / 4, 0.5, 0.65)  # ends of the first cells
-_CELL_RATIO = 0.25  # ratio of the last cells, at the end of which the integrand is an inverse root
-_LAST_CELLS = 12  # the smallest of which is 6e-8
+_CELL_RATIO = 0.25  # ratio of the last cells; the integrand is an inverse root at their end
+_LAST_CELLS = 12  # the smallest cell is 6e-8
 _POWER = 8  # of the places
 # Search for the largest pressure.
 _EARLIEST = math.log(1e-4)  # smallest sigma over that at the turning point

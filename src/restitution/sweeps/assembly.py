@@ -55,7 +55,7 @@ class Template(Protocol):
         ...
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names of which every combination needs a separate impact; refuse unknown names."""
+        """Return the names whose combinations need a separate impact each; refuse unknown names."""
         ...
 
     def prepare(self, values: dict[str, Any]) -> Prepared:
