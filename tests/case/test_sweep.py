@@ -306,7 +306,7 @@ AXES = "[axes]\nvelocity = [1]\n"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BODY + SOLID + IMPACT, "axes: the section is missing; it says what varies"),
+        (BODY + SOLID + IMPACT, "axes: the section is missing; it lists what varies"),
         ("axes = 3\n", "axes = 3: must be a table"),
         (BODY + SOLID + "[axes]\nvelocity = [1, -1]\n", "velocity[1] = -1 m/s: must be finite and > 0"),
         (BODY + SOLID + "[axes]\nvelocity = ['1 m/s', '2 mm']\n", 'axes.velocity = "2 mm": is a length, not a velocity'),

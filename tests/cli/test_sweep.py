@@ -154,7 +154,7 @@ def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) ->
     [
         (
             ("sweep", "ball.toml", "--out", "o.zarr"),
-            "ball.toml: axes: the section is missing; it says what varies",
+            "ball.toml: axes: the section is missing; it lists what varies",
         ),
         (("sweep", "none.toml", "--out", "o.zarr"), "none.toml: no such file"),
         (("sweep", "sweep.toml", "--out", "no/o.zarr"), "o.zarr: no such folder: "),

@@ -46,7 +46,7 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
         if content is not None and not isinstance(content, dict):
             raise CaseError(InputError(section, content, "must be a table"), where=path)
     if not axes and not samples:
-        missing = "the section is missing; it says what varies, e.g. velocity = [0.1, 1.0]"
+        missing = "the section is missing; it lists what varies, e.g. velocity = [0.1, 1.0]"
         raise CaseError(InputError("axes", wanted=missing), where=path)
     made: dict[str, Any] = {}
     mistakes: list[InputError] = []

@@ -13,7 +13,7 @@ from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import Problem, Work
 
 # Length of an element over a relaxation time from which a mode is fast: after one round with old inverses it lags
-# behind the unknown by as much as the chord step, which then says nothing.
+# behind the unknown by as much as the chord step, which is no measure then.
 LAG = 0.05
 
 
