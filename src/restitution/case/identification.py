@@ -23,15 +23,16 @@ from pydantic import (
 
 from restitution.case.axes import distribution, number, read_axis
 from restitution.case.material import AnyMaterial, ModelSection
-from restitution.case.observations import KINDS, read_observations
+from restitution.case.observations import DIMENSIONS, KINDS, read_observations
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import Reader, nonnegative, positive, split_list, to_si, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, toml_value
 from restitution.errors import InputError
+from restitution.identification.arguments import SPECTRUM
 from restitution.identification.observations import Noise, Observations
 from restitution.material.models import material_models
 from restitution.material.shift import WLF, Arrhenius
-from restitution.quantities import ACCELERATION, DENSITY, HISTORY, INPUTS, NUMBER, OUTPUTS, Dimension, known
+from restitution.quantities import DENSITY, INPUTS, MODULI, MODULUS, NUMBER, Dimension, known
 from restitution.sweeps.grid import Linear
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from restitution.identification.result import Identification
     from restitution.identification.spectrum import Spectrum
 
-SPECTRUM = "spectrum"
 _KNOWN = ("poisson_ratio", "bulk_modulus")
 _PRIOR = '{ bulk_modulus = { lognormal = ["2 GPa", 0.2] } }'
 _LOSS = "loss function of the residuals; all but the first reduce the weight of outliers"
@@ -60,9 +60,7 @@ _NUMBERS: dict[str, Any] = {
     "profile": AnyProfile,
 }
 """Keys of a set of data that are arguments of its class."""
-_MEASURED = {**{one: OUTPUTS[one].dimension for one in ("restitution_coefficient", "contact_time", "max_force")},
-             **{one: HISTORY[one].dimension for one in ("time", "force")},
-             "velocity": INPUTS["velocity"].dimension, "acceleration": ACCELERATION}  # fmt: skip
+_MEASURED = DIMENSIONS | {name: one.dimension for name, one in MODULI.items()} | {"modulus": MODULUS}
 
 
 def _noise(value: Any) -> Any:

@@ -20,13 +20,14 @@ _SYMBOLS = {
     "t": "time", "d": "depth", "F": "force", "a": "acceleration", "v": "velocity", "e": "restitution_coefficient",
     "R": "radius", "m": "mass", "tc": "contact_time", "Fmax": "max_force",
 }  # fmt: skip
-_DIMENSIONS: dict[str, Dimension] = {
+DIMENSIONS: dict[str, Dimension] = {
     **{name: INPUTS[name].dimension for name in ("velocity", "radius", "mass", "external_force", "temperature")},
     **{name: OUTPUTS[name].dimension for name in ("restitution_coefficient", "contact_time", "max_force")},
     **{name: HISTORY[name].dimension for name in ("time", "force")},
     "depth": LENGTH, "acceleration": ACCELERATION,
 }  # fmt: skip
-_NAMES = frozenset(name for one in _DIMENSIONS for name in (one, _DEVIATION + one)) | {
+"""Dimensions of measured quantities, and of what is known of each impact, by name."""
+_NAMES = frozenset(name for one in DIMENSIONS for name in (one, _DEVIATION + one)) | {
     _DEVIATION + symbol for symbol in _SYMBOLS
 }
 
@@ -132,7 +133,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
     strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in known]
     if kind is None and (found == "moduli" or (found == "bounce_times" and strange)):
         # Times with an unknown quantity are not bounces, but perhaps a relaxation.
-        if set(names) & _DIMENSIONS.keys() <= {"time", "force", "temperature"}:
+        if set(names) & DIMENSIONS.keys() <= {"time", "force", "temperature"}:
             return moduli()
         found = ""
     if kind not in (None, found) or not found:
@@ -146,7 +147,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
     for index, name in enumerate(names):
         if name in columns or name in given or (name.startswith(_DEVIATION) and name[3:] in deviations):
             raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
-        columns[name] = in_si(sheet, index, name, _DIMENSIONS[name.removeprefix(_DEVIATION)])
+        columns[name] = in_si(sheet, index, name, DIMENSIONS[name.removeprefix(_DEVIATION)])
     deviations |= {name[3:]: column for name, column in columns.items() if name.startswith(_DEVIATION)}
     values = {name: column for name, column in columns.items() if not name.startswith(_DEVIATION)}
     try:

@@ -16,6 +16,9 @@ from restitution.material import models
 from restitution.quantities import CONSTANTS, INPUTS, NUMBER, Quantity, advice
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Uniform
 
+SPECTRUM = "spectrum"
+"""Name of the model without constants, `restitution.identification.spectrum`."""
+
 _SHARED = ("density", "name", "approximation_rtol")
 
 

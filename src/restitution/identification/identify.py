@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.checks import one_of, whole
 from restitution.errors import InputError
-from restitution.identification.arguments import parameters
+from restitution.identification.arguments import SPECTRUM, parameters
 from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved
 from restitution.identification.observations import Observations
 from restitution.identification.result import Identification
@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 
 # A profile that meets a point this much better than the fit moves the fit there.
 _BETTER, _RESTARTS = 1e-2, 3
-SPECTRUM = "spectrum"
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
