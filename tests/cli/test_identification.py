@@ -23,6 +23,7 @@ mass = "33 g"
 noise = { restitution_coefficient = "1 %"TIMES }
 """
 MODULUS, VISCOSITY = 1e6, 300.0
+EXAMPLES = Path(__file__).parents[2] / "examples" / "identification"
 
 
 @pytest.fixture(autouse=True)
@@ -126,25 +127,11 @@ def test_wrong_bounces_are_refused(arguments: list[str], message: str) -> None:
     assert answer.stderr.count("\n") == 1
 
 
-DESIGN = """
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "10 kPa s"
-poisson_ratio = 0.5
-[design]
-velocity = ["10 cm/s", "1 m/s", "10 m/s"]
-radius = "[3, 30] mm"
-density = 7800
-n = 6
-"""
-
-
 def test_a_design_lists_the_impacts() -> None:
-    Path("design.toml").write_text(DESIGN)
-    answer = run("design", "design.toml", "--plot", "design.png")
+    case = str(EXAMPLES / "design.toml")
+    answer = run("design", case, "--plot", "design.png")
     assert answer.exit_code == 0
-    assert "6 impacts determine equilibrium_modulus" in answer.stdout
-    content = json.loads(run("design", "design.toml", "--json").stdout)
-    assert sum(content["repeats"]) == 6
+    assert "12 impacts determine equilibrium_modulus" in answer.stdout
+    content = json.loads(run("design", case, "--json").stdout)
+    assert sum(content["repeats"]) == 12
     assert Path("design.png").stat().st_size > 10_000
