@@ -87,9 +87,9 @@ def starts(
         return misfit(at.reshape(-1, at.shape[2])).reshape(*at.shape[:2], -1)
 
     steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), _STEP, 0.0)
-    bounds = (np.broadcast_to(end, points.shape) for end in (low, high))
+    low, high = np.broadcast_to(low, points.shape), np.broadcast_to(high, points.shape)
     with np.errstate(all="ignore"):
-        found = descend(residuals, points, *bounds, steps, np.full(centre.size, _FURTHEST), _ENOUGH, _ROUNDS)
+        found = descend(residuals, points, low, high, steps, np.full(centre.size, _FURTHEST), _ENOUGH, _ROUNDS)
     points, costs = found.points, found.costs
     chosen: list[int] = []
     for k in np.argsort(costs, kind="stable"):
