@@ -49,6 +49,7 @@ from .indentation.result import IndentationResult as IndentationResult
 from .indentation.result import IndentationStatus as IndentationStatus
 from .indentation.solve import indent as indent
 from .material import library as library
+from .material.cards import write_material as write_material
 from .material.classical import burgers as burgers
 from .material.classical import elastic as elastic
 from .material.classical import generalised_maxwell as generalised_maxwell

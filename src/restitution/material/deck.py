@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 # Printed relative moduli add up to one apart from rounding: four decimals, some thirty terms.
 _SUM_TOLERANCE = 2e-3
+_EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,9 @@ class PronyTerms:
             wanted = "must be at most 1"
         elif high is not None:
             if low is None:
-                return high * max(1.0 - total, 0.0), self.moduli * high
+                # Shares that add up to one but for rounding are those of a liquid.
+                rest = 1.0 - total
+                return high * rest if rest > _EPS * self.moduli.size else 0.0, self.moduli * high
             if low > high:
                 raise InputError("equilibrium_modulus", low, f"must be <= {high:g} Pa, the instantaneous", "Pa")
             share = 1.0 - low / high
@@ -196,7 +199,9 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
         elif command == "MP" and cells[0].upper() in _PROPERTIES:
             entry = _Entry(_number(source, line, cells[2]), line.number)
             constants.setdefault(cells[1] or "1", {})[_PROPERTIES[cells[0].upper()]] = entry
-    chosen = _chosen(source, [material for material, _ in tables], name)
+    # Without a name, elastic materials beside a viscoelastic one are its surroundings.
+    relaxing = [material for material, _ in tables]
+    chosen = _chosen(source, relaxing if relaxing and name is None else [*relaxing, *constants], name)
     own = {kind: _ansys_terms(source, kind, *table) for (one, kind), table in tables.items() if one == chosen}
     return _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
 

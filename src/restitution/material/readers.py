@@ -101,8 +101,8 @@ def parse(text: str, source: str = "text", *, name: str | None = None) -> Materi
 
 # Blanks but no ends of lines: these would cost quadratic time.
 _DECKS = (
-    (re.compile(r"^[ \t]*TB[ \t]*,[ \t]*PRON", re.IGNORECASE | re.MULTILINE), read_ansys),
-    (re.compile(r"^[ \t]*\*[ \t]*VISCOELASTIC", re.IGNORECASE | re.MULTILINE), read_abaqus),
+    (re.compile(r"^[ \t]*(TB[ \t]*,[ \t]*PRON|MP[ \t]*,[ \t]*EX)", re.IGNORECASE | re.MULTILINE), read_ansys),
+    (re.compile(r"^[ \t]*\*[ \t]*(VISCO)?ELASTIC", re.IGNORECASE | re.MULTILINE), read_abaqus),
 )
 
 
