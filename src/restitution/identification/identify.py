@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restitution.checks import one_of, whole
 from restitution.errors import InputError
 from restitution.identification.arguments import SPECTRUM, parameters
-from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved
+from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
 from restitution.identification.observations import Observations
 from restitution.identification.result import Identification
 from restitution.identification.tables import Moduli, as_observations
@@ -87,6 +87,10 @@ def identify(
     determined if both ends of its interval lie within a factor of 1000 of the estimate. A small chi2 does not prove a
     model: compare several models with `identify.compare`.
 
+    Two materials may fit equally well. One with a negative instantaneous Poisson ratio is taken only if its chi2 is
+    smaller by 18.4 (odds of 10 000) where the bulk modulus or the Poisson ratio is unknown and has no prior, and
+    by 3.84 where one is known. `warnings` has the other minimum.
+
     Examples
     --------
     >>> import restitution as rs
@@ -122,7 +126,8 @@ def identify(
     found = _estimates(uncertainty, profiles)
     for _ in range(_RESTARTS):
         estimation, better = uncertainty.estimation, uncertainty.best
-        if better.cost > estimation.fit.cost - _BETTER:
+        rank, other = ranks(estimation.problem, (estimation.fit, better))
+        if other > rank - _BETTER:
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
         found = _estimates(uncertainty, profiles)
@@ -204,5 +209,7 @@ def _warnings(found: Identification) -> tuple[str, ...]:
         name = problem.space.names[k]
         if apart[k] > math.log(2.0) and found.parameters[name].determined:
             value = float(problem.space.free[k].outward(other.coordinates[k]))
-            lines.append(f"another minimum fits almost as well, with {name} = {value:.3g}")
-    return tuple(lines)
+            gain = estimation.fit.cost - other.cost
+            well = "almost as well" if gain < 0.0 else f"better by {gain:.2g} in chi2, but is less plausible"
+            lines.append(f"another minimum fits {well}, with {name} = {value:.3g}")
+    return tuple(dict.fromkeys(lines))
