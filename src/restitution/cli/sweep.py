@@ -268,7 +268,7 @@ def surrogate(
             made, notes = Surrogate.load(source), []
         else:
             low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
-            made, notes = _build(source, (low, high), _RTOL if rtol is None else rtol, workers)
+            made, notes = build_surrogate(source, (low, high), _RTOL if rtol is None else rtol, workers)
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
         if out.suffix.lower() == _SAVED:
@@ -294,7 +294,9 @@ def surrogate(
         tables.save_picture(made.plot(), plot)
 
 
-def _build(path: Path, velocity: tuple[float, float], rtol: float, workers: int | None) -> tuple[Surrogate, list[str]]:
+def build_surrogate(
+    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None
+) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
     from restitution.impact.problem import for_contact
