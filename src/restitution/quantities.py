@@ -175,6 +175,9 @@ CONSTANTS = _by_name(
 )
 """Further constants of material models."""
 
+SOLVER_RTOL = Quantity("rtol", NUMBER, "relative error of the restitution coefficient", "", 1e-12, 1e-2)
+"""Tolerance of the exact method and the reference."""
+
 ALIASES = {"nu": "poisson_ratio", "p1": "poisson_ratio"}
 
 OUTPUTS = _by_name(
@@ -354,7 +357,18 @@ def check(name: str, value: Any, field: str = "") -> Numeric:
         ...
     restitution.errors.InputError: poisson_ratio = 0.6: must be in [-1, 0.5]
     """
-    return INPUTS[name].check(value, field)
+    return (INPUTS.get(name) or CONSTANTS[name]).check(value, field)
+
+
+def check_single(name: str, value: Any, field: str = "") -> float:
+    """Return one value of an input in SI, refusing arrays and values outside its range.
+
+    Examples
+    --------
+    >>> check_single("gravity", 9.81)
+    9.81
+    """
+    return checks.single(field or name, check(name, value, field), (INPUTS.get(name) or CONSTANTS[name]).unit)
 
 
 def advice(name: str, choices: Iterable[str]) -> str:

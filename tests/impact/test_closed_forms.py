@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from restitution.impact import closed_forms as cf
-from restitution.impact.reference import ReferenceSolution, solve_reference
+from restitution.impact.reference import solve_reference
+from restitution.impact.solution import SampledSolution
 from restitution.impact.status import Status
 
 
 def impact(
     equilibrium: float = 0.0, moduli=(), times=(), *, viscosity=0.0, exponent=1.0, rtol=1e-9
-) -> ReferenceSolution:
+) -> SampledSolution:
     """Impact with m = v0 = 1 and the force constants (2 E* in the closed forms' notation) given."""
     scaled = SimpleNamespace(
         equilibrium=equilibrium, moduli=np.array(moduli, float), times=np.array(times, float),

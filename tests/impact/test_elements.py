@@ -16,7 +16,6 @@ from restitution.impact import elements
 from restitution.impact.batch import Batch
 from restitution.impact.elements import (
     MAX_STEPS,
-    ElementsSolution,
     MaxwellElement,
     StandardSolidElement,
     element_history,
@@ -24,7 +23,8 @@ from restitution.impact.elements import (
     solve_elements,
 )
 from restitution.impact.problem import Impact
-from restitution.impact.reference import ReferenceSolution, solve_reference
+from restitution.impact.reference import solve_reference
+from restitution.impact.solution import SampledSolution
 from restitution.impact.status import Status
 from restitution.material.classical import generalised_maxwell, standard_solid
 from restitution.material.prony import PronySeries
@@ -48,7 +48,7 @@ def incompressible(equilibrium: float, moduli=(), times=(), *, viscosity=0.0) ->
     return Material(PronySeries(equilibrium, moduli, times, parallel_viscosity=viscosity), math.inf)
 
 
-def reference(impact: Impact) -> ReferenceSolution:
+def reference(impact: Impact) -> SampledSolution:
     """The reduced equations in SI units."""
     row = Batch.from_impact(impact).scaled().row(0)
     found = solve_reference(
@@ -62,8 +62,8 @@ def reference(impact: Impact) -> ReferenceSolution:
     )
 
 
-def energy_residual(impact: Impact, found: ElementsSolution) -> float:
-    kinetic_in, kinetic_out = 0.5 * impact.mass * np.array([impact.velocity, found.velocity[-1]]) ** 2
+def energy_residual(impact: Impact, found: SampledSolution) -> float:
+    kinetic_in, kinetic_out = 0.5 * impact.mass * np.array([impact.velocity, found.indentation_velocity[-1]]) ** 2
     work = impact.external_force * found.residual_indentation_depth
     return (kinetic_out + found.dissipated + found.stored - kinetic_in - work) / kinetic_in
 
@@ -286,7 +286,7 @@ def test_history():
     found = solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=200)
     assert np.diff(found.time) == pytest.approx(found.time_step)
     assert found.time[-1] == found.contact_time
-    assert found.velocity[0] == 1.0
+    assert found.indentation_velocity[0] == 1.0
     assert found.force[0] == found.force[-1] == found.contact_radius[0] == found.contact_radius[-1] == 0.0
     assert np.all(found.force >= 0.0)
     # dx = a_max/100

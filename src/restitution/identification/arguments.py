@@ -13,7 +13,7 @@ from restitution import checks
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.parameters import LAWS, Kind, Model, Parameter, Parameters, law_constants
 from restitution.material import models
-from restitution.quantities import CONSTANTS, INPUTS, NUMBER, Quantity, advice
+from restitution.quantities import CONSTANTS, INPUTS, NUMBER, Quantity, advice, check_single
 from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Uniform
 
 SPECTRUM = "spectrum"
@@ -101,7 +101,7 @@ def parameters(
         reference = fixed.get("reference_temperature", temperature)
         if reference is None:
             raise InputError("shift", wanted="needs data with a temperature")
-        known_values["reference_temperature"] = checks.single_positive("reference_temperature", reference, "K")
+        known_values["reference_temperature"] = check_single("temperature", reference, "reference_temperature")
     known_values |= {name: fixed[name] for name in ("density", "name") if name in fixed}
     starts = {one.name: _of_list(start, *_split(one.name)) for one in free}
     begin = {name: float(value) for name, value in starts.items() if value is not None}

@@ -142,15 +142,15 @@ class BounceTimes(Observations):
         label: str = "",
     ) -> None:
         self.label = label
-        self.mass = checks.single_positive("mass", mass, "kg")
-        self.gravity = checks.single_positive("gravity", gravity, "m/s^2")
+        self.mass = quantities.check_single("mass", mass)
+        self.gravity = quantities.check_single("gravity", gravity)
         self.profile = profile_of(radius, profile)
         self.temperature = temperature
         if temperature is not None:
-            self.temperature = checks.single("temperature", quantities.check("temperature", temperature), "K")
+            self.temperature = quantities.check_single("temperature", temperature)
         self.drop_height = None
         if drop_height is not None:
-            self.drop_height = checks.single_positive("drop_height", drop_height, "m")
+            self.drop_height = quantities.check_single("drop_height", drop_height)
         self.time = rising("time", time, "s")
         if self.time.size < 4:
             raise InputError("time", wanted=f"must have at least 4 instants, not {self.time.size}")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution import checks
+from restitution import checks, quantities
 from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
@@ -113,7 +113,7 @@ class IndentationCurve(Observations):
         self.spring_constant = None
         if spring_constant is not None:
             self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
-        self.temperature = None if temperature is None else checks.single_positive("temperature", temperature, "K")
+        self.temperature = None if temperature is None else quantities.check_single("temperature", temperature)
         self.time, self.depth, self.force = _columns(time, depth, force)
         _check_force(self.depth, self.force)
         exponent = 1.5 if profile.path_exponent is None else 0.5 * float(profile.path_exponent) + 1.0

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution import checks
 from restitution.errors import InputError
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
 from restitution.material.fit import DynamicTable
 from restitution.pictures import draw
-from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, dataset
+from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,7 +103,7 @@ class EffectiveModuli:
             return None
         factor = 1.0
         if poisson_ratio is not None:
-            factor = 0.5 * (1.0 - float(checks.within("poisson_ratio", poisson_ratio, -1.0, 0.5)))
+            factor = 0.5 * (1.0 - check_single("poisson_ratio", poisson_ratio))
         # Frequencies that differ by rounding are the same.
         omega, place = np.unique(np.exp(np.round(np.log(self.angular_frequency[known]), 9)), return_inverse=True)
         count = np.bincount(place)

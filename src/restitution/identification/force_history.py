@@ -107,8 +107,8 @@ class ForceHistory(Observations):
             wanted = "must not both be unknown: the record is the same for all E sqrt(v) = const and gain v = const"
             raise InputError("gain, velocity", wanted=wanted)
         self.label = label
-        self.mass = checks.single_positive("mass", mass, "kg")
-        self.velocity = None if velocity is None else checks.single_positive("velocity", velocity, "m/s")
+        self.mass = quantities.check_single("mass", mass)
+        self.velocity = None if velocity is None else quantities.check_single("velocity", velocity)
         self.gain = None if gain is None else checks.single_positive("gain", gain)
         self.profile = profile_of(radius, profile)
         self.ar1 = checks.single("ar1", checks.nonnegative("ar1", ar1))
@@ -116,7 +116,7 @@ class ForceHistory(Observations):
             raise InputError("ar1", self.ar1, "must be in [0, 1)")
         self.temperature = temperature
         if temperature is not None:
-            self.temperature = checks.single("temperature", quantities.check("temperature", temperature), "K")
+            self.temperature = quantities.check_single("temperature", temperature)
         name, unit = ("force", "N") if acceleration is None else ("acceleration", "m/s^2")
         self.time = rising("time", time, "s")
         values = np.atleast_1d(checks.finite(name, force if acceleration is None else acceleration, unit))
@@ -265,7 +265,7 @@ def profile_of(radius: Any, profile: Any) -> Profile:
     if (radius is None) == (profile is None):
         raise InputError("radius, profile", wanted="exactly one must be given")
     if profile is None:
-        return Parabola(checks.single_positive("radius", radius, "m"))
+        return Parabola(quantities.check_single("radius", radius))
     if not isinstance(profile, Profile):
         raise InputTypeError("profile", profile, "must be a Profile, such as Parabola(radius)")
     if np.ndim(profile.contact_radius(0.0)):

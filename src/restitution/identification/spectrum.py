@@ -19,7 +19,7 @@ from restitution.material.columns import MaterialColumns, PronyColumns
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import MODULI
+from restitution.quantities import MODULI, check_single
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,7 +168,7 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     the one with the least generalised cross-validation is taken (Golub, Heath and Wahba, Technometrics 21 (1979) 215).
     """
     sets = (data,) if isinstance(data, Observations) else tuple(data)
-    nu = float(checks.within("poisson_ratio", poisson_ratio, -1.0, 0.5))
+    nu = check_single("poisson_ratio", poisson_ratio)
     _refuse(sets)
     problem = _Problem(sets, nu)
     theta, weight = problem.solve()

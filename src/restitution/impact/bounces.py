@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import nonnegative, positive, single, whole
+from restitution.checks import nonnegative, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
@@ -18,7 +18,7 @@ from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
-from restitution.quantities import BOUNCES, INPUTS, NUMBER, OUTPUTS, Quantity, dataset
+from restitution.quantities import BOUNCES, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
 from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
@@ -198,14 +198,14 @@ def bounces(
     if impact.shape:
         raise InputError("impact", wanted=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
-    g = single("gravity", positive("gravity", gravity, "m/s2"), "m/s2")
+    g = check_single("gravity", gravity)
     if height is None:
         velocity = float(impact.velocity)
         start = velocity * velocity / (2.0 * g)
         if not math.isfinite(start):
             raise InputError("velocity", velocity, "must be that of a fall from a finite height", "m/s")
     else:
-        start = single("height", positive("height", height, "m"), "m")
+        start = check_single("drop_height", height, "height")
         velocity = float(fall_velocity(start, g))
     least = 1e-6 * start if min_height is None else min_height
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")

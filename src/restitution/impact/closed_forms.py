@@ -17,6 +17,7 @@ import numpy as np
 
 from restitution.checks import Numeric, nonnegative, positive, within
 from restitution.material.conversion import bulk_factor
+from restitution.quantities import check
 
 HERTZ_TIME_FACTOR = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 """Contact time of an elastic sphere over d_m/v0 [-], 2.9432751843 (Hertz 1882)."""
@@ -69,7 +70,7 @@ def elastic_max_indentation_depth(
     """
     modulus = np.asarray(positive("reduced_modulus", reduced_modulus, "Pa"))
     coefficient = positive("path_coefficient", path_coefficient)
-    energy = positive("mass", mass, "kg") * np.asarray(positive("velocity", velocity, "m/s")) ** 2
+    energy = check("mass", mass) * np.asarray(check("velocity", velocity)) ** 2
     p = nonnegative("path_exponent", path_exponent) / 2
     return _plain(((1 + p) * (2 + p) * energy / (4 * modulus * coefficient)) ** (1 / (2 + p)))
 
@@ -122,7 +123,7 @@ def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, p
     1.25
     """
     p = nonnegative("path_exponent", path_exponent) / 2
-    energy = positive("mass", mass, "kg") * np.asarray(positive("velocity", velocity, "m/s")) ** 2
+    energy = check("mass", mass) * np.asarray(check("velocity", velocity)) ** 2
     return _plain((1 + p / 2) * energy / positive("max_indentation_depth", max_indentation_depth, "m"))
 
 
@@ -191,9 +192,9 @@ def hunter_restitution(
     >>> round(hunter_restitution(0.0, [1.0], [1000.0], 9.0), 12)
     0.996
     """
-    moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
-    rates = 1 / np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
-    glass = nonnegative("equilibrium_modulus", equilibrium_modulus, "Pa") + moduli.sum()
+    moduli = np.atleast_1d(check("branch_moduli", branch_moduli))
+    rates = 1 / np.atleast_1d(check("relaxation_times", relaxation_times))
+    glass = check("equilibrium_modulus", equilibrium_modulus) + moduli.sum()
     loss = np.asarray(positive("contact_time", contact_time, "s")) * float(moduli @ rates) / glass
     p = nonnegative("path_exponent", path_exponent) / 2
     return _plain(1 - 2 / (4 + p) * loss)
@@ -368,7 +369,7 @@ def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
 
 
 def _time(depth: Any, velocity: Any) -> Any:
-    return positive("max_indentation_depth", depth, "m") / np.asarray(positive("velocity", velocity, "m/s"))
+    return positive("max_indentation_depth", depth, "m") / np.asarray(check("velocity", velocity))
 
 
 def _plain(value: Any) -> Numeric:

@@ -16,6 +16,7 @@ from restitution.checks import positive, whole
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.impact.solution import SampledSolution
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -37,31 +38,7 @@ _STEPS_PER_ELEMENT = 25
 _FEWEST, _MOST, _SIZING = 16, 20_000, 64
 
 
-class ElementsSolution(NamedTuple):
-    """History, arrays of shape (n_step + 1,), and results of one impact in SI units.
-
-    The history ends when the last element leaves, or when the status of a body that does not separate is decided.
-    """
-
-    time: Array
-    indentation_depth: Array
-    velocity: Array
-    force: Array
-    contact_radius: Array
-    restitution_coefficient: float
-    contact_time: float
-    max_indentation_depth: float
-    max_force: float
-    max_contact_radius: float
-    residual_indentation_depth: float
-    dissipated: float
-    stored: float
-    status: Status
-    time_step: float
-    restitution_error: float = math.nan
-
-
-def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | None = None) -> ElementsSolution:
+def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | None = None) -> SampledSolution:
     """Solve an impact by the elements of the method of dimensionality reduction and explicit Euler in time.
 
     Parameters
@@ -78,10 +55,10 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
 
     Returns
     -------
-    ElementsSolution
-        `stored` is the energy [J] in elements when they leave. `restitution_error` is an estimate of the error of e,
-        not a bound: the difference from a run with half as many elements and twice the time step; NaN if that step is
-        too long. In the paper's plane it is within a few percent of the true error, except where e is below 0.01.
+    SampledSolution
+        In SI units. `restitution_error` is an estimate of the error of e, not a bound: the difference from a run with
+        half as many elements and twice the time step; NaN if that step is too long. In the paper's plane it is within
+        a few percent of the true error, except where e is below 0.01.
 
     Notes
     -----
@@ -224,7 +201,7 @@ class _Foundation:
 
     def march(
         self, spacing: float, step: float, snapshots: list[Snapshot] | None = None, every: int = 1
-    ) -> ElementsSolution:
+    ) -> SampledSolution:
         """March by explicit Euler; elements at (i + 1/2) dx, each for its mirror image too; keep `snapshots`."""
         transform = self.impact.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
@@ -274,7 +251,7 @@ class _Foundation:
             d, v = d + step * v, v + step * (self.load - force) / self.mass
         depths, velocities, forces, radii = np.array(rows).T
         left, time = status is Status.SEPARATED, step * np.arange(depths.size)
-        return ElementsSolution(
+        return SampledSolution(
             time, depths, velocities, forces, radii,
             restitution_coefficient=max(0.0, -float(velocities[-1]) / self.velocity) if left else 0.0,
             contact_time=float(time[-1]) if left else math.inf,

@@ -267,8 +267,8 @@ def drop(
     >>> print(round(impact.velocity, 6), round(impact.external_force, 6))
     3.132092 0.04931
     """
-    fall = np.asarray(positive("height", height, "m"))
-    acceleration = np.asarray(positive("gravity", gravity, "m/s2"))
+    fall = np.asarray(quantities.check("drop_height", height, "height"))
+    acceleration = np.asarray(quantities.check("gravity", gravity))
     if isinstance(body, Body) and not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
         raise InputError("body.mass", body.mass, "must be finite for a body that falls", "kg")
     if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):

@@ -7,14 +7,15 @@ modulus is a Prony series, both as ordinary differential equations along a path 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import within
 from restitution.contact.path import evaluate
+from restitution.impact.solution import SampledSolution
 from restitution.impact.status import SolverError, Status
+from restitution.quantities import SOLVER_RTOL
 
 if TYPE_CHECKING:
     from restitution.impact.scaling import ScaledImpact
@@ -25,29 +26,9 @@ Array = NDArray[np.float64]
 _MAX_EVALUATIONS = 1_000_000
 
 
-class ReferenceSolution(NamedTuple):
-    """History, arrays of shape (n_step,), and results of one impact in the units of `ScaledImpact`.
-
-    The history of a body that does not separate ends when its status is decided.
-    """
-
-    time: Array
-    indentation_depth: Array
-    velocity: Array
-    force: Array
-    contact_radius: Array
-    restitution_coefficient: float
-    contact_time: float
-    max_indentation_depth: float
-    max_force: float
-    max_contact_radius: float
-    residual_indentation_depth: float
-    status: Status
-
-
 def solve_reference(
     scaled: ScaledImpact, *, rtol: float = 1e-9, contact_radius: Callable[[Any], Any] | None = None
-) -> ReferenceSolution:
+) -> SampledSolution:
     """Solve approach and rebound of one impact by an implicit Runge-Kutta method of order 5 (Radau IIA).
 
     Parameters
@@ -62,7 +43,7 @@ def solve_reference(
 
     Returns
     -------
-    ReferenceSolution
+    SampledSolution
         A body that would leave a liquid with less than `1e-3 rtol` of its velocity counts as sinking in.
 
     Raises
@@ -96,7 +77,7 @@ def solve_reference(
     >>> round(solve_reference(elastic).restitution_coefficient, 9)
     1.0
     """
-    within("rtol", rtol, 1e-12, 1e-2)
+    SOLVER_RTOL.check(rtol)
     return _Equations(scaled, rtol, contact_radius or _contact_radius(scaled)).solve()
 
 
@@ -133,7 +114,7 @@ class _Equations:
         self.atol_approach = 0.1 * self.floor * np.concatenate([[s, s**2, 1.0, pi], pi * quick, quick])
         self.atol_rebound = 0.1 * self.floor * np.concatenate([[s, s**2, 1.0, s**2], quick])
 
-    def solve(self) -> ReferenceSolution:
+    def solve(self) -> SampledSolution:
         approach = self.integrate_approach()
         s, t, v = approach.y[:3]
         history = (t, s**2, v, self.approach_force(approach.y), self.radius(s))
@@ -272,7 +253,7 @@ class _Equations:
         """X_k = exp(-(t - t1)/tau_k)."""
         return np.exp(-np.multiply.outer(1.0 / self.times, np.maximum(t - y1[1], 0.0)))
 
-    def result(self, history: Sequence[Array], approach: Any, status: Status) -> ReferenceSolution:
+    def result(self, history: Sequence[Array], approach: Any, status: Status) -> SampledSolution:
         from scipy.optimize import minimize_scalar
 
         time, depth, velocity, force, radius = history
@@ -281,7 +262,7 @@ class _Equations:
         bounds = (sigma[max(peak - 1, 0)], sigma[min(peak + 1, sigma.size - 1)])
         lowest: Any = minimize_scalar(lambda x: -self.approach_force(approach.sol(x)), bounds=bounds, method="bounded")
         left = status is Status.SEPARATED
-        return ReferenceSolution(
+        return SampledSolution(
             time, depth, velocity, force, radius,
             restitution_coefficient=-float(velocity[-1]) if left else 0.0,
             contact_time=float(time[-1]) if left else np.inf,

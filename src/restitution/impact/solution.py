@@ -20,6 +20,7 @@ from restitution.contact.path import evaluate
 from restitution.errors import InputError
 from restitution.impact.exact import STAGES, Stored
 from restitution.impact.scaling import ScaledBlock, ScaledImpact
+from restitution.impact.status import Status
 
 if TYPE_CHECKING:
     from restitution.kernel.radau import Scheme
@@ -252,6 +253,32 @@ class Solution:
         if units.table is None:
             return np.maximum(s, 0.0) ** units.exponent
         return evaluate(units.table, s * units.length**0.5)[0] / units.radius
+
+
+class SampledSolution(NamedTuple):
+    """History, arrays of shape (n_time,), and results of one impact by a method in steps.
+
+    The elements give SI units, the reference the units of `ScaledImpact`. The history of a body that does not separate
+    ends when its status is decided. `stored` is the energy in elements when they leave, `restitution_error`
+    an estimate of the error of e.
+    """
+
+    time: Array
+    indentation_depth: Array
+    indentation_velocity: Array
+    force: Array
+    contact_radius: Array
+    restitution_coefficient: float
+    contact_time: float
+    max_indentation_depth: float
+    max_force: float
+    max_contact_radius: float
+    residual_indentation_depth: float
+    status: Status
+    dissipated: float = math.nan
+    stored: float = math.nan
+    time_step: float = math.nan
+    restitution_error: float = math.nan
 
 
 class Sampled(NamedTuple):

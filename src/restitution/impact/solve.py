@@ -10,17 +10,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import one_of, positive, whole, within
+from restitution.checks import one_of, whole
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
-from restitution.impact.solution import Sampled, Solution, Trajectory
-from restitution.impact.status import SolverError, Status
+from restitution.impact.solution import Sampled, SampledSolution, Solution, Trajectory
+from restitution.impact.status import SolverError, Status, failures
 from restitution.material.columns import reduced_standard_solid
-from restitution.quantities import OUTPUTS, STATUS
+from restitution.quantities import OUTPUTS, SOLVER_RTOL, STATUS, check
 
 Array = NDArray[np.float64]
 Method = Literal["exact", "elements", "reference"]
@@ -159,7 +159,7 @@ def standard_solid_restitution(
     >>> print(round(standard_solid_restitution(0.49, 1e-3, 10.0), 6))
     0.219706
     """
-    groups = within("nu", nu, -1.0, 0.5), positive("p2", p2), positive("p3", p3)
+    groups = check("poisson_ratio", nu, "nu"), check("p2", p2), check("p3", p3)
     _check_options(method, rtol, errors, workers, progress)
     shapes = [np.shape(x) for x in groups]
     try:
@@ -190,7 +190,7 @@ def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol
 
 
 def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: Any) -> None:
-    within("rtol", rtol, 1e-12, 1e-2)
+    SOLVER_RTOL.check(rtol)
     one_of("method", method, ("exact", "elements", "reference"))
     if errors is not None:
         one_of("errors", errors, ("raise", "warn"))
@@ -202,16 +202,12 @@ def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: 
 
 def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
     """Raise an error or warn if solves failed."""
-    failed = np.flatnonzero(~(statuses < Status.TOO_MANY_STEPS))
-    if failed.size == 0:
-        return
-    first = Status(int(statuses[failed[0]]))
-    if errors == "raise":
-        where = f"impact {failed[0]} of {statuses.size}" if statuses.size > 1 else ""
-        raise SolverError(first, where)
-    kinds, counts = np.unique(statuses[failed].astype(int), return_counts=True)
-    listed = ", ".join(f"{count} {Status(kind).name}" for kind, count in zip(kinds, counts, strict=True))
-    warn({"failed": f"{failed.size} of {statuses.size} impacts failed and are NaN: {listed}"}, stacklevel)
+    kinds = statuses.astype(np.int64)
+    message = failures(np.bincount(kinds, minlength=len(Status)).tolist(), kinds.size)
+    if message and errors == "raise":
+        first = int(np.argmax(kinds >= Status.TOO_MANY_STEPS))
+        raise SolverError(Status(kinds[first]), f"impact {first} of {kinds.size}" if kinds.size > 1 else "")
+    warn({"failed": message} if message else {}, stacklevel)
 
 
 def _solve_exact(
@@ -287,11 +283,13 @@ def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Trajecto
     return _in_si(solution, (row.time, row.length, velocity, force, row.radius))
 
 
-def _in_si(solution: Any, units: tuple[float, float, float, float, float]) -> tuple[dict[str, Any], Trajectory]:
+def _in_si(
+    solution: SampledSolution, units: tuple[float, float, float, float, float]
+) -> tuple[dict[str, Any], Trajectory]:
     """Return outputs and motion in SI, from units of time, length, velocity, force and contact radius."""
     time, length, velocity, force, radius = units
     trajectory = Trajectory(
-        solution.time * time, solution.indentation_depth * length, solution.velocity * velocity,
+        solution.time * time, solution.indentation_depth * length, solution.indentation_velocity * velocity,
         solution.force * force, solution.contact_radius * radius,
     )  # fmt: skip
     return {

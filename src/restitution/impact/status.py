@@ -1,5 +1,6 @@
 """Status of a solve, and the error of a failed one."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 from restitution.kernel import outcome
@@ -52,3 +53,11 @@ class SolverError(RuntimeError):
     def __init__(self, status: Status, detail: str = "") -> None:
         super().__init__(f"{status.name}: {status.message}" + (f" ({detail})" if detail else ""))
         self.status = status
+
+
+def failures(counts: Sequence[int], total: int) -> str:
+    """Return how many of `total` impacts failed and why, from the count of each status; empty if none failed."""
+    failed = [status for status in Status if status.failed and counts[status]]
+    listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
+    number = sum(counts[status] for status in failed)
+    return f"{number} of {total} impacts failed and are NaN: {listed}" if failed else ""

@@ -32,7 +32,7 @@ def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
 
 def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
     """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and nu in [-1, 0.5]; infinite for nu = 1/2."""
-    number = single("poisson_ratio", quantities.check("poisson_ratio", ratio))
+    number = quantities.check_single("poisson_ratio", ratio)
     if shear_modulus == 0 and number < 0.5:
         raise InputError("poisson_ratio", number, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)")
     return float(shear_modulus * bulk_factor(number)) if number < 0.5 else math.inf
@@ -170,7 +170,7 @@ def shear_and_bulk(
 def _constant_bulk(value: float | None) -> float:
     if isinstance(value, float) and np.isposinf(value):
         return value
-    return single_positive("bulk_modulus", value, "Pa")
+    return single_positive("bulk_modulus", value, quantities.MODULUS.unit)
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_nonnegative, single_positive
 from restitution.errors import InputError
 from restitution.material.conversion import Deformation, bulk_factor, tension_factor
 from restitution.material.prony import PronySeries
 from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.viscoelastic import Material
+from restitution.quantities import check_single
 
 Array = NDArray[np.float64]
 
@@ -61,8 +61,8 @@ class PronyTerms:
         high, low = instantaneous_modulus, equilibrium_modulus
         if high is None and low is None:
             high, low = self.instantaneous_modulus, self.equilibrium_modulus
-        high = None if high is None else single_positive("instantaneous_modulus", high, "Pa")
-        low = None if low is None else single_nonnegative("equilibrium_modulus", low, "Pa")
+        high = None if high is None else check_single("instantaneous_modulus", high)
+        low = None if low is None else check_single("equilibrium_modulus", low)
         if self.relative:
             low, moduli = self._from_shares(high, low)
             return PronySeries(low, moduli, self.relaxation_times)
@@ -141,7 +141,7 @@ class ViscoelasticDeck:
         if modulus is None or ratio is None:
             name = "youngs_modulus" if modulus is None else "poisson_ratio"
             raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
-        shear = single_positive("youngs_modulus", modulus, "Pa") / tension_factor(ratio)
+        shear = check_single("youngs_modulus", modulus) / tension_factor(ratio)
         bulk = shear * bulk_factor(ratio)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
         times = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
@@ -333,7 +333,7 @@ def _deck(
 ) -> ViscoelasticDeck:
     for key, (value, line) in constants.items():
         try:
-            _ = tension_factor(value) if key == "poisson_ratio" else single_positive(key, value)
+            _ = tension_factor(value) if key == "poisson_ratio" else check_single(key, value)
         except InputError as error:
             raise FileError(source, line, str(error)) from None
     numbers = {key: entry.value for key, entry in constants.items()}

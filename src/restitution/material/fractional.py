@@ -16,7 +16,7 @@ from restitution.material import models
 from restitution.material.conversion import static_bulk_modulus
 from restitution.material.prony import PronySeries, in_range
 from restitution.material.viscoelastic import Material, time_window
-from restitution.quantities import CONSTANTS
+from restitution.quantities import CONSTANTS, check
 
 Array = NDArray[np.float64]
 _P = ParamSpec("_P")
@@ -74,7 +74,7 @@ class FractionalModel:
 
     def __post_init__(self) -> None:
         CONSTANTS["exponent"].check(self.exponent)
-        in_range("equilibrium_modulus", nonnegative("equilibrium_modulus", self.equilibrium_modulus, "Pa"), "Pa")
+        in_range("equilibrium_modulus", check("equilibrium_modulus", self.equilibrium_modulus), "Pa")
         in_range("coefficient", positive("coefficient", self.coefficient, "Pa s^exponent"), "Pa s^exponent")
         if self.series_modulus != math.inf:
             in_range("series_modulus", positive("series_modulus", self.series_modulus, "Pa"), "Pa")

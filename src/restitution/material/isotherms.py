@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation
 from restitution.material.fit import DynamicTable, RelaxationTable
@@ -28,6 +27,7 @@ from restitution.material.superposition import (
     superpose,
 )
 from restitution.pictures import draw
+from restitution.quantities import check_single
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -111,7 +111,7 @@ class Isotherms:
             wanted = "must be in one deformation, tension or shear, for all tables"
             raise InputError("deformation", ", ".join(map(str, deformations)), wanted, where=source)
         for place, one in enumerate(tables):
-            _ = single_positive(f"tables[{place}].temperature", one.temperature, "K")
+            _ = check_single("temperature", one.temperature, f"tables[{place}].temperature")
         ordered = tuple(sorted(tables, key=lambda one: one.temperature or 0.0))
         for colder, warmer in pairwise(ordered):
             if colder.temperature == warmer.temperature:
@@ -173,7 +173,7 @@ class Isotherms:
         kelvin = self.temperatures
         reference = float(kelvin[kelvin.size // 2])
         if reference_temperature is not None:
-            reference = single_positive("reference_temperature", reference_temperature, "K")
+            reference = check_single("temperature", reference_temperature, "reference_temperature")
         if not kelvin[0] <= reference <= kelvin[-1]:
             wanted = f"must be in [{kelvin[0]:.6g}, {kelvin[-1]:.6g}] K, the measured temperatures"
             raise InputError("reference_temperature", reference, wanted, "K", where=self.source)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative, positive, single_nonnegative, single_positive
+from restitution.checks import nonnegative, single_nonnegative, single_positive
 from restitution.errors import InputError
 from restitution.material.secular import secular_roots
 from restitution.pictures import draw
+from restitution.quantities import check, check_single
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,10 +89,10 @@ class PronySeries:
         *,
         parallel_viscosity: float = 0.0,
     ) -> None:
-        equilibrium = single_nonnegative("equilibrium_modulus", equilibrium_modulus, "Pa")
-        dashpot = single_nonnegative("parallel_viscosity", parallel_viscosity, "Pa s")
-        moduli = np.atleast_1d(nonnegative("branch_moduli", branch_moduli, "Pa"))
-        times = np.atleast_1d(positive("relaxation_times", relaxation_times, "s"))
+        equilibrium = check_single("equilibrium_modulus", equilibrium_modulus)
+        dashpot = check_single("parallel_viscosity", parallel_viscosity)
+        moduli = np.atleast_1d(check("branch_moduli", branch_moduli))
+        times = np.atleast_1d(check("relaxation_times", relaxation_times))
         if moduli.ndim != 1 or times.shape != moduli.shape:
             names, shapes = "branch_moduli, relaxation_times", f"shapes {moduli.shape} and {times.shape}"
             raise InputError(names, shapes, "must be one-dimensional and of equal length")

@@ -10,8 +10,9 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import positive, single_positive, within
+from restitution.checks import single_positive, within
 from restitution.errors import InputError
+from restitution.quantities import check, check_single
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ class _Law(ABC):
             object.__setattr__(self, name, single_positive(name, getattr(self, name), unit))
         if self.temperature_range is None:
             return
-        low, high = (single_positive("temperature_range", limit, "K") for limit in self.temperature_range)
+        low, high = (check_single("temperature", limit, "temperature_range") for limit in self.temperature_range)
         if not low <= self.reference_temperature <= high or low == high:
             wanted = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
             raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")
@@ -58,7 +59,7 @@ class _Law(ABC):
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K]."""
-        number = single_positive("temperature", temperature, "K")
+        number = check_single("temperature", temperature)
         if self.temperature_range is not None:
             _within(number, *self.temperature_range, "the range of the law")
         _within(number, *self._ends, f"where the shift factor is between 1e-{_DECADES:g} and 1e{_DECADES:g}")
@@ -194,7 +195,7 @@ class ShiftTable:
     notes: tuple[str, ...] = field(default=(), repr=False)
 
     def __init__(self, temperatures: ArrayLike, log10_factors: ArrayLike, *, notes: tuple[str, ...] = ()) -> None:
-        kelvin = np.atleast_1d(positive("temperatures", temperatures, "K"))
+        kelvin = np.atleast_1d(check("temperature", temperatures, "temperatures"))
         logs = np.atleast_1d(within("log10_factors", log10_factors, -_DECADES, _DECADES))
         if kelvin.ndim != 1 or kelvin.shape != logs.shape or kelvin.size < 2:
             names, shapes = "temperatures, log10_factors", f"shapes {kelvin.shape} and {logs.shape}"
@@ -213,7 +214,7 @@ class ShiftTable:
 
     def factor(self, temperature: float) -> float:
         """Shift factor a_T [-] at the temperature T [K] within the table."""
-        number = single_positive("temperature", temperature, "K")
+        number = check_single("temperature", temperature)
         _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
         return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
 

@@ -22,6 +22,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.secular import secular_roots
 from restitution.material.shift import Shift
 from restitution.pictures import draw
+from restitution.quantities import check_single
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,9 +98,9 @@ class Material:
             raise InputError("shear", 0.0, "must not be zero throughout", "Pa")
         incompressible = isinstance(bulk, int | float) and bulk == math.inf
         bulk = math.inf if incompressible else _series("bulk", bulk)
-        density = None if density is None else single_positive("density", density, "kg/m^3")
+        density = None if density is None else check_single("density", density)
         if temperature is not None:
-            temperature = single_positive("temperature", temperature, "K")
+            temperature = check_single("temperature", temperature)
         elif shift is not None:
             temperature = shift.reference_temperature
         window = None if window is None else time_window(window)

@@ -18,7 +18,7 @@ from restitution.checks import finite, one_of, positive, within
 from restitution.errors import InputError
 from restitution.files import whole_file
 from restitution.pictures import draw
-from restitution.quantities import INPUTS, dataset
+from restitution.quantities import INPUTS, VELOCITY, check, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
 from restitution.surrogates.evaluation import Pieces, Table, scalar_function, table, value, values
 from restitution.validity import Validity
@@ -84,7 +84,7 @@ class Surrogate:
         ends = self.pieces.edges[[0, -1]]
         if np.abs(ends - np.log([low, high])).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
             wanted = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
-            raise InputError("velocity", list(self.velocity), wanted, "m/s")
+            raise InputError("velocity", list(self.velocity), wanted, VELOCITY.unit)
 
     @property
     def warnings(self) -> list[str]:
@@ -202,7 +202,7 @@ class Surrogate:
         return {name: table(self.pieces, n, *self.velocity, most.get(name, np.inf)) for n, name in enumerate(OUTPUTS)}
 
     def _evaluate(self, output: str, velocity: Any) -> Any:
-        checked = within("velocity", velocity, *self.velocity, "m/s")
+        checked = within("velocity", velocity, *self.velocity, VELOCITY.unit)
         one = self._tables[output]
         if not isinstance(checked, np.ndarray):
             return value(float(checked), *one)
@@ -213,7 +213,7 @@ class Surrogate:
 
 def velocity_range(velocity: Any) -> tuple[float, float]:
     """Return the ends of a range of velocities [m/s], checked."""
-    checked = np.asarray(positive("velocity", velocity, "m/s"))
+    checked = np.asarray(check("velocity", velocity))
     if checked.shape != (2,) or checked[0] >= checked[1]:
         raise InputError("velocity", velocity, "must be the lowest and the highest, in this order")
     return float(checked[0]), float(checked[1])

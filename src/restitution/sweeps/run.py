@@ -6,7 +6,6 @@ import importlib.util
 import logging
 import os
 import signal
-import warnings
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, contextmanager
 from importlib.metadata import version
@@ -17,14 +16,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from restitution.checks import one_of, whole, within
+from restitution.checks import one_of, whole
 from restitution.doubts import Tally, messages, warn
-from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.errors import InputError, InputTypeError
 from restitution.files import TABLES
 from restitution.impact.problem import Impact
-from restitution.impact.status import Status
+from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
-from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
+from restitution.quantities import DEFAULT_OUTPUTS, SOLVER_RTOL, checked_outputs
 from restitution.sweeps.assembly import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
 from restitution.sweeps.dataset import Memory
 from restitution.sweeps.grid import Index, make_grid
@@ -137,7 +136,7 @@ def sweep(
     if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):
         raise InputTypeError("axes", axes, "must be a dict from names to values")
     one_of("held", held, ("bulk_modulus", "poisson_ratio"))
-    within("rtol", rtol, 1e-12, 1e-2)
+    SOLVER_RTOL.check(rtol)
     plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
     if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
         raise InputError("axes", wanted=f"must have {', '.join(sorted(missing))} where there is no base")
@@ -214,11 +213,8 @@ def _count_failures(keeper: Any, n_points: int) -> None:
     counts = np.zeros(len(Status), dtype=np.int64)
     for statuses in keeper.statuses():
         counts += np.bincount(statuses.ravel(), minlength=len(Status))
-    failed = [status for status in Status if status.failed and counts[status]]
-    if failed:
-        listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
-        what = f"{counts[failed].sum()} of {n_points} impacts failed and are NaN: {listed}"
-        warnings.warn(RestitutionWarning("failed", what), stacklevel=3)
+    message = failures(counts.tolist(), n_points)
+    warn({"failed": message} if message else {}, stacklevel=3)
 
 
 def _run_on_threads(

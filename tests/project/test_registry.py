@@ -1,0 +1,35 @@
+"""Unit and range of a quantity are stated once, in the registry."""
+
+import ast
+from pathlib import Path
+
+from restitution.quantities import CONSTANTS, INPUTS
+
+PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
+QUANTITIES = INPUTS | CONSTANTS
+MODULES = sorted(PACKAGE.rglob("*.py"))
+CHECKS = {"finite", "positive", "nonnegative", "single_positive", "single_nonnegative", "within", "between"}
+
+
+def restated(text: str) -> list[str]:
+    """Calls that check a registered quantity against a unit of their own."""
+    calls = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call) and len(node.args) > 2)
+    return [
+        ast.unparse(call)
+        for call in calls
+        if getattr(call.func, "attr", getattr(call.func, "id", "")) in CHECKS
+        and isinstance(call.args[0], ast.Constant)
+        and (quantity := QUANTITIES.get(str(call.args[0].value)))
+        and isinstance(call.args[-1], ast.Constant)
+        and call.args[-1].value in (quantity.unit, quantity.high)
+    ]
+
+
+def test_registered_quantities_are_checked_by_the_registry():
+    found = {path.relative_to(PACKAGE): restated(path.read_text(encoding="utf-8")) for path in MODULES}
+    assert {path: calls for path, calls in found.items() if calls} == {}
+
+
+def test_a_restated_unit_is_found():
+    assert restated('positive("velocity", v, "m/s")') == ["positive('velocity', v, 'm/s')"]
+    assert restated('check("velocity", v), positive("contact_time", t, "s")') == []
