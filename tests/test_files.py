@@ -3,15 +3,22 @@ import signal
 import stat
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
-from restitution.errors import InputError
+from restitution.case.impact import read_case
+from restitution.case.observations import read_observations
+from restitution.errors import InputError, InputTypeError
 from restitution.files import whole_file, write_table
+from restitution.material.readers import read_material
+from restitution.surrogates.velocity import Surrogate
+from restitution.sweeps.store import open_sweep
 
 
 def test_partial_file_is_beside_the_target_and_hidden(tmp_path: Path) -> None:
@@ -140,3 +147,11 @@ def test_other_kinds_of_tables_are_refused_with_the_list(tmp_path: Path, name: s
     with pytest.raises(InputError, match=r"\.csv or \.nc"):
         write_table(xr.Dataset(), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("read", [read_case, read_material, read_observations, Surrogate.load, open_sweep])
+@pytest.mark.parametrize("path", [None, 3, ["a.csv"], {"mass": 1.0}])
+def test_what_is_no_name_of_a_file_is_refused(read: Callable[..., Any], path: Any) -> None:
+    with pytest.raises(InputTypeError) as caught:
+        read(path)
+    assert caught.value.field == "path"

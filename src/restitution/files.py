@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from restitution.errors import InputError
+from restitution.errors import InputError, InputTypeError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +19,13 @@ TABLES = (".csv", ".nc")
 
 PARTIAL = ".*.part"
 """Pattern of the names of partial files."""
+
+
+def path_of(value: Any, name: str = "path") -> Path:
+    """Return the path of a file or folder; refuse other types by the name of the argument."""
+    if not isinstance(value, str | os.PathLike):
+        raise InputTypeError(name, value, "must be the name of a file or folder")
+    return Path(value)
 
 
 @contextmanager
@@ -103,7 +110,7 @@ def write_table(dataset: xr.Dataset, path: Path | str) -> Path:
     0.001,2.5
     <BLANKLINE>
     """
-    path = Path(path)
+    path = path_of(path)
     suffix = path.suffix.lower()
     if suffix not in TABLES:
         raise InputError("path", str(path), f"must end in {' or '.join(TABLES)}")

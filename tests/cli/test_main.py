@@ -403,6 +403,14 @@ def test_version_and_help() -> None:
         assert command in answer.stdout
 
 
+def test_the_help_of_a_command_is_its_whole_docstring() -> None:
+    for command in app.registered_commands:
+        assert command.callback is not None
+        shown = run(command.name or command.callback.__name__, "--help").stdout
+        # Words in brackets would be taken for styles and left out.
+        assert {*(command.callback.__doc__ or "").replace("\b", "").split()} <= {*shown.split()}, command.name
+
+
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; sys.argv = ['restitution', '--help']\n"

@@ -152,6 +152,8 @@ def by_frequency():
 DYNAMIC = {
     "TRIOS": trios_steps(),
     "TRIOS, older": trios_old(),
+    "TRIOS, CSV": trios_old().replace("\t", ","),
+    "TRIOS, CSV of a spreadsheet": trios_old().replace("\t", ";").replace("[step]", "[step];;;;"),
     "TRIOS, JSON": trios_json(),
     "RheoCompass": rheocompass(),
     "RheoCompass, decimal commas": rheocompass(comma=True),

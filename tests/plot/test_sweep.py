@@ -1,7 +1,7 @@
 """Figures of sweeps: layout, units and values."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -252,6 +252,12 @@ def test_invalid_options_are_refused(options: dict[str, Any], field: str) -> Non
     with pytest.raises(InputError) as refused:
         plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)
     assert refused.value.field == field
+
+
+def test_what_is_no_result_of_a_sweep_is_refused() -> None:
+    with pytest.raises(InputError) as refused:
+        plot_sweep(cast(xr.Dataset, [0.7, 0.8]))
+    assert refused.value.field == "dataset"
 
 
 def test_given_axes_take_a_single_panel() -> None:

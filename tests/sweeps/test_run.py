@@ -457,7 +457,7 @@ def test_wrong_types_are_refused() -> None:
         (["velocity"], {}, r"axes = \['velocity'\]: must be a dict from names to values"),
         ({3: [1.0]}, {}, r"axes = {3: \[1.0\]}: must be a dict from names to values"),
         ({"velocity": "abc"}, {}, "velocity = 'abc': must be a real number"),
-        ({"velocity": [1.0]}, {"out": 3}, "out = 3: must be a path"),
+        ({"velocity": [1.0]}, {"out": 3}, "out = 3: must be the name of a file or folder"),
         ({"velocity": [1.0]}, {"outputs": 3}, "outputs = 3: must be a sequence of names"),
     ):
         with pytest.raises(TypeError, match=f"^{message}"):

@@ -16,6 +16,7 @@ from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.profile import Parabola
+from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity, for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
@@ -295,7 +296,7 @@ def read_case(path: str | Path) -> Case:
     >>> case.impact.mass
     0.005
     """
-    path = Path(path)
+    path = path_of(path)
     sections = read_sections(CaseFile, path, read_toml(path))
     with in_file(path):
         impact = sections.build()

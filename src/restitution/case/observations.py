@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from restitution.case.columns import in_si, open_sheet
 from restitution.errors import InputError
+from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations
 from restitution.material.readers import read_material
 from restitution.material.sheet import FileError
@@ -102,7 +103,7 @@ def read_observations(
     >>> ball.size, ball.label
     (6, 'ball.csv')
     """
-    source = Path(path)
+    source = path_of(path)
     try:
         return _read(source, kind, dict(noise.deviations if isinstance(noise, Noise) else noise or {}), given)
     except FileError as error:

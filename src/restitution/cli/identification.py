@@ -117,7 +117,7 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
 def design(case: CaseFile, json: Json = False, plot: Plot = None) -> None:
     """Choose the impacts that determine a material best, from a guess of it.
 
-    The case file has the guess in [material] and the possible impacts in [design].
+    The case file has the guess in its section material and the possible impacts in its section design.
     Example: restitution design examples/identification/design.toml
     """
     with user_input():

@@ -57,6 +57,15 @@ class History:
     knots: Array
     coefficients: Array
 
+    def __post_init__(self) -> None:
+        knots, coefficients = finite("knots", self.knots, "s"), finite("coefficients", self.coefficients)
+        m, n = np.shape(coefficients) if np.ndim(coefficients) == 2 else (0, 0)
+        if m < 1 or n < 2 or np.shape(knots) != (m + 1,) or np.any(np.diff(knots) < 0.0):
+            wanted = "must be m + 1 ascending times and a row of two or more numbers for each of the m pieces"
+            raise InputError("knots, coefficients", wanted=wanted)
+        object.__setattr__(self, "knots", knots)
+        object.__setattr__(self, "coefficients", coefficients)
+
     @classmethod
     def from_points(cls, time: ArrayLike, values: ArrayLike, *, name: str = "values") -> History:
         """Straight lines through points.

@@ -99,9 +99,9 @@ def _is_trios_text(text: str) -> bool:
 
 
 def _trios_text(source: str, text: str) -> list[Sheet]:
-    """Steps of a TRIOS export to LIMS, with or without a word at the start of each line."""
+    """Steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
     lines = split_lines(text, "\r\n ")
-    starts = [i for i, line in enumerate(lines) if line.text[:20].strip().lower() == "[step]"]
+    starts = [i for i, line in enumerate(lines) if line.text[:200].strip("\t,; ").lower() == "[step]"]
     found: list[Sheet] = []
     for begin, end in pairwise([*starts, len(lines)] if starts else [-1, len(lines)]):
         sheet = _trios_step(source, lines[begin + 1 : end])
@@ -122,13 +122,14 @@ def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
     else:
         title = keyed.get("step name", "")
         table = [Line(n, line.partition("\t")[2]) for n, line in lines[names:last]]
-    if len(table) < 2 or "\t" not in table[0].text:
+    mark = next((one for one in "\t;," if table and one in table[0].text), "")
+    if len(table) < 2 or not mark:
         return None
-    sheet = read_lines(source, table, is_unit, is_name, "\t")
+    sheet = read_lines(source, table, is_unit, is_name, mark)
     points = keyed.get("number of points", "").strip()
     short = points.isdecimal() and points != str(len(sheet.lines))
     remarks = (f"{title}: {len(sheet.lines)} of {points} points",) if short else ()
-    return sheet._replace(title=title.strip() or "step", temperature=_celsius(title), remarks=remarks)
+    return sheet._replace(title=title.strip("\t,; ") or "step", temperature=_celsius(title), remarks=remarks)
 
 
 def _is_trios_json(text: str) -> bool:
@@ -274,7 +275,7 @@ def _plain(source: str, text: str) -> list[Sheet]:
 
 FORMATS: Iterable[Format] = (
     Format("TRIOS, JSON", _is_trios_json, _trios_json),
-    Format("TRIOS, export to LIMS", _is_trios_text, _trios_text),
+    Format("TRIOS, text", _is_trios_text, _trios_text),
     Format("RheoCompass", lambda text: bool(_INTERVAL.search(text)), _rheocompass),
     Format("RepTate", _is_reptate, _reptate),
     Format("table of named columns", lambda text: True, _plain),

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import InputError
+from restitution.files import path_of
 from restitution.material.deck import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.formats import read_sheets, read_workbook
@@ -79,13 +80,12 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     >>> data.time, data.modulus, data.deformation
     (array([0.001, 0.01 ]), array([30000000., 20000000.]), 'tension')
     """
-    if not isinstance(path, str | Path):
-        raise InputTypeError("path", path, "must be the name of a file")
-    content = read_bytes(Path(path))
+    path = path_of(path)
+    content = read_bytes(path)
     if is_workbook(content):
         _refuse_name(str(path), name)
         return _content(str(path), read_workbook(str(path), content))
-    return parse(read_text(Path(path)), str(path), name=name)
+    return parse(read_text(path), str(path), name=name)
 
 
 def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:

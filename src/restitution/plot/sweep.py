@@ -101,6 +101,8 @@ def plot_sweep(
     >>> len(figure.axes), len(figure.axes[0].lines)
     (1, 2)
     """
+    if not hasattr(dataset, "data_vars"):
+        raise InputTypeError("dataset", dataset, "must be a Dataset, as sweep and open_sweep return")
     dataset = _selected(dataset, at or {})
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     there = [str(name) for name in dataset.data_vars if name != "status"]

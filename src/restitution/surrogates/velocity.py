@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from restitution.checks import finite, one_of, positive, within
 from restitution.errors import InputError
-from restitution.files import whole_file
+from restitution.files import path_of, whole_file
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
@@ -165,8 +165,9 @@ class Surrogate:
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
         """Surrogate from a file that `save` wrote, the same to the last bit; refuses a damaged or edited file."""
+        path = path_of(path)
         try:
-            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            content = json.loads(path.read_text(encoding="utf-8"))
         except (ValueError, RecursionError):
             raise InputError("", wanted="is not a JSON file", where=str(path)) from None
         if not isinstance(content, dict) or content.get("format") != _FORMAT:

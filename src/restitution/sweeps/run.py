@@ -19,7 +19,7 @@ import numpy as np
 from restitution.checks import one_of, whole
 from restitution.doubts import Tally, messages, warn
 from restitution.errors import InputError, InputTypeError
-from restitution.files import TABLES
+from restitution.files import TABLES, path_of
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
@@ -156,9 +156,7 @@ def run(
     one_of("engine", engine, ("threads", "dask"))
     if workers is not None:
         whole("workers", workers, 1)
-    if out is not None and not isinstance(out, (str, os.PathLike)):
-        raise InputTypeError("out", out, "must be a path")
-    if out is not None and Path(out).suffix.lower() in TABLES:
+    if out is not None and path_of(out, "out").suffix.lower() in TABLES:
         wanted = "must be the folder of a Zarr store; write_table writes the result as a table"
         raise InputError("out", str(out), wanted)
     if engine == "dask":

@@ -22,7 +22,7 @@ from zarr.storage import LocalStore
 
 from restitution.doubts import Tally
 from restitution.errors import InputError, RestitutionWarning
-from restitution.files import PARTIAL, whole_file
+from restitution.files import PARTIAL, path_of, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
 from restitution.sweeps.dataset import Field, coordinate_blocks, coordinate_fields, in_words, output_fields
 from restitution.sweeps.grid import Index
@@ -330,7 +330,7 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    path = Path(path)
+    path = path_of(path)
     attributes = attributes_of(path)
     if attributes is None:
         raise _refusal(path, "holds no sweep" if path.exists() else "no such folder")
