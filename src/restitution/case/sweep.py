@@ -24,10 +24,10 @@ from restitution.errors import InputError
 from restitution.impact.problem import fall_velocity
 from restitution.material.models import material_models
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.assembly import Prepared, Template, check_columns, dimensionless_template, profile_names
 from restitution.sweeps.grid import Linear, make_grid
 from restitution.sweeps.plan import Plan, describe
 from restitution.sweeps.samples import Samples
+from restitution.sweeps.templates import Prepared, Template, check_columns, dimensionless_template, profile_names
 
 _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 

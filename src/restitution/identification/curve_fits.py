@@ -29,7 +29,7 @@ EDGE = 1e-3
 class CurveFits(NamedTuple):
     """Fits of s curves."""
 
-    points: Array  # coordinates as in `estimation.Problem`, shape (s, q)
+    points: Array  # coordinates as in `estimation.EstimationProblem`, shape (s, q)
     errors: Array  # their standard errors
     chi2: Array  # shape (s,); infinite without a fit
     freedom: Array  # points less unknowns, baseline included
@@ -39,7 +39,10 @@ class CurveFits(NamedTuple):
 
 
 class Descent:
-    """Curves of one indenter at one temperature, fitted all at once; coordinates as in `estimation.Problem`."""
+    """Curves of one indenter at one temperature, fitted all at once.
+
+    The coordinates are those of `estimation.EstimationProblem`.
+    """
 
     def __init__(self, curves: list[IndentationCurve], seed: Estimation, space: Parameters) -> None:
         self.curves, self.seed, self.space = curves, seed, space

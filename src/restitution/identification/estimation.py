@@ -33,7 +33,7 @@ _SHIFTED = 1e4
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class EstimationProblem:
     """Data and unknowns: coordinates are the logarithms of the parameters, then the nuisances over their steps.
 
     Attributes
@@ -123,7 +123,7 @@ class Fit(NamedTuple):
 
 
 def minimise(
-    problem: Problem, start: Array, loss: Loss = "linear", held: int | None = None, tolerance: float = 1e-9
+    problem: EstimationProblem, start: Array, loss: Loss = "linear", held: int | None = None, tolerance: float = 1e-9
 ) -> Fit:
     """Local minimum from a start, perhaps with one coordinate held."""
     from scipy.optimize import least_squares
@@ -181,7 +181,7 @@ def _cost(residuals: Array, loss: Loss) -> float:
     return 0.5 * float(z.sum())
 
 
-def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem, Array, list[DynamicTable]]:
+def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[EstimationProblem, Array, list[DynamicTable]]:
     """Problem with its bounds, the start without data, and the effective moduli of the data."""
     tables = effective_tables(data, space)
     modulus = float(
@@ -198,7 +198,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem
     # A shift moves the times of the data relative to those of the columns.
     wider = 1.0 if space.shift is None else _SHIFTED
     window = math.pi / (high * wider), math.pi / (low / wider)
-    problem = Problem(tuple(data), space, least, most, window, (1.0,) * len(data))
+    problem = EstimationProblem(tuple(data), space, least, most, window, (1.0,) * len(data))
     if problem.n_data + len(space.prior) < start.size:
         wanted = f"must hold at least as many values as there are unknowns ({start.size})"
         raise InputError("data", problem.n_data, wanted)
@@ -208,7 +208,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Problem
 class Estimation(NamedTuple):
     """Best fit, the other fits, and the Jacobian at the best."""
 
-    problem: Problem
+    problem: EstimationProblem
     loss: Loss
     fit: Fit
     fits: tuple[Fit, ...]
@@ -245,7 +245,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     return moved(Estimation(problem, loss, fits[0], tuple(fits), np.empty((0, 0))), fits[0])
 
 
-def ranks(problem: Problem, fits: Sequence[Fit]) -> Array:
+def ranks(problem: EstimationProblem, fits: Sequence[Fit]) -> Array:
     """Sums of squares, with the odds against a negative instantaneous Poisson ratio unless a prior has its own."""
     bulk = [name for name in problem.space.names if name in ("bulk_modulus", "poisson_ratio")]
     odds = (0.0 if bulk[0] in problem.space.prior else _AUXETIC) if bulk else EQUALLY_GOOD
@@ -272,7 +272,7 @@ def _ordered(space: Parameters, coordinates: Array) -> Array:
     return found
 
 
-def _rescaled(problem: Problem, fit: Fit, loss: Loss) -> Problem | None:
+def _rescaled(problem: EstimationProblem, fit: Fit, loss: Loss) -> EstimationProblem | None:
     """Problem with estimates of the unknown sizes of noise; None if no size changes by more than a percent."""
     if not any(one.scaled for one in problem.data):
         return None

@@ -19,7 +19,7 @@ _CLOSE = 0.01
 _TOLERANCE = 1e-5
 
 
-class Profile(NamedTuple):
+class LikelihoodProfile(NamedTuple):
     """Profile of one coordinate, the logarithm of a parameter."""
 
     coordinates: Array  # in ascending order, shape (n,)
@@ -29,7 +29,9 @@ class Profile(NamedTuple):
     best: Fit  # the best fit met, which may be better than that of the estimation
 
 
-def profile(estimation: Estimation, k: int, standard_error: Array, covariance: Array, quantile: float) -> Profile:
+def profile(
+    estimation: Estimation, k: int, standard_error: Array, covariance: Array, quantile: float
+) -> LikelihoodProfile:
     """Profile of coordinate k, from the minimum to both sides until the excess is above the squared quantile.
 
     Each step is at most 0.7, and starts from the line through the last two points. The secant rule in the root of the
@@ -44,7 +46,7 @@ def profile(estimation: Estimation, k: int, standard_error: Array, covariance: A
         points += walked
     points.sort()
     z, excess = np.array(points).T
-    return Profile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
+    return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
 
 
 def _side(

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
-from restitution.identification.estimation import Estimation, Problem
+from restitution.identification.estimation import Estimation, EstimationProblem
 from restitution.identification.observations import Curve, Observations
-from restitution.identification.profiles import Profile
+from restitution.identification.profiles import LikelihoodProfile
 from restitution.identification.rebounds import Rebounds
 from restitution.identification.uncertainty import Estimate, FlatDirection, Uncertainty
 from restitution.impact.batch import Batch
@@ -84,7 +84,7 @@ class Identification:
         return self.uncertainty.flat_directions
 
     @property
-    def problem(self) -> Problem:
+    def problem(self) -> EstimationProblem:
         """Data and unknowns of the fit."""
         return self.estimation.problem
 
@@ -202,7 +202,7 @@ class Identification:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             return tuple(statements(self))
 
-    def profile(self, name: str, level: float = _LEVEL) -> Profile:
+    def profile(self, name: str, level: float = _LEVEL) -> LikelihoodProfile:
         """Profile of one parameter: the least sum of squares for each of its values, with the interval."""
         return self.uncertainty.profile(self._place(name), self._level(level))
 

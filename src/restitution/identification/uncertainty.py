@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR, quantile
 from restitution.identification.estimation import Estimation, Fit
-from restitution.identification.profiles import Profile, profile
+from restitution.identification.profiles import LikelihoodProfile, profile
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class Uncertainty:
     """Uncertainty of the coordinates of a fit."""
 
     estimation: Estimation
-    _profiles: dict[tuple[int, float], Profile] = field(default_factory=dict)
+    _profiles: dict[tuple[int, float], LikelihoodProfile] = field(default_factory=dict)
 
     def quantile(self, level: float = _LEVEL) -> float:
         """Half width of an interval over the standard error: Student's t if the size of the noise is unknown."""
@@ -123,8 +123,8 @@ class Uncertainty:
         variance = np.einsum("i...,ij,j...->...", gradient, self.covariance, gradient)
         return found[0], np.sqrt(np.maximum(variance, 0.0))
 
-    def profile(self, k: int, level: float = _LEVEL) -> Profile:
-        """Profile of one coordinate."""
+    def profile(self, k: int, level: float = _LEVEL) -> LikelihoodProfile:
+        """Likelihood profile of one coordinate."""
         key = k, level
         if key not in self._profiles:
             quantile = self.quantile(level)

@@ -14,8 +14,7 @@ from restitution.indentation.evolution import room_for, scratch
 from restitution.indentation.history import without_collinear
 from restitution.kernel.indentation import Recovery
 from restitution.kernel.indentation_rows import Histories, Room, Rows, indent_rows
-from restitution.kernel.memory import DEPTH, TERMS, allocate, quadrature
-from restitution.kernel.memory import Contact as ScaledContact
+from restitution.kernel.memory import DEPTH, TERMS, ScaledContact, allocate, quadrature
 from restitution.kernel.path import power_path, table_path
 from restitution.material.columns import PronyColumns
 from restitution.parallel import on_threads

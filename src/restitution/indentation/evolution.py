@@ -12,7 +12,7 @@ from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE
 from restitution.kernel.growing import BEYOND_PROFILE, Elements, Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import Recovery, recover
-from restitution.kernel.memory import DEPTH, TERMS, Contact, Scratch, Segments, allocate, quadrature, remember
+from restitution.kernel.memory import DEPTH, TERMS, ScaledContact, Scratch, Segments, allocate, quadrature, remember
 from restitution.kernel.shrinking import (
     check_points,
     end_of_contact,
@@ -50,7 +50,7 @@ def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past
     return pieces, Past(grown, 0, depth, integral, segments, 1.0, math.inf)
 
 
-def grown_contact(contact: Contact, work: Scratch, tolerance: float, deepest: float) -> Past:
+def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepest: float) -> Past:
     """Growing contact and its memory, without the end of contact.
 
     The tolerance of depth and force is relative to the largest; the profile ends at the depth `deepest` [m].
@@ -70,7 +70,7 @@ def grown_contact(contact: Contact, work: Scratch, tolerance: float, deepest: fl
     raise InputError("history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol")
 
 
-def points_of_checks(contact: Contact, past: Past) -> tuple[NDArray[np.int64], Array]:
+def points_of_checks(contact: ScaledContact, past: Past) -> tuple[NDArray[np.int64], Array]:
     """Segments of the shrinking contact, and ascending times in them at which its state is checked."""
     room = (9 + 2 * contact.rates.size) * max(contact.values.shape[0] - past.first, 0)
     places, times = np.empty(room, dtype=np.int64), np.empty(room)
@@ -78,7 +78,7 @@ def points_of_checks(contact: Contact, past: Past) -> tuple[NDArray[np.int64], A
     return places[:count], times[:count]
 
 
-def end_of_force(contact: Contact) -> float:
+def end_of_force(contact: ScaledContact) -> float:
     """Time at which a prescribed force has fallen to zero; infinite if it does not."""
     ends = contact.values.sum(axis=1)
     falls = np.cumsum(ends < contact.values[:, 0]) > 0
@@ -94,7 +94,7 @@ def end_of_force(contact: Contact) -> float:
 
 
 def shrink_contact(
-    contact: Contact, past: Past, work: Scratch, tolerance: float
+    contact: ScaledContact, past: Past, work: Scratch, tolerance: float
 ) -> tuple[Past, NDArray[np.int64], Array]:
     """Contact with its end, and the segments and times of the checks; refuse a contact that grows again before."""
     places, times = points_of_checks(contact, past)
@@ -123,7 +123,7 @@ def shrink_contact(
 
 
 def check_recontact(
-    contact: Contact, past: Past, work: Scratch, places: NDArray[np.int64], times: Array, tolerance: float,
+    contact: ScaledContact, past: Past, work: Scratch, places: NDArray[np.int64], times: Array, tolerance: float,
     creep: Retardation,
 ) -> None:  # fmt: skip
     """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
@@ -157,13 +157,13 @@ def check_recontact(
         raise Reloading("time", float(moments[found[0]]), wanted)
 
 
-def _prescribed(contact: Contact, places: NDArray[np.int64], times: Array) -> Array:
+def _prescribed(contact: ScaledContact, places: NDArray[np.int64], times: Array) -> Array:
     width = contact.knots[places + 1] - contact.knots[places]
     u = np.divide(times - contact.knots[places], width, out=np.ones_like(times), where=width > 0.0)
     return polyval(u, contact.values[places].T, tensor=False)
 
 
-def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
+def recovering_surface(contact: ScaledContact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
     """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
 
     Without load it is a sum of exponentials at the retardation times.
@@ -185,7 +185,7 @@ def recovering_surface(contact: Contact, past: Past, work: Scratch, creep: Retar
     return surface
 
 
-def recover_depth(contact: Contact, past: Past, work: Scratch, tolerance: float) -> Recovery:
+def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> Recovery:
     """Depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
     count, room = 0, 512
     starts, lengths, q = np.empty(0), np.empty(0), np.empty((0, TERMS))

@@ -28,8 +28,7 @@ from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.kernel.growing import depth_rounding
 from restitution.kernel.indentation import sample, through_jump
 from restitution.kernel.indentation_rows import ELEMENT_SHARE, LARGEST, SMALLEST
-from restitution.kernel.memory import DEPTH, FORCE, allocate
-from restitution.kernel.memory import Contact as ScaledContact
+from restitution.kernel.memory import DEPTH, FORCE, ScaledContact, allocate
 from restitution.kernel.path import Path, power_path, table_path
 from restitution.material.prony import PronySeries, Retardation
 from restitution.material.viscoelastic import Material

@@ -18,9 +18,9 @@ from restitution.kernel.memory import (
     SHORTEST_ELEMENT,
     TERMS,
     TIME_ROUNDING,
-    Contact,
     Memory,
     Quadrature,
+    ScaledContact,
     Scratch,
     Segments,
     drop_rounding,
@@ -111,7 +111,7 @@ def root_of_depth(path: Path, integral: float) -> float:
 
 
 @inlined
-def growing_contact(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+def growing_contact(contact: ScaledContact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
     if contact.control == DEPTH:
         value, rate, _ = prescribed(contact, i, t)
@@ -121,7 +121,9 @@ def growing_contact(contact: Contact, work: Scratch, i: int, t: float) -> tuple[
 
 
 @compiled
-def _growing_contact_by_force(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+def _growing_contact_by_force(
+    contact: ScaledContact, work: Scratch, i: int, t: float
+) -> tuple[float, float, float, float]:
     """Creep under the prescribed force."""
     value, rate, _ = prescribed(contact, i, t)
     h = contact.knots[i + 1] - contact.knots[i]
@@ -140,7 +142,7 @@ def _growing_contact_by_force(contact: Contact, work: Scratch, i: int, t: float)
 
 
 @inlined
-def _turning_segment(contact: Contact, tolerance: float) -> int:
+def _turning_segment(contact: ScaledContact, tolerance: float) -> int:
     """Find the segment in which a prescribed depth starts to fall by more than the rounding of a fitted function."""
     m = contact.values.shape[0]
     first, highest = 0, -math.inf
@@ -156,7 +158,7 @@ def _turning_segment(contact: Contact, tolerance: float) -> int:
 
 
 @compiled
-def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, float]:
+def turning_point(contact: ScaledContact, work: Scratch, segments: int) -> tuple[int, float]:
     """Find the turning point under a prescribed force: the segment, and the time in it.
 
     The contact grows as long as Pi grows: beyond the largest force if creep outweighs the unloading.
@@ -204,7 +206,7 @@ def turning_point(contact: Contact, work: Scratch, segments: int) -> tuple[int, 
 
 
 @inlined
-def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
+def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
     """Rate of Pi plus its rounding: negative if Pi falls by more than rounding."""
     rate = prescribed(contact, i, t)[1]
     _, _, integral, integral_rate = growing_contact(contact, work, i, t)
@@ -213,7 +215,7 @@ def _rate(contact: Contact, work: Scratch, i: int, t: float) -> float:
 
 @compiled
 def grow(
-    contact: Contact,
+    contact: ScaledContact,
     quadrature: Quadrature,
     work: Scratch,
     segments: int,
@@ -296,7 +298,7 @@ def grow(
 
 
 @compiled
-def growing_contact_at(contact: Contact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
+def growing_contact_at(contact: ScaledContact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
     """Depth, its rate, Pi and its rate as `growing_contact`, also behind a jump."""
     if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:
         integral = contact.glass * (contact.values[i, 0] + contact.values[i, 1])
@@ -309,7 +311,7 @@ def growing_contact_at(contact: Contact, work: Scratch, i: int, t: float) -> tup
 
 @entry_point
 def grow_contact(
-    contact: Contact, quadrature: Quadrature, work: Scratch, tolerance: float, segments: Segments, past: Past
+    contact: ScaledContact, quadrature: Quadrature, work: Scratch, tolerance: float, segments: Segments, past: Past
 ) -> tuple[int, int, float]:
     """Write the growing contact and its memory to the arrays of `past`, which may be longer than needed.
 

@@ -18,9 +18,9 @@ from restitution.kernel.memory import (
     SHORTEST_ELEMENT,
     TERMS,
     TIME_ROUNDING,
-    Contact,
     Memory,
     Quadrature,
+    ScaledContact,
     Scratch,
     expand,
     legendre_slopes,
@@ -46,7 +46,7 @@ class Recovery(NamedTuple):
 
 @entry_point
 def recover(
-    contact: Contact,
+    contact: ScaledContact,
     past: Past,
     quadrature: Quadrature,
     work: Scratch,
@@ -98,7 +98,7 @@ def recover(
 
 
 @inlined
-def _load_after_contact(contact: Contact, past: Past, t: float) -> tuple[float, float]:
+def _load_after_contact(contact: ScaledContact, past: Past, t: float) -> tuple[float, float]:
     """Load q at time t after the contact, and its rate."""
     q = -contact.equilibrium * past.elements.depths[past.total]
     rate = 0.0
@@ -112,7 +112,7 @@ def _load_after_contact(contact: Contact, past: Past, t: float) -> tuple[float, 
 
 @compiled
 def _load_since_turning(
-    contact: Contact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
+    contact: ScaledContact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
 ) -> tuple[int, float, float]:
     """Element and instant t1 of equal contact, and q, at time t under this force; the search starts at t1 in e."""
     q, _ = _load_after_contact(contact, past, t)
@@ -125,7 +125,7 @@ def _load_since_turning(
 
 @compiled
 def _load_at(
-    contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
+    contact: ScaledContact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float]:
     """Element and instant of equal contact, and q, at time t in segment i under the prescribed force."""
     force = prescribed(contact, i, t)[0] if t < past.end else 0.0
@@ -133,7 +133,9 @@ def _load_at(
 
 
 @compiled
-def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float) -> tuple[float, float]:
+def _creep(
+    contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
+) -> tuple[float, float]:
     """Depth by creep alone at time t in element r of the recovery, and its rate."""
     elapsed = t - recovery.starts[r]
     legendre_values(2.0 * elapsed / recovery.lengths[r] - 1.0, work.basis)
@@ -147,7 +149,7 @@ def _creep(contact: Contact, past: Past, recovery: Recovery, work: Scratch, r: i
 
 
 @entry_point
-def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
+def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
     """Write depth, its rate, force and contact radius at ascending times of the history; behind a jump at its time."""
     m = contact.values.shape[0]
     by_depth = contact.control == DEPTH
@@ -208,7 +210,7 @@ def sample(contact: Contact, past: Past, recovery: Recovery, work: Scratch, time
 
 @entry_point
 def through_jump(
-    contact: Contact, past: Past, recovery: Recovery, work: Scratch, i: int, fractions: Any, columns: Any
+    contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch, i: int, fractions: Any, columns: Any
 ) -> None:
     """Write depth and force at ascending shares in [0, 1] of the jump that is segment i."""
     K = contact.moduli.shape[0]

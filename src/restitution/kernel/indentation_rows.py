@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import compiled, entry_point
 from restitution.kernel.growing import Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import Recovery, sample
-from restitution.kernel.memory import Contact, Memory, Quadrature, Scratch, Segments
+from restitution.kernel.memory import Memory, Quadrature, ScaledContact, Scratch, Segments
 from restitution.kernel.outcome import (
     BEYOND_PROFILE,
     GROWS_AGAIN,
@@ -28,7 +28,7 @@ SMALLEST, LARGEST = 1e-150, 1e150
 class Room(NamedTuple):
     """Arrays for the longest history and the most modes of many indentations, which are computed one by one."""
 
-    contact: Contact
+    contact: ScaledContact
     segments: Segments
     past: Past
     work: Scratch
@@ -112,7 +112,7 @@ def _indent(
             shortest = min(shortest, rows.times[row, k] / duration)
             K += 1
     rates = contact.rates[:K]
-    contact = Contact(
+    contact = ScaledContact(
         contact.control, contact.knots[: m + 1], contact.values[:m], rows.equilibria[row] / typical,
         contact.moduli[:K], rates, rows.viscosities[row] / typical / duration, shortest,
         contact.glass, contact.compliances, contact.recoveries, contact.level, contact.slope, path,

@@ -174,7 +174,7 @@ def broadcast(number: float) -> Any:
 
 
 @operation(broadcast, LANES, types.Float)
-def _spread(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _broadcast(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return repeated(builder, arguments[0])
 
 

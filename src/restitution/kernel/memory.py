@@ -180,7 +180,7 @@ def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> 
     return rate
 
 
-class Contact(NamedTuple):
+class ScaledContact(NamedTuple):
     """Materials, profile and prescribed history; dimensionless, first touch at t = 0, F = E Pi for an elastic body."""
 
     control: int  # DEPTH or FORCE: which of the two is prescribed
@@ -212,7 +212,7 @@ class Scratch(NamedTuple):
 
 
 @inlined
-def prescribed(contact: Contact, i: int, t: float) -> tuple[float, float, float]:
+def prescribed(contact: ScaledContact, i: int, t: float) -> tuple[float, float, float]:
     """Prescribed quantity and its first two derivatives in segment i at time t; behind a jump."""
     h = contact.knots[i + 1] - contact.knots[i]
     u = 1.0 if h == 0.0 else (t - contact.knots[i]) / h
@@ -235,7 +235,7 @@ class Segments(NamedTuple):
 
 
 @compiled
-def expand_segments(contact: Contact, quadrature: Quadrature, first: int, segments: Segments) -> None:
+def expand_segments(contact: ScaledContact, quadrature: Quadrature, first: int, segments: Segments) -> None:
     """Write the lengths and the Legendre coefficients of the segments from `first` on."""
     for i in range(first, contact.values.shape[0]):
         h = contact.knots[i + 1] - contact.knots[i]

@@ -24,8 +24,8 @@ from restitution.kernel.growing import (
 from restitution.kernel.memory import (
     DEPTH,
     TIME_ROUNDING,
-    Contact,
     Memory,
+    ScaledContact,
     Scratch,
     legendre_values,
     prescribed,
@@ -49,7 +49,7 @@ _LOAD_ROUNDING = 1e-14
 
 @inlined
 def equal_contact(
-    contact: Contact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
+    contact: ScaledContact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float]:
     """Find the instant t1 at which the growing contact had the same radius as at t; start from t1 in element e.
 
@@ -157,7 +157,7 @@ def equal_contact(
 
 @inlined
 def remaining(
-    contact: Contact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, step: float
+    contact: ScaledContact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, step: float
 ) -> tuple[float, float]:
     """Part of the load of the modes at t1, in element e, that has not relaxed by t; and its rate of decay.
 
@@ -177,7 +177,7 @@ def remaining(
 
 
 @inlined
-def innermost_load(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
+def innermost_load(contact: ScaledContact, past: Past, work: Scratch, i: int, t: float) -> tuple[float, float]:
     """Load of the innermost element under a prescribed depth, and its rate; write the memory to `work.now`.
 
     Valid in segments of the shrinking contact, and for a flat punch in the whole history.
@@ -202,7 +202,7 @@ def innermost_load(contact: Contact, past: Past, work: Scratch, i: int, t: float
 
 
 @entry_point
-def write_depth_memory(contact: Contact, past: Past, work: Scratch, i: int, t: float) -> None:
+def write_depth_memory(contact: ScaledContact, past: Past, work: Scratch, i: int, t: float) -> None:
     """Write the memory of the depth at time t in segment i of the shrinking contact to `work.now`; before a jump."""
     if contact.knots[i + 1] == contact.knots[i]:
         for k in range(contact.moduli.shape[0]):
@@ -213,7 +213,7 @@ def write_depth_memory(contact: Contact, past: Past, work: Scratch, i: int, t: f
 
 @inlined
 def shrinking_contact(
-    contact: Contact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
+    contact: ScaledContact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float, float, float, float, float]:
     """Shrinking contact at time t in segment i; the search begins at t1 in element e.
 
@@ -238,7 +238,7 @@ def shrinking_contact(
 
 
 @entry_point
-def check_points(contact: Contact, past: Past, places: Any, times: Any) -> int:
+def check_points(contact: ScaledContact, past: Past, places: Any, times: Any) -> int:
     """Write ascending times at which the shrinking contact is checked, and their segments; return their number.
 
     A segment has room for `_SHARES` times and two of each mode.
@@ -270,7 +270,7 @@ def check_points(contact: Contact, past: Past, places: Any, times: Any) -> int:
 
 
 @entry_point
-def load_rounding(contact: Contact, past: Past) -> float:
+def load_rounding(contact: ScaledContact, past: Past) -> float:
     """Rounding of the rate of the load while the contact shrinks, with the rounding of times in fast modes."""
     fastest, moduli = 0.0, contact.equilibrium
     for k in range(contact.rates.shape[0]):
@@ -280,7 +280,7 @@ def load_rounding(contact: Contact, past: Past) -> float:
 
 
 @entry_point
-def largest_rate(contact: Contact, past: Past) -> float:
+def largest_rate(contact: ScaledContact, past: Past) -> float:
     """Estimate of the largest rate of the prescribed history after the growth of the contact; at least 1."""
     largest = 1.0
     for i in range(past.first, contact.values.shape[0]):
@@ -293,7 +293,7 @@ def largest_rate(contact: Contact, past: Past) -> float:
 
 
 @entry_point
-def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, times: Any) -> float:
+def end_of_contact(contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any) -> float:
     """Time at which the load of the innermost element falls to zero under a prescribed depth, or infinity.
 
     `times` are ascending, and `places` are their segments; they begin where the contact starts to shrink.
@@ -325,7 +325,7 @@ def end_of_contact(contact: Contact, past: Past, work: Scratch, places: Any, tim
 
 @entry_point
 def regrowth(
-    contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+    contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> int:
     """Index of the first of the times at which the shrinking contact grows again, or -1.
 
@@ -348,7 +348,7 @@ def regrowth(
 
 @entry_point
 def innermost_load_rises(
-    contact: Contact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+    contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
 ) -> bool:
     """Whether the innermost element would be loaded again after the contact if it stuck to the indenter.
 

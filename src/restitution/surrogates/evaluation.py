@@ -34,7 +34,7 @@ class Pieces(NamedTuple):
     coefficients: Array
 
 
-class Table(NamedTuple):
+class LookupTable(NamedTuple):
     """Pieces of one function of v > 0, whose logarithm is a Chebyshev series in log v on each piece.
 
     `cells` of equal width in log v, `per_cell` for one unit, begin at `origin` and contain the piece of each cell. A
@@ -52,13 +52,13 @@ class Table(NamedTuple):
     most: float
 
 
-def table(pieces: Pieces, function: int, low: float, high: float, most: float) -> Table:
+def table(pieces: Pieces, function: int, low: float, high: float, most: float) -> LookupTable:
     """Prepare one function for look-up."""
     edges = pieces.edges
     whole = edges[-1] - edges[0]
     n_cell = 2 ** round(math.log2(whole / np.diff(edges).min()))
     centres = edges[0] + whole * (np.arange(n_cell) + 0.5) / n_cell
-    return Table(
+    return LookupTable(
         low, high, float(edges[0]), float(n_cell / whole),
         np.searchsorted(edges, centres, side="right") - 1, 0.5 * (edges[1:] + edges[:-1]),
         2.0 / np.diff(edges), np.ascontiguousarray(pieces.coefficients[function]), most,
@@ -92,7 +92,7 @@ def values(
         out[n] = value(v[n], low, high, origin, per_cell, cells, middle, inverse, coefficients, most)
 
 
-def scalar_function(one: Table) -> Any:
+def scalar_function(one: LookupTable) -> Any:
     """Return a compiled function of v with the table as constants, for use in other compiled code."""
     low, high, origin, per_cell, cells, middle, inverse, coefficients, most = one
 

@@ -20,7 +20,7 @@ from restitution.files import path_of, whole_file
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
-from restitution.surrogates.evaluation import Pieces, Table, scalar_function, table, value, values
+from restitution.surrogates.evaluation import LookupTable, Pieces, scalar_function, table, value, values
 from restitution.validity import Validity
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class Surrogate:
         return cls(velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces)
 
     @cached_property
-    def _tables(self) -> dict[str, Table]:
+    def _tables(self) -> dict[str, LookupTable]:
         most = {"restitution_coefficient": 1.0}
         return {name: table(self.pieces, n, *self.velocity, most.get(name, np.inf)) for n, name in enumerate(OUTPUTS)}
 

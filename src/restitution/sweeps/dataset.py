@@ -80,7 +80,7 @@ def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, Any, Any]]:
                 yield name, slice(start, stop), np.arange(start, stop) if values.dtype == object else values
 
 
-class Memory:
+class InMemory:
     """Results of a sweep in memory, without a path."""
 
     path = None

@@ -24,8 +24,8 @@ from restitution.errors import InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
-from restitution.sweeps.assembly import Assembly, Template
 from restitution.sweeps.grid import Grid, Index
+from restitution.sweeps.templates import Assembly, Template
 from restitution.validity import COLUMNS, Numbers, together
 
 Array = NDArray[Any]

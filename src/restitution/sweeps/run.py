@@ -24,11 +24,11 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, SOLVER_RTOL, checked_outputs
-from restitution.sweeps.assembly import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
-from restitution.sweeps.dataset import Memory
+from restitution.sweeps.dataset import InMemory
 from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.materials import HeldElastic
 from restitution.sweeps.plan import Interrupted, Plan
+from restitution.sweeps.templates import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,7 +170,7 @@ def run(
         # The client is connected first: without a scheduler no store must be left behind.
         client = stack.enter_context(_connected(cluster, workers)) if engine == "dask" else None
         if out is None:
-            keeper: Any = Memory(plan)
+            keeper: Any = InMemory(plan)
             done: set[Index] = set()
         else:
             # Zarr takes half a second to import, which a sweep in memory does not need.
