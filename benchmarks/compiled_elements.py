@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 STEPS_PER_ELEMENT = 25
-"""Of the time step 3 d_m/(25 v0 n), as in `restitution.impact.elements`."""
+"""Steps for each element in contact: the time step is 3 d_m/(25 v0 n), as in `restitution.impact.elements`."""
 
 
 @numba.njit(fastmath={"contract"}, error_model="numpy")

@@ -53,7 +53,7 @@ def ours(count: int, note: Note) -> list[dict[str, Any]]:
 
 
 def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
-    """Time and error of each impact by method and tolerance; the error is None where `most` evaluations did not do."""
+    """Time and error of each impact by method and tolerance; the error is None if `most` evaluations were too few."""
     points, exact = sample(count)
     one = np.ones(count)
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)

@@ -22,7 +22,7 @@ CASES = {"A": (1e6, 1e7, 1e-3), "B": (1e6, 1e7, 3e-5), "D": (1e6, 2e5, 1e-3)}
 TEXT = """\
 # Materials from force histories
 
-Made by `validation/identification_force.py`. A steel ball, R = 10 mm, meets an incompressible standard solid of
+Made by `validation/identification_force.py`. A steel ball, R = 10 mm, hits an incompressible standard solid of
 Ginf = 1 MPa at 1 m/s: A has G1 = 10 MPa and tau = 1 ms, B 10 MPa and 0.03 ms, D 0.2 MPa and 1 ms. A record has
 {samples} samples from 0.1 contact times before the touch to 0.1 after the end, with white noise of 1 % of the peak.
 First touch and baseline are unknown.

@@ -24,7 +24,7 @@ class InputError(ValueError):
     field : str
         Name of the field, such as `velocity`, or of several, such as `depth, force`.
     value : object
-        Its value; `ABSENT` where there is none to show.
+        Its value; `ABSENT` if there is none to show.
     wanted : str
         What the value must be, as the end of a sentence: "must be finite and > 0".
     unit : str

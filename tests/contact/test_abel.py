@@ -41,7 +41,7 @@ def test_transform_beside_the_breaks(kind):
 
 @pytest.mark.parametrize("spacing", ["even", "uneven", "geometric", "with a gap"])
 def test_transform_of_long_tables(spacing):
-    """Of a r + b r^2 the transform is pi/2 a x + 2 b x^2; pieces far from x count in groups of 32."""
+    """The transform of a r + b r^2 is pi/2 a x + 2 b x^2; pieces far from x count in groups of 32."""
     rng = np.random.default_rng(7)
     steps = {
         "even": np.ones(500),

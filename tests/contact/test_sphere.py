@@ -67,7 +67,7 @@ def test_force_below_that_of_the_parabola():
 
 @pytest.mark.parametrize("depth", [30.0, 300.0, 3000.0])
 def test_deep_spheres_are_solved_to_the_tolerance(depth):
-    """Beyond a few radii a sphere acts as a cylinder with a rounded edge, which fast modes feel at full width."""
+    """Beyond a few radii a sphere acts as a cylinder with a rounded edge, whose full width acts on fast modes."""
     random = np.random.default_rng(int(depth))
     for _ in range(5):
         terms = random.integers(1, 8)

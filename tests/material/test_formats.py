@@ -365,7 +365,7 @@ def mutated(text, rng):
 
 
 def refusal(read, *arguments):
-    """Message of a refusal, empty where there is none."""
+    """Message of a refusal, empty if there is none."""
     try:
         read(*arguments)
     except InputError as error:

@@ -35,6 +35,7 @@ def test_python_blocks_run(name, capsys):
     for block in code:
         exec(compile(block, name, "exec"), names)
     assert 0.0 < names["result"].restitution_coefficient < 1.0
+    assert names["result"].warnings == []
     assert capsys.readouterr().out
 
 

@@ -220,7 +220,7 @@ class IdentificationCase:
     data: tuple[Observations, ...]
 
     def solve(self, profiles: bool | None = None) -> Identification | Spectrum:
-        """Identify the material as the file asks; a `CaseError` refuses data that do not go with the model."""
+        """Identify the material with the options of the file; a `CaseError` refuses data that do not fit the model."""
         from restitution.identification.identify import identify
 
         with in_file(self.path, "identification"):

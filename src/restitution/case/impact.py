@@ -207,7 +207,7 @@ class Case:
         return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
     def solve(self) -> ImpactResult:
-        """Solve the impact as the file asks.
+        """Solve the impact with the options of the file.
 
         A `CaseError` refuses an option of the file; a `SolverError` reports a solver that fails.
         """

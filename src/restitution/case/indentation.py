@@ -152,7 +152,7 @@ class IndentationCase:
     options: dict[str, Any]  # keyword arguments of `indent`
 
     def solve(self) -> IndentationResult:
-        """Solve the indentation as the file asks; a `CaseError` refuses a second loading, for example."""
+        """Solve the indentation with the options of the file; a `CaseError` refuses a second loading, for example."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.solve import indent
 

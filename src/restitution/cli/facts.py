@@ -82,7 +82,7 @@ def of_data(data: RelaxationTable | DynamicTable, source: str) -> Report:
     fit, dynamic = fit_prony(data), isinstance(data, DynamicTable)
     facts = {
         "kind": "storage and loss modulus over frequency" if dynamic else "relaxation modulus over time",
-        "deformation": data.deformation or "not said",
+        "deformation": data.deformation or "not stated",
         "points": int(fit.residuals.size),
         "window_s": fit.window,
         "fitted_terms": fit.n_terms,
@@ -117,7 +117,7 @@ def of_terms(terms: PronyTerms, source: str) -> Report:
     ends = terms.instantaneous_modulus, terms.equilibrium_modulus
     facts: dict[str, Any] = {
         "kind": "Prony terms",
-        "deformation": terms.deformation or "not said",
+        "deformation": terms.deformation or "not stated",
         "terms": int(terms.moduli.size),
         "relative": terms.relative,
         "sum": float(terms.moduli.sum()),

@@ -81,7 +81,7 @@ def main() -> None:
         app()
     except SystemExit as end:
         if end.code == INTERRUPTED and sys.platform != "win32":
-            # By the signal, not by a code, a shell or a script sees that the user stopped the command.
+            # Shells and scripts recognise an interrupted command by the signal, not by an exit code.
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             sys.stderr.flush()
             os.kill(os.getpid(), signal.SIGINT)

@@ -1,4 +1,4 @@
-"""Instants at which a falling body touches the ground, such as the sound of a bouncing ball shows them."""
+"""Instants at which a falling body touches the ground, for instance from the sound of a bouncing ball."""
 
 from __future__ import annotations
 

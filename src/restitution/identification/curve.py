@@ -39,8 +39,8 @@ _SOFTEST, _STIFFEST = 1e-6, 1e15
 class IndentationCurve(Observations):
     """Force over depth and time of one approach and perhaps one retraction, with holds.
 
-    Unknown are the depth reading at first touch (contact point) and the baseline of the force, a straight line over
-    time.
+    The depth reading at first touch (contact point) and the baseline of the force, a straight line over time, are
+    unknown.
 
     Parameters
     ----------

@@ -90,8 +90,8 @@ class EffectiveModuli:
         Parameters
         ----------
         poisson_ratio : float, optional
-            Constant Poisson ratio nu in [-1, 0.5]. With it the moduli are those in shear, G = E* (1 - nu)/2; without
-            it they are the reduced ones, E*.
+            Constant Poisson ratio nu in [-1, 0.5]. The moduli are then those in shear, G = E* (1 - nu)/2, and
+            otherwise the reduced ones, E*.
 
         Returns
         -------

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# A profile that meets a point this much better than the fit moves the fit there.
+# A profile that finds a point this much better than the fit moves the fit there.
 _BETTER, _RESTARTS = 1e-2, 3
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 

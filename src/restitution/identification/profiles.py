@@ -26,7 +26,7 @@ class LikelihoodProfile(NamedTuple):
     excess: Array  # least sum of squares there above the minimum, shape (n,)
     low: float  # ends of the interval; infinite where open
     high: float
-    best: Fit  # the best fit met, which may be better than that of the estimation
+    best: Fit  # the best fit found, which may be better than that of the estimation
 
 
 def profile(

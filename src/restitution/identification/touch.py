@@ -138,7 +138,7 @@ def straight_lines(time: Array, depth: Array, kinks: Array) -> Lines:
 def rising_and_falling(lines: Lines, touch: float) -> Lines:
     """The same lines, where the depth rises to its peak and falls from there on, without reversals by noise.
 
-    Before touch it may do as it likes; a second approach is refused.
+    Before touch the depth may have any course; a second approach is refused.
     """
     from scipy.optimize import isotonic_regression
 

@@ -352,7 +352,8 @@ def innermost_load_rises(
 ) -> bool:
     """Whether the innermost element would be loaded again after the contact if it stuck to the indenter.
 
-    If not, the surface cannot reach the indenter again. Nor can it reach an indenter above the undeformed surface.
+    If not, the surface cannot reach the indenter again. It cannot reach an indenter above the undeformed surface
+    either.
     """
     least = 0.0
     for n in range(times.shape[0]):

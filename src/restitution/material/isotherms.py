@@ -314,7 +314,7 @@ class MasterCurve:
 
     @property
     def _rise(self) -> str:
-        """First pair of shifts that rise with the temperature, empty where there is none."""
+        """First pair of shifts that rise with the temperature, empty if there is none."""
         kelvin, factors = self.temperatures, self.log10_factors
         rises = np.flatnonzero(np.diff(factors) >= 0.0)
         if not rises.size:
@@ -329,7 +329,7 @@ class MasterCurve:
         for place in np.flatnonzero(_gaps(self.isotherms.tables, self.log10_factors) > 0.0).tolist():
             pair = f"{kelvin[place - 1] - 273.15:.1f} and {kelvin[place] - 273.15:.1f} °C"
             lines.append(f"the isotherms at {pair} do not overlap")
-        # Beyond a gap the error is infinite, which is said already.
+        # Beyond a gap the error is infinite, and the gap has its own line.
         errors = np.where(np.isinf(self.errors), 0.0, self.errors) if lines else self.errors
         if self._rise:
             lines.append(f"the shifts do not fall with the temperature: {self._rise}")

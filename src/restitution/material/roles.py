@@ -81,7 +81,7 @@ class Column(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Sheet of known quantities; a column is read when it is asked for."""
+    """Sheet of known quantities; its columns are read on demand."""
 
     sheet: Sheet
     roles: list[Role | None]

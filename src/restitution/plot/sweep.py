@@ -144,7 +144,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
     if x is None:
         ranked = sorted((name for name in numeric if name != y), key=lambda name: -sizes[name])
         x = ranked[0] if ranked else next(name for name in free if name != y)
-        # Of two long axes the first one goes along the abscissa.
+        # The first of two long axes goes along the abscissa.
         if y is None and len(ranked) > 1 and sizes[ranked[1]] > _MOST_CURVES:
             x = next(name for name in numeric if name in ranked[:2])
     others = sorted((name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name]))

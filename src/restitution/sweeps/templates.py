@@ -161,9 +161,9 @@ class Assembly:
     ) -> Iterator[tuple[Places, Numbers, bool]]:
         """Yield numbers of the validity report, with the places of the impacts, and whether the material is theirs.
 
-        `found` has the `restitution.validity.COLUMNS` of the n impacts. Of more than `most` combinations of builder
-        arguments or shapes, an even sample is taken. Of more materials, an even sample comes with its own materials,
-        and all other impacts with another one.
+        `found` has the `restitution.validity.COLUMNS` of the n impacts. More than `most` combinations of builder
+        arguments or shapes are represented by an even sample. If there are more materials than that, an even sample
+        comes with its own materials, and all other impacts with another one.
         """
         if self._template.dimensionless:
             known = ~np.isnan(found["contact_time"])
