@@ -1,5 +1,7 @@
 """The public names, each with its home. `__init__.py` loads a name on its first use."""
 
+from .calibration.calibrate import calibrate as calibrate
+from .calibration.result import Calibration as Calibration
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
 from .case.observations import read_observations as read_observations

@@ -1,0 +1,218 @@
+"""Result of a calibration: numbers to type, what they give beside the exact answer, and text to paste."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.calibration.collisions import Collisions
+from restitution.calibration.events import Table
+from restitution.calibration.laws import TypedLaw
+from restitution.files import whole_file
+from restitution.pictures import draw
+from restitution.quantities import INPUTS, OUTPUTS, check
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+LEVELS = (0.01, 0.02, 0.05)
+"""Errors of e for which `Calibration.within` gives the velocities."""
+
+_E, _TIME = "restitution_coefficient", "contact_time"
+_KINDS = {"": "exact", "calibrated_": "calibrated", "naive_": "as usually typed"}
+_FINE = 2000
+_FORMAT = "restitution calibration"
+
+
+class Parameter(NamedTuple):
+    """A number that a user of a code types: value, unit (empty for a plain number) and meaning."""
+
+    value: float
+    unit: str
+    words: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration:
+    """A contact law of another code, calibrated to the exact coefficient of restitution; made by `calibrate`.
+
+    Attributes
+    ----------
+    target, words, source : str
+        Name of the target, code and model, and the pages that define it.
+    units : str
+        Unit system of `parameters` and `snippet`.
+    parameters, naive_parameters : dict of str to Parameter
+        What to type, by the name in the code: value, unit and meaning; and what is usually typed: the storage modulus
+        at the frequency pi/T of the middle collision, with the loss tangent there, or with its e.
+    snippet : str
+        Text to paste.
+    wall : bool
+        Whether the text is for a ball and a wall, not for two balls.
+    collisions : Collisions
+        Velocities, radii and the exact answers.
+
+    Notes
+    -----
+    The contact time of a law is the time until its force ends for good.
+    """
+
+    target: str
+    words: str
+    source: str
+    units: str
+    parameters: Mapping[str, Parameter]
+    naive_parameters: Mapping[str, Parameter]
+    snippet: str
+    collisions: Collisions
+    law: TypedLaw | Table
+    naive_law: TypedLaw | Table
+
+    @property
+    def wall(self) -> bool:
+        """Whether the text is for a ball and a wall, not for two balls."""
+        return self.collisions.wall
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """Range of velocities [m/s]."""
+        return float(self.collisions.velocity[0]), float(self.collisions.velocity[-1])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Messages of the assumptions of the theory that are doubtful within the range."""
+        return [] if self.collisions.validity is None else self.collisions.validity.warnings
+
+    def restitution_coefficient(self, velocity: Any, radius: float | None = None) -> Any:
+        """Coefficient of restitution [-] that the code gives, without the error of its time step.
+
+        The velocity [m/s] is a number or an array. The radius [m] is that of the first ball, by default the middle
+        one.
+        """
+        return self._promise(velocity, radius)[0]
+
+    def contact_time(self, velocity: Any, radius: float | None = None) -> Any:
+        """TypedLaw time [s] in the code; see `restitution_coefficient`."""
+        return self._promise(velocity, radius)[1]
+
+    def _promise(self, velocity: Any, radius: float | None) -> tuple[Any, Any]:
+        speeds, one = check("velocity", velocity), self.collisions
+        middle = one.radius.size // 2
+        factor = 1.0 if radius is None else float(check("radius", radius)) / float(one.radius[middle])
+        mass, reduced = one.mass[middle] * factor**3, one.reduced_radius[middle] * factor
+        e, time = self.law.rebound(speeds, mass, reduced)
+        return (e, time) if np.ndim(speeds) else (float(e), float(time))
+
+    @cached_property
+    def table(self) -> xr.Dataset:
+        """Exact, calibrated and naive coefficients of restitution and contact times over velocity (and radius).
+
+        The variable `error` is calibrated e over exact e, less 1. SI units.
+        """
+        import xarray as xr
+
+        one, many = self.collisions, self.collisions.radius.size > 1
+        grid = one.velocity[:, None], one.mass, one.reduced_radius
+        exact = one.restitution_coefficient, one.contact_time
+        values = [exact, self.law.rebound(*grid), self.naive_law.rebound(*grid)]
+        dims = ("velocity", "radius") if many else ("velocity",)
+        data: dict[str, Any] = {}
+        for (prefix, words), pair in zip(_KINDS.items(), values, strict=True):
+            for name, column in zip((_E, _TIME), pair, strict=True):
+                attributes = OUTPUTS[name].attributes
+                attributes["long_name"] += f", {words}"
+                data[prefix + name] = (dims, column if many else np.asarray(column)[:, 0], attributes)
+        found = xr.Dataset(data, {"velocity": ("velocity", one.velocity, INPUTS["velocity"].attributes)})
+        if many:
+            found = found.assign_coords(radius=("radius", one.radius, INPUTS["radius"].attributes))
+        found["error"] = found[f"calibrated_{_E}"] / found[_E] - 1.0
+        found["error"].attrs = {"units": "1", "long_name": "relative error of the calibrated coefficient"}
+        return found.assign_attrs(target=self.target, source=self.source)
+
+    @property
+    def largest_error(self) -> float:
+        """Largest relative error of e over velocity and radius."""
+        return float(np.abs(self.table["error"]).max())
+
+    @cached_property
+    def within(self) -> dict[float, list[tuple[float, float]]]:
+        """Ranges of velocity [m/s] in which e is within 1, 2 and 5 per cent of the exact one, at all radii.
+
+        The ends are interpolated between the velocities of the table.
+        """
+        speeds, errors = self.collisions.velocity, np.atleast_2d(self.table["error"].to_numpy().T)
+        fine = np.unique(np.concatenate([speeds, np.geomspace(speeds[0], speeds[-1], _FINE)]))
+        fine = fine[(fine >= speeds[0]) & (fine <= speeds[-1])]
+        worst = np.max([np.abs(np.interp(np.log(fine), np.log(speeds), error)) for error in errors], axis=0)
+        return {level: _ranges(fine, worst <= level) for level in LEVELS}
+
+    def plot(self, *, ax: Axes | None = None) -> Figure:
+        """Figure of e, its error and the contact time over velocity; on given axes only e."""
+        return draw("calibration.overview", self, ax=ax)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all numbers as plain numbers and text, in SI unless a unit is stated."""
+        table = self.table
+        return {
+            "format": _FORMAT,
+            "version": version("restitution"),
+            **{name: getattr(self, name) for name in ("target", "words", "source", "units", "wall", "warnings")},
+            **{name: {key: one._asdict() for key, one in getattr(self, name).items()}
+               for name in ("parameters", "naive_parameters")},
+            "largest_error": self.largest_error,
+            "within": {f"{level:g}": ranges for level, ranges in self.within.items()},
+            "table": {str(name): _plain(table[name].to_numpy()) for name in table.variables},
+            "units_of_table": {str(name): table[name].attrs["units"] for name in table.variables},
+            "snippet": self.snippet,
+        }  # fmt: skip
+
+    def to_json(self, path: str | Path | None = None) -> str:
+        """Return the numbers as JSON, and write them to a file if a path is given, whole or not at all."""
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
+        if path is not None:
+            with whole_file(path) as partial:
+                partial.write_text(text, encoding="utf-8")
+        return text
+
+    def __repr__(self) -> str:
+        low, high = self.velocity
+        speeds = f"{low:.3g} m/s" if low == high else f"{low:.3g} to {high:.3g} m/s"
+        lines = [f"{self.words}: {'a ball and a wall' if self.wall else 'two balls'} at {speeds}"]
+        wide = max((len(name) for name in self.parameters), default=0)
+        for name, (value, unit, words) in self.parameters.items():
+            lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")
+        usual = float(np.abs(self.table[f"naive_{_E}"] / self.table[_E] - 1.0).max())
+        lines.append(f"  largest error of e: {_percent(self.largest_error)}; as usually typed: {_percent(usual)}")
+        for level, ranges in self.within.items():
+            where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
+            lines.append(f"  within {100 * level:g} %: {where}")
+        return "\n".join(lines)
+
+
+def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """Return the first and the last place of each run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    return [(float(x[a]), float(x[b - 1])) for a, b in edges.reshape(-1, 2)]
+
+
+def _plain(values: Array) -> Any:
+    """Lists of numbers, with None for those that are not finite."""
+    numbers = values.astype(object)
+    numbers[~np.isfinite(values)] = None
+    return numbers.tolist()
+
+
+def _percent(error: float) -> str:
+    return f"{100 * error:.2g} %"

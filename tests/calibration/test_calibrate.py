@@ -1,0 +1,227 @@
+"""Calibration of laws to the exact answer: nearness, promises, texts, errors."""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.calibration.calibrate import TARGETS
+from restitution.calibration.fit import nearest
+from restitution.calibration.laws import TypedLaw
+from restitution.errors import InputTypeError
+
+RNG = np.random.default_rng(13)
+RUBBER = rs.standard_solid(2e6, 5e6, 200.0, poisson_ratio=0.45, density=1100.0)
+BALL = rs.Body(RUBBER, radius=0.01)
+WALL = rs.Body(None)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_exact_at_one_velocity(target):
+    """At one velocity every law meets both e and the contact time (REBOUND has no contact time)."""
+    speed = float(np.exp(RNG.uniform(math.log(0.05), math.log(5.0))))
+    found = rs.calibrate((BALL, WALL), target, speed)
+    exact = rs.solve(rs.collision(BALL, WALL, speed))
+    assert found.restitution_coefficient(speed) == pytest.approx(exact.restitution_coefficient, rel=1e-7)
+    if target != "rebound":
+        assert found.contact_time(speed) == pytest.approx(exact.contact_time, rel=1e-8)
+    assert found.largest_error < 1e-7
+
+
+@pytest.mark.parametrize("target", ["lammps-viscoelastic", "lammps-tsuji", "mercury-bshp"])
+def test_no_nearer_law(target):
+    """The largest ratio of e grows with any other strength, that of the contact time with any other modulus."""
+    found = rs.calibrate((BALL, BALL), target, (0.05, 5.0), points=9, radius=(0.005, 0.02))
+    wanted, law = found.collisions, found.law
+    grid = wanted.velocity[:, None], wanted.mass, wanted.reduced_radius
+
+    def distances(law):
+        e, time = law.rebound(*grid)
+        return [
+            float(np.abs(np.log(a / b)).max())
+            for a, b in ((e, wanted.restitution_coefficient), (time, wanted.contact_time))
+        ]
+
+    best = distances(law)
+    for factor in (0.99, 1.01):
+        assert distances(replace(law, strength=factor * law.strength))[0] > best[0]
+        # The loss stays that of the nearest e.
+        other = TypedLaw(law.law, factor * law.modulus, 1.0, law.end)
+        strength = float((law.loss(*grid) / other.loss(*grid)).flat[0])
+        assert distances(replace(other, strength=strength))[1] > best[1]
+
+
+def test_kelvin_voigt_pair_at_small_loss_is_the_material():
+    """To first order in the loss the law of Brilliantov and others is that of Kelvin-Voigt bodies, with A = eta/G."""
+    eta = 0.02
+    body = rs.Body(rs.kelvin_voigt(1e6, eta, poisson_ratio=0.5, density=1100.0), radius=0.005)
+    found = rs.calibrate((body, body), "mercury-bshp", (0.5, 1.0), points=3)
+    assert found.parameters["E_eff"].value == pytest.approx(2e6, rel=1e-4)
+    assert found.parameters["A"].value == pytest.approx(eta / 1e6, rel=2e-3)
+    # eta_n0 = 2 E* A/m_eff (validation/lammps.md).
+    lammps = rs.calibrate((body, body), "lammps-viscoelastic", (0.5, 1.0), points=3)
+    typed = lammps.parameters["eta_n0"].value * 0.5 * body.mass / (2.0 * found.parameters["E_eff"].value)
+    assert typed == pytest.approx(found.parameters["A"].value, rel=1e-6)
+    assert found.naive_parameters["A"].value == pytest.approx(eta / 1e6, rel=1e-9)
+
+
+def test_young_modulus_gives_the_reduced_one():
+    """E/(2 (1 - nu^2)) of two bodies of one material (page pair_style granular of LAMMPS)."""
+    found = rs.calibrate((BALL, BALL), "lammps-viscoelastic", 1.0)
+    E, nu = (found.parameters[name].value for name in ("E", "nu"))
+    assert nu == pytest.approx(RUBBER.poisson_ratio)
+    assert E / (2.0 * (1.0 - nu**2)) == pytest.approx(found.law.modulus, rel=1e-12)
+
+
+def test_impact_and_bodies_agree():
+    by_bodies = rs.calibrate((BALL, BALL), "lammps-viscoelastic", (0.1, 1.0), points=5)
+    by_impact = rs.calibrate(rs.collision(BALL, BALL, 3.0), "lammps-viscoelastic", (0.1, 1.0), points=5)
+    assert by_impact.parameters == by_bodies.parameters
+    assert not by_impact.wall
+    assert rs.calibrate(rs.collision(BALL, WALL, 3.0), "mercury-bshp", 0.1).wall
+    assert rs.calibrate((WALL, BALL), "mercury-bshp", 0.1).wall
+    assert not rs.calibrate((BALL, WALL), "mercury-bshp", 0.1, contact="pair").wall
+
+
+def test_table_over_velocity_and_radius():
+    found = rs.calibrate((BALL, BALL), "liggghts", (0.1, 1.0), radius=(0.005, 0.02), points=5)
+    table = found.table
+    assert table["error"].dims == ("velocity", "radius")
+    for i, j in ((0, 0), (4, 4), (2, 1)):
+        body = rs.Body(RUBBER, radius=float(table["radius"][j]))
+        exact = rs.solve(rs.collision(body, body, float(table["velocity"][i])))
+        assert float(table["restitution_coefficient"][i, j]) == pytest.approx(exact.restitution_coefficient, rel=1e-8)
+        assert float(table["contact_time"][i, j]) == pytest.approx(exact.contact_time, rel=1e-8)
+        promise = found.contact_time(float(table["velocity"][i]), float(table["radius"][j]))
+        assert float(table["calibrated_contact_time"][i, j]) == pytest.approx(promise, rel=1e-12)
+    assert found.largest_error == float(np.abs(table["error"]).max())
+
+
+def test_ranges_within_levels():
+    found = rs.calibrate((BALL, WALL), "lammps-coeff-restitution", (0.01, 10.0))
+    table = found.table
+    for level, ranges in found.within.items():
+        inside = np.any([(table["velocity"] >= a) & (table["velocity"] <= b) for a, b in ranges], axis=0)
+        np.testing.assert_array_equal(inside, np.abs(table["error"]) <= level)
+
+
+def test_given_coefficient_and_measured_table():
+    """The law has the coefficient, and the stiffness of the material."""
+    found = rs.calibrate((BALL, BALL), "lammps-tsuji", (0.1, 2.0), restitution=0.8, points=5)
+    assert found.restitution_coefficient([0.1, 0.7, 2.0]) == pytest.approx(0.8, rel=1e-7)
+    assert np.isnan(found.table["contact_time"]).all()
+    assert found.law.modulus == found.collisions.impact.reduced_modulus.equilibrium_modulus
+    # The figure of Tsuji and the pull differ from e as typed.
+    assert found.parameters["e"].value != pytest.approx(0.8, abs=0.02)
+    speeds, values = [1.0, 0.1, 0.4], [0.7, 0.85, 0.78]
+    found = rs.calibrate((BALL, BALL), "mercury-bshp", restitution=(speeds, values))
+    assert found.table["restitution_coefficient"].values.tolist() == [0.85, 0.78, 0.7]
+    assert rs.calibrate((BALL, BALL), "rebound", (0.2, 2), restitution=(speeds, values)).velocity == (0.4, 1.0)
+
+
+@pytest.mark.parametrize("units", ["si", "cgs", "micro", "lj"])
+def test_numbers_in_the_snippet(units):
+    """The text contains the numbers of the parameters, and the time step is a hundredth of the shortest contact."""
+    found = rs.calibrate((BALL, BALL), "lammps-viscoelastic", (0.1, 1.0), units=units, points=5)
+    line = next(line for line in found.snippet.splitlines() if line.startswith("pair_coeff"))
+    typed = [float(word) for word in re.findall(r"material (\S+) (\S+) (\S+) ", line)[0]]
+    assert typed == pytest.approx([found.parameters[name].value for name in ("E", "eta_n0", "nu")], rel=1e-7)
+    step = float(re.search(r"time step at most (\S+)", found.snippet)[1])
+    second = {"si": 1.0, "cgs": 1.0, "micro": 1e-6, "lj": 0.02 / 1.0}[units]
+    assert step * second * 100 == pytest.approx(found.contact_time(1.0), rel=6e-3)
+
+
+def test_lj_units_are_mass_diameter_and_highest_velocity():
+    """In them the modulus is E sigma^3/(m v^2)."""
+    si, lj = (rs.calibrate((BALL, BALL), "lammps-viscoelastic", (0.1, 2.0), units=u, points=3) for u in ("si", "lj"))
+    factor = (2.0 * BALL.radius) ** 3 / (BALL.mass * 2.0**2)
+    assert lj.parameters["E"].value == pytest.approx(si.parameters["E"].value * factor, rel=1e-12)
+
+
+def test_wall_snippet_differs():
+    assert "fix wall all wall/gran" in rs.calibrate((BALL, WALL), "lammps-tsuji", 1.0).snippet
+    assert "pair_coeff" in rs.calibrate((BALL, BALL), "lammps-tsuji", 1.0).snippet
+
+
+def test_rebound_snippet_runs():
+    """The function of the text returns the exact e at the velocities of the table."""
+    found = rs.calibrate((BALL, BALL), "rebound", (0.1, 1.0), points=5)
+
+    class Simulation:
+        pass
+
+    scope = {"sim": Simulation()}
+    exec(found.snippet, scope)
+    for sign in (1.0, -1.0):
+        got = [scope["coefficient_of_restitution"](None, sign * v) for v in found.collisions.velocity]
+        assert got == pytest.approx(found.collisions.restitution_coefficient[:, 0].tolist(), abs=1e-8)
+
+
+def test_json_words_and_pictures(tmp_path):
+    found = rs.calibrate((BALL, BALL), "lammps-viscoelastic", restitution=([0.1, 1.0], [0.9, 0.8]))
+    content = json.loads(found.to_json(tmp_path / "law.json"))
+    assert json.loads((tmp_path / "law.json").read_text()) == content
+    assert content["parameters"]["E"]["value"] == found.parameters["E"].value
+    assert content["table"]["contact_time"] == [None, None]
+    assert "eta_n0" in repr(found)
+    assert "two balls at 0.1 to 1 m/s" in repr(found)
+    assert len(found.plot().axes) == 3
+    assert len(rs.calibrate((BALL, BALL), "rebound", (0.1, 1.0), radius=(0.01, 0.02), points=3).plot().axes) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"target": "lammps-tsui"}, "did you mean lammps-tsuji"),
+        ({"velocity": (2.0, 1.0)}, "the lowest and the highest"),
+        ({"velocity": None}, "velocity: must be given"),
+        ({"velocity": -1.0}, "velocity = -1 m/s"),
+        ({"restitution": 0.05}, "reaches e from 0.26"),
+        ({"restitution": 0.99999}, "reaches e from 0.26"),
+        ({"restitution": 1.5}, "restitution = 1.5"),
+        ({"restitution": 0.0}, "restitution = 0"),
+        ({"restitution": ([1.0], [0.5, 0.6])}, "two columns"),
+        ({"restitution": ([10.0], [0.5])}, "must contain a velocity"),
+        ({"units": "metal"}, "must be 'si' or 'cgs' or 'micro' or 'lj'"),
+        ({"units": "cgs", "target": "mercury-bshp"}, "must be 'si' for mercury-bshp"),
+        ({"contact": "rope"}, "must be 'pair' or 'wall'"),
+        ({"radius": 0.0}, "radius = 0 m"),
+        ({"points": 1}, "points = 1"),
+        ({"problem": 3}, "must be an Impact or a pair of Body"),
+        ({"problem": rs.Impact(RUBBER, rs.Cone(0.5), 1.0, 1.0)}, "must be a Parabola"),
+        ({"problem": rs.drop(BALL, WALL, 1.0)}, "external_force"),
+        ({"problem": rs.collision(BALL, WALL, [1.0, 2.0])}, None),
+        ({"problem": rs.Impact(RUBBER, rs.Parabola(0.01), [1.0, 2.0], 1.0)}, "single impact"),
+        ({"problem": (rs.Body(rs.maxwell(1e6, 1e-3, bulk_modulus=math.inf, density=1e3), 0.01), WALL)}, "separate"),
+    ],
+)
+def test_errors_are_one_line(changes, message):
+    arguments = {"problem": (BALL, BALL), "target": "lammps-tsuji", "velocity": (0.1, 1.0)} | changes
+    if message is None:
+        rs.calibrate(**arguments)
+        return
+    with pytest.raises((rs.InputError, InputTypeError), match=re.escape(message)) as caught:
+        rs.calibrate(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_velocities_outside_the_window_of_the_material():
+    """The message names the velocities whose contacts lie within the window."""
+    measured = rs.Material(RUBBER.shear, RUBBER.bulk, density=1100.0, window=(1e-4, 1e-2))
+    body = rs.Body(measured, radius=0.01)
+    with pytest.raises(rs.InputError, match="window of the material") as caught:
+        rs.calibrate((body, body), "mercury-bshp", (1e-3, 100.0))
+    low, high = (float(x) for x in re.search(r"from (\S+) to (\S+) m/s", str(caught.value)).groups())
+    rs.calibrate((body, body), "mercury-bshp", (low, high))
+
+
+def test_elastic_balls_have_no_damping():
+    steel = rs.Body(rs.elastic(youngs_modulus=2e11, poisson_ratio=0.3, density=7800.0), radius=0.01)
+    found = rs.calibrate((steel, steel), "lammps-viscoelastic", (0.1, 1.0), points=3)
+    assert found.parameters["eta_n0"].value == 0.0
+    assert found.parameters["E"].value == pytest.approx(2e11, rel=1e-4)
+    assert nearest(found.law.law, found.collisions) == found.law
