@@ -3,7 +3,9 @@ Influence of the Poisson ratio
 ==============================
 
 A nearly incompressible material is often assumed to be incompressible. The picture shows the relative error of this
-assumption over the Poisson ratio, for a sphere on the standard solid.
+assumption over the static Poisson ratio, for a sphere on the standard solid. For
+:math:`\tfrac12 - \nu > 7.5\cdot10^{-4}` the instantaneous Poisson ratio of this solid is negative, as of no known
+polymer.
 """
 
 import matplotlib.pyplot as plt

@@ -26,7 +26,7 @@ def dense(material=SOLID, profile=None, rtol=1e-12, **options):
 @pytest.mark.parametrize("profile", [Parabola(1.0), Cone(1.1), FlatPunch(0.5), Sphere(2.0)])
 @pytest.mark.parametrize("force", [0.0, 0.2])
 def test_motion_is_newtons_law(profile, force):
-    """m dv = (w - F) dt and dd = v dt, by Gauss quadrature between neighbouring times."""
+    """m dv = (F0 - F) dt and dd = v dt, by Gauss quadrature between neighbouring times."""
     result, output = dense(MIXED, profile, external_force=force)
     turn = output.turning_time
     nodes, weights = np.polynomial.legendre.leggauss(12)

@@ -1,6 +1,6 @@
 """Approach of the body (Lee and Radok): elements of collocation in sigma, where dt = 2 s dsigma and d = s^2.
 
-    ds/dsigma = v,  dv/dsigma = -2 s (F - w),  dY_k/dsigma = -2 s Y_k/tau_k + dPi/dsigma,
+    ds/dsigma = v,  dv/dsigma = -2 s (F - F0),  dY_k/dsigma = -2 s Y_k/tau_k + dPi/dsigma,
     dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma,  F = E Pi + eta a v + sum E_k Y_k.
 
 Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is

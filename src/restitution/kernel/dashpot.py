@@ -13,7 +13,7 @@ from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SPEED
 def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
     """Add the force eta a v of a parallel dashpot to F and solve for v; store the inverse in `matrices[DASHPOT]`.
 
-    (I + h A diag(eta r a)) v = v0 - h A r (F - w), with F without the dashpot.
+    (I + h A diag(eta r a)) v = v0 - h A r (F - F0), with F without the dashpot.
     """
     A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
     F, a = read8(vectors, FORCE, 0), read8(vectors, RADIUS, 0)

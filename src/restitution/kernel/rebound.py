@@ -1,8 +1,8 @@
 """Rebound of the body (Graham, Ting) over lambda, along the stored approach backwards; index 1 marks its values.
 
     dt/dlambda = u,  u psi + 2 s1 v1 phi = 0,  phi = E + sum E_k X_k,  X_k = exp(-(t - t1)/tau_k),
-    psi = E v - eta (F - w) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
-    dv/dlambda = -(F - w) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
+    psi = E v - eta (F - F0) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
+    dv/dlambda = -(F - F0) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
 The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where there is no node.
 Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
@@ -318,7 +318,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
     """Predict u = dt/dlambda at the nodes by extrapolation of u/s1 from the last element.
 
-    At the turning point, where X_k = 1: -psi = phi v1 + eta (F - w), so that u -> 2 s1 unless a dashpot acts.
+    At the turning point, where X_k = 1: -psi = phi v1 + eta (F - F0), so that u -> 2 s1 unless a dashpot acts.
     """
     s1 = at_least(read8(work.past, S_, 0), _LEAST_S)
     if element == 0:
