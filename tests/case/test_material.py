@@ -174,7 +174,7 @@ def test_a_fractional_model_is_accurate_in_the_window_of_its_contact() -> None:
     # G(t) = G + V t^-alpha/Gamma(1 - alpha)
     exact = 1e6 + 1e4 * t**-0.4 / math.gamma(0.6)
     np.testing.assert_allclose(series.relaxation_modulus(t), exact, rtol=1e-8)
-    (note,) = found.notes(result)
+    (note,) = found.notes(result.impact)
     assert re.fullmatch(r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note)
     # A much wider window changes nothing.
     model = springpot(1e4, 0.4)

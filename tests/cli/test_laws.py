@@ -1,5 +1,6 @@
 """The commands export and calibrate: files, tables, snippets and refusals."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -93,3 +94,94 @@ def test_a_liquid_has_no_cards_of_abaqus() -> None:
     answer = run("export", "ball.toml", "--to", "a.inp")
     assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
     assert "holds no liquid" in answer.stderr
+
+
+PAIR = (
+    CASE.replace('mass = "5 g"', 'density = "1100 kg/m3"')
+    + """
+[counter_body]
+density = "1100 kg/m3"
+radius = "10 mm"
+"""
+)
+BEAD = rs.Body(BALL.material, 0.01, 1100.0 * 4.0 / 3.0 * np.pi * 0.01**3)
+RANGE = ("--velocity", "1 cm/s", "0.1")
+
+
+def test_calibrates_two_bodies_and_prints_the_lines_to_paste() -> None:
+    Path("ball.toml").write_text(PAIR)
+    answer = run("calibrate", "ball.toml", "--target", "lammps-viscoelastic", *RANGE, "--plot", "law.png")
+    law = rs.calibrate((BEAD, BEAD), "lammps-viscoelastic", (0.01, 0.1))
+    assert answer.exit_code == 0
+    assert answer.stdout.endswith(f"\n{law.snippet}\n")
+    assert str(law).splitlines()[-1] in answer.stdout
+    rows = [line.split() for line in answer.stdout.splitlines() if line.startswith("  0.0")]
+    exact = rs.solve(rs.collision(BEAD, BEAD, 0.01)).restitution_coefficient
+    assert rows[0][:2] == ["0.01", f"{exact:.4f}"]
+    assert float(rows[0][2]) == pytest.approx(law.restitution_coefficient(0.01), abs=1e-4)
+    assert Path("law.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_calibrates_a_ball_and_a_wall_over_sizes_in_json() -> None:
+    options = ("--target", "lammps-tsuji", *RANGE, "--radius", "5 mm", "20 mm", "--units", "cgs", "--json")
+    content = json.loads(run("calibrate", "ball.toml", *options).stdout)
+    law = rs.calibrate(BALL, "lammps-tsuji", (0.01, 0.1), radius=(0.005, 0.02), contact="wall", units="cgs")
+    assert content["snippet"] == law.snippet
+    assert content["largest_error"] == pytest.approx(law.largest_error)
+    assert "wall/gran" in law.snippet
+
+
+def test_calibrates_to_a_given_restitution() -> None:
+    options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
+    found = json.loads(run("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
+    assert found == pytest.approx([0.5] * len(found))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--target", "lamps-tsuji", *RANGE], "target"),
+        (["--target", "rebound"], "Missing option '--velocity'"),
+        (["--target", "rebound", "--velocity", "1 kg", "2"], '--velocity "1 kg": is a mass'),
+        (["--target", "rebound", "--velocity", "2", "1"], "velocity"),
+        (["--target", "rebound", "--velocity", "-1", "1"], "velocity"),
+        (["--target", "rebound", *RANGE, "--radius", "1 s", "2"], '--radius "1 s": is a time'),
+        (["--target", "rebound", *RANGE, "--units", "cgs"], "units"),
+        (["--target", "rebound", *RANGE, "--contact", "floor"], "contact"),
+        (["--target", "rebound", *RANGE, "--restitution", "1.5"], "restitution"),
+        (["--target", "rebound", *RANGE, "--plot", "law.doc"], "--plot law.doc: must end in"),
+    ],
+)
+def test_calibrations_that_are_refused_in_one_line(arguments: list[str], message: str) -> None:
+    answer = run("calibrate", "ball.toml", *arguments)
+    assert answer.exit_code == 2
+    assert answer.stderr.startswith(f"error: {message}")
+    assert answer.stderr.count("\n") == 1
+
+
+def test_fractional_materials_hold_for_the_contacts_of_all_velocities() -> None:
+    fractional = """model = "fractional_zener"
+equilibrium_modulus = "1 MPa"
+branch_modulus = "10 MPa"
+relaxation_time = "1 ms"
+exponent = 0.4
+"""
+    start = CASE.index("equilibrium_modulus")
+    Path("ball.toml").write_text(CASE[:start] + fractional + CASE[CASE.index("poisson_ratio") :])
+    content = json.loads(run("calibrate", "ball.toml", "--target", "rebound", *RANGE, "--json").stdout)
+    material = rs.fractional_zener(1e6, 1e7, 1e-3, 0.4)
+    for place in (0, -1):
+        v = content["table"]["velocity"][place]
+        impact = rs.for_contact(
+            lambda window, v=v: rs.Impact(
+                rs.FractionalMaterial(material, 2.9e7 / 3.0).within(window), rs.Parabola(0.01), 0.005, v
+            )
+        )
+        e = rs.solve(impact).restitution_coefficient
+        assert content["table"]["restitution_coefficient"][place] == pytest.approx(e, rel=1e-5)
+
+
+def test_a_law_that_cannot_reach_the_restitution_is_refused() -> None:
+    answer = run("calibrate", "ball.toml", "--target", "liggghts", *RANGE, "--restitution", "0.01")
+    assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
+    assert answer.stderr.startswith("error: target = 'liggghts': reaches e from ")

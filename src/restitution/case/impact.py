@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -17,7 +17,7 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.profile import Parabola
 from restitution.files import path_of
-from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity, for_contact
+from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, fall_velocity, for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import LENGTH, NUMBER, TIME
@@ -206,6 +206,20 @@ class Case:
             return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
         return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
+    def over(self, velocity: tuple[float, float]) -> Impact:
+        """The impact, with fractional materials that hold for the contact times of a range of velocities [m/s]."""
+        if not self.sections.needs_window:
+            return self.impact
+        return for_contact(lambda window: replace(self.sections.build(window), velocity=list(velocity)))
+
+    def bodies(self, impact: Impact) -> tuple[Body, Body] | None:
+        """The two free bodies, of the materials of an impact; None where the second is a half-space."""
+        first, second = self.sections.body, self.sections.counter_body
+        if second is None:
+            return None
+        other = Body(impact.counter_material, second.radius or math.inf, second.kilograms)
+        return Body(impact.material, first.radius or math.inf, first.kilograms), other
+
     def solve(self) -> ImpactResult:
         """Solve the impact with the options of the file.
 
@@ -251,10 +265,8 @@ class Case:
                 **options,
             )
 
-    def notes(self, result: ImpactResult | Bounces) -> list[str]:
-        """Remarks on the files of the materials, and what was assumed about the materials of a result."""
-        impact = result.impact
-        assert isinstance(impact, Impact)
+    def notes(self, impact: Any) -> list[str]:
+        """Remarks on the files of the materials, and what was assumed about the materials of a solved impact."""
         files = [getattr(part, "file", None) for part in (self.sections.material, self.sections.partner)]
         remarks = [note for file in files for note in getattr(file, "notes", ())]
         return list(dict.fromkeys(remarks)) + notes_on(impact.material, impact.counter_material)

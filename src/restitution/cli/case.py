@@ -70,7 +70,7 @@ def solve(
     title = problem.title or str(case)
     tables.show(result, title, in_json=json, bodies=problem.arrangement)
     if not json:
-        report("note", *problem.notes(result))
+        report("note", *problem.notes(result.impact))
     if history is not None:
         tables.write_history(result, history, title)
     if plot is not None:
@@ -135,7 +135,7 @@ def bounce(
     else:
         _print_bounces(found, problem.title or str(case))
         report("warning", *found.warnings)
-        report("note", *problem.notes(found))
+        report("note", *problem.notes(found.impact))
     if out is not None:
         write_table(table, out)
     if plot is not None:

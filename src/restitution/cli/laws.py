@@ -1,19 +1,24 @@
-"""The commands for other people's codes: `export`."""
+"""The commands for other codes: `export` and `calibrate`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, check_target, option
+from restitution.cli.options import CaseFile, Json, Plot, Workers, check_target, option
 from restitution.cli.sweep import build_surrogate
-from restitution.cli.terminal import BadInput, report, user_input
+from restitution.cli.terminal import BadInput, compilation, report, user_input
 from restitution.files import TABLES, write_table
+
+if TYPE_CHECKING:
+    from restitution.calibration.result import Calibration
 
 # Ends of the names of cards, with the time at which their elastic constants hold.
 _CARDS = {".inp": "after a long time", ".txt": "at the first instant", ".mac": "at the first instant"}
 _RTOL = 1e-6
+# Velocities that a screen shows.
+_ROWS = 9
 
 
 def export(
@@ -67,3 +72,73 @@ def _write_materials(case: Path, to: Path) -> None:
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
     print(f"{to}: {count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}")
     report("note", *notes_on(impact.material, impact.counter_material))
+
+
+def _targets(incomplete: str) -> list[str]:
+    from restitution.calibration.calibrate import TARGETS
+
+    return [name for name in TARGETS if name.startswith(incomplete)]
+
+
+def calibrate(
+    case: CaseFile,
+    target: Annotated[str, option("Law of the code.", metavar="NAME", autocompletion=_targets)],
+    velocity: Annotated[tuple[str, str], option("Velocities, e.g. 1mm/s 10m/s.", metavar="LOW HIGH")],
+    radius: Annotated[
+        tuple[str, str] | None, option("Radii of the first ball, for one law of all sizes.", metavar="LOW HIGH")
+    ] = None,
+    restitution: Annotated[
+        float | None, option("Coefficient of restitution in place of that of the material.", metavar="E")
+    ] = None,
+    contact: Annotated[
+        str | None, option("pair or wall. Default: pair, if the case has a counter_body.", metavar="WHAT")
+    ] = None,
+    units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", metavar="UNITS")] = "si",
+    json: Json = False,
+    plot: Plot = None,
+    workers: Workers = None,
+) -> None:
+    """Fit the contact law of another code to the exact restitution, and print the text to paste.
+
+    The velocity of the case file does not matter.
+    """
+    with user_input():
+        from restitution.calibration.calibrate import calibrate as fit
+        from restitution.case.impact import read_case
+        from restitution.quantities import LENGTH, VELOCITY
+
+        problem = read_case(case)
+        low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
+        sizes = None if radius is None else tuple(tables.read_quantity("--radius", text, LENGTH) for text in radius)
+        impact = problem.over((low, high))
+        bodies: Any = problem.bodies(impact)
+        with compilation():
+            found = fit(
+                bodies or impact, target, (low, high), radius=sizes, restitution=restitution,
+                contact=contact or (None if bodies else "wall"), units=units, workers=workers,
+            )  # fmt: skip
+        notes = problem.notes(impact)
+    if json:
+        tables.write_json(found.to_dict())
+    else:
+        _print(found)
+        report("warning", *found.warnings)
+        report("note", *notes)
+    if plot is not None:
+        tables.save_picture(found.plot(), plot)
+
+
+def _print(found: Calibration) -> None:
+    import numpy as np
+
+    table, e = found.table, "restitution_coefficient"
+    if "radius" in table.dims:
+        table = table.isel(radius=table.sizes["radius"] // 2)
+    table = table.isel(velocity=np.unique(np.linspace(0, table.sizes["velocity"] - 1, _ROWS).astype(int)))
+    columns = ("velocity [m/s]", "exact e", "calibrated", "error [%]", "as usually typed")
+    values = table["velocity"], table[e], table[f"calibrated_{e}"], 100.0 * table["error"], table[f"naive_{e}"]
+    formats = ".4g", ".4f", ".4f", "+.2f", ".4f"
+    rows = [tuple(map(format, row, formats)) for row in np.stack(values, axis=1).tolist()]
+    words, *lines = str(found).splitlines()
+    tables.print_rows(words, columns, rows)
+    print("\n".join(lines), found.snippet, sep="\n\n")

@@ -48,7 +48,7 @@ def _options(
 for _command in (
     *(case.standard_solid, case.solve, case.bounce, case.indent, case.cite, material.material),
     *(sweep.surrogate, sweep.sweep, sweep.plot, sweep.map_),
-    *(identification.identify, identification.design, identification.moduli, laws.export),
+    *(identification.identify, identification.design, identification.moduli, laws.export, laws.calibrate),
 ):
     app.command(_command.__name__.rstrip("_").replace("_", "-"))(_command)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -299,14 +298,9 @@ def build_surrogate(
 ) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
-    from restitution.impact.problem import for_contact
     from restitution.surrogates.build import surrogate
 
-    case = read_case(path)
-    impact, build = case.impact, case.sections.build
     with progress_bar("building") as progress:
-        if case.sections.needs_window:
-            # Fractional models must hold for the contact times of all velocities.
-            impact = for_contact(lambda window: replace(build(window), velocity=list(velocity)))
+        impact = read_case(path).over(velocity)
         made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
     return made, notes_on(impact.material, impact.counter_material)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError, InputTypeError
-from restitution.files import whole_file
+from restitution.files import path_of, whole_file
 from restitution.material.conversion import on_common_times, poisson_ratio, tension_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -66,7 +66,7 @@ def write_material(material: Material | Sequence[Material], path: str | Path) ->
     ...     read_material(path).material().shear
     PronySeries(1000000.0, [3000000.0], [0.001])
     """
-    path = Path(path)
+    path = path_of(path)
     code = CARDS.get(path.suffix.lower())
     if code is None:
         raise InputError("path", str(path), f"must end in {' or '.join(CARDS)}")

