@@ -6,7 +6,11 @@ import re
 import pytest
 
 from restitution.case import quantity
+from restitution.case.identification import DesignFile, IdentificationFile
+from restitution.case.impact import CaseFile
+from restitution.case.indentation import IndentationFile
 from restitution.case.quantity import to_si
+from restitution.case.section import Section
 from restitution.checks import unit_registry
 from restitution.quantities import (
     ANGLE,
@@ -125,3 +129,14 @@ def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, 
 def test_nested_powers_are_refused_at_once(text: str) -> None:
     with pytest.raises(ValueError, match="unknown unit"):
         to_si(text, LENGTH)
+
+
+@pytest.mark.parametrize("file", [CaseFile, IndentationFile, IdentificationFile, DesignFile])
+def test_case_files_have_a_json_schema(file: type[Section]) -> None:
+    assert file.model_json_schema()["type"] == "object"
+
+
+def test_json_schema_has_units() -> None:
+    sections = CaseFile.model_json_schema()["$defs"]
+    found = {name: sections["ImpactSection"]["properties"][name]["anyOf"][0] for name in ("velocity", "drop_height")}
+    assert {name: one["unit"] for name, one in found.items()} == {"velocity": "m/s", "drop_height": "m"}

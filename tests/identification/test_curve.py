@@ -7,7 +7,7 @@ import pytest
 
 import restitution as rs
 from restitution.errors import RestitutionWarning
-from restitution.identification.touch import first_touch, rising_and_falling, straight_lines
+from restitution.identification.touch import baseline, first_touch, rising_and_falling, straight_lines
 from restitution.material.columns import MaterialColumns
 
 TIP = rs.Parabola(2.5e-6)
@@ -220,6 +220,12 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
 def test_wrong_curves_are_refused(columns, options, message):
     with pytest.raises(rs.InputError, match=message):
         rs.IndentationCurve(**columns, **({"profile": TIP} | options))
+
+
+@pytest.mark.parametrize("free", [0, 1])
+def test_the_baseline_of_a_tip_that_touches_at_the_start_is_its_first_force(free):
+    # The curve is refused afterwards.
+    assert np.all(baseline(TIME, FORCE, np.arange(TIME.size) < free) == FORCE[0])
 
 
 def damaged(rng, columns):

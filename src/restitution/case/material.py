@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
-from restitution.case.section import Section, refuse, toml_value
+from restitution.case.section import FROM_FILE, Section, refuse, toml_value
 from restitution.case.shift import AnyShift, ShiftSection, Temperature, read_file
 from restitution.errors import InputError
 from restitution.material import library
@@ -62,7 +62,7 @@ class PronySection(Section):
     relative_moduli: Annotated[list[Annotated[float, nonnegative(NUMBER, "shares of a modulus")]], LIST] | None = None
     relaxation_times: Annotated[list[Annotated[float, of("relaxation_times")]], LIST] | None = None
     parallel_viscosity: Annotated[float, of("parallel_viscosity")] = 0.0
-    terms: InstanceOf[PronyTerms] | None = None
+    terms: Annotated[InstanceOf[PronyTerms], FROM_FILE] | None = None
 
     @field_validator("terms", mode="before")
     @classmethod
@@ -220,13 +220,14 @@ class FileSection(MaterialSection):
 
     # Before the file, whose reading needs it.
     material_name: str | None = None
-    file: (
+    file: Annotated[
         InstanceOf[RelaxationTable]
         | InstanceOf[DynamicTable]
         | InstanceOf[Isotherms]
         | InstanceOf[PronyTerms]
-        | InstanceOf[ViscoelasticDeck]
-    )
+        | InstanceOf[ViscoelasticDeck],
+        FROM_FILE,
+    ]
     reference_temperature: Temperature | None = None
     superposition: ShiftLaw | None = None
     deformation: Literal["tension", "shear"] | None = None

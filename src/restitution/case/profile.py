@@ -21,7 +21,7 @@ from pydantic import (
 
 from restitution.case.columns import read_columns
 from restitution.case.quantity import fields_of, to_si
-from restitution.case.section import Section, folder_of, refuse, toml_value
+from restitution.case.section import FROM_FILE, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
 from restitution.contact import analytic, power_law, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -83,7 +83,7 @@ class PowerLawSection(ProfileSection):
 class TabulatedSection(ProfileSection):
     """Measured profile: radii and heights, inline or in a CSV file with the columns r and f."""
 
-    file: InstanceOf[Tabulated] | None = None
+    file: Annotated[InstanceOf[Tabulated], FROM_FILE] | None = None
 
     @field_validator("file", mode="before")
     @classmethod

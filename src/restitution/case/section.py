@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Never, TypeVar, cast
 
-from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, WithJsonSchema, model_validator
 
 from restitution.errors import ABSENT, InputError
 from restitution.quantities import advice
@@ -24,6 +24,10 @@ _LARGEST_FILE = 20_000_000
 _DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}""", re.ASCII)
 
 S = TypeVar("S", bound="Section")
+
+
+FROM_FILE = WithJsonSchema({"type": "string", "format": "path"})
+"""Annotation of a field whose key names a file, and whose value is the content of this file."""
 
 
 class CaseError(InputError):

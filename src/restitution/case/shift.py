@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, InstanceOf, SerializeAsAny, ValidationInfo, model_validator
 
 from restitution.case.quantity import LIST, of, positive
-from restitution.case.section import Section, folder_of, refuse
+from restitution.case.section import FROM_FILE, Section, folder_of, refuse
 from restitution.errors import InputError
 from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
@@ -75,4 +75,6 @@ def _shift(value: Any, info: ValidationInfo) -> Any:
     return table
 
 
-AnyShift = Annotated[SerializeAsAny[ShiftSection] | InstanceOf[ShiftTable], BeforeValidator(_shift)]
+AnyShift = Annotated[
+    SerializeAsAny[ShiftSection] | Annotated[InstanceOf[ShiftTable], FROM_FILE], BeforeValidator(_shift)
+]

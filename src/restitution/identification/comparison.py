@@ -181,5 +181,5 @@ def _criterion(found: Identification) -> float:
     sets = zip(problem.data, problem.factors, found.residuals, strict=True)
     # The logarithm of a Gaussian density has that of the standard deviation.
     value = sum(float((own**2).sum()) + 2.0 * own.size * math.log(factor) for _, factor, own in sets)
-    k = found.coordinates.size + sum(one.scaled for one in problem.data)
+    k = found.coordinates.size + len(problem.unknown_sizes)
     return value + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0) if n > k + 1 else math.inf

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
+from restitution.identification.observations import hollow_balls
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
 from restitution.material.fit import DynamicTable
 from restitution.pictures import draw
@@ -203,7 +204,8 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
         loss_error = np.sqrt(((_LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
     return EffectiveModuli(
         omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
-        tangent_error, v, e, _statements(loss, storage, by_force & np.isfinite(force)),
+        tangent_error, v, e,
+        (*_statements(loss, storage, by_force & np.isfinite(force)), *hollow_balls(mass, rebounds.profile)),
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ EQUALLY_GOOD = 3.84
 """Difference of two sums of squares within which both fits lie in the region of 95 %."""
 # Fewer than one in 10 000 materials has a negative instantaneous Poisson ratio: twice the logarithm of these odds.
 _AUXETIC = 18.4
-# Factor by which a shift may move times, for fractional models.
+# Factor by which a shift, or a modulus that no datum determines, may move times, for fractional models.
 _SHIFTED = 1e4
 
 
@@ -66,6 +66,15 @@ class EstimationProblem:
     def n_data(self) -> int:
         """Number of measured values, without priors."""
         return sum(one.size for one in self.data)
+
+    @property
+    def unknown_sizes(self) -> list[list[int]]:
+        """Places of the sets of data in each group whose noise has one unknown size."""
+        groups: dict[int, list[int]] = {}
+        for n, one in enumerate(self.data):
+            if one.scaled:
+                groups.setdefault(id(one if one.series is None else one.series), []).append(n)
+        return list(groups.values())
 
     @property
     def steps(self) -> Array:
@@ -196,7 +205,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
     parts = [np.array([getattr(one, name) for one in nuisances]) / step for name in ("start", "low", "high")]
     start, least, most = (np.append(own, more) for own, more in zip((start, least, most), parts, strict=True))
     # A shift moves the times of the data relative to those of the columns.
-    wider = 1.0 if space.shift is None else _SHIFTED
+    wider = 1.0 if space.shift is None and any(one.fixes_time for one in data) else _SHIFTED
     window = math.pi / (high * wider), math.pi / (low / wider)
     problem = EstimationProblem(tuple(data), space, least, most, window, (1.0,) * len(data))
     if problem.n_data + len(space.prior) < start.size:
@@ -274,18 +283,19 @@ def _ordered(space: Parameters, coordinates: Array) -> Array:
 
 def _rescaled(problem: EstimationProblem, fit: Fit, loss: Loss) -> EstimationProblem | None:
     """Problem with estimates of the unknown sizes of noise; None if no size changes by more than a percent."""
-    if not any(one.scaled for one in problem.data):
+    groups = problem.unknown_sizes
+    if not groups:
         return None
-    residuals, at, factors = problem.residuals(fit.coordinates[None])[0], 0, list[float]()
+    ends = np.cumsum([one.size for one in problem.data])
+    parts = np.split(problem.residuals(fit.coordinates[None])[0], ends)
     share = problem.n_data / max(problem.n_data - fit.coordinates.size, 1)
-    for one, factor in zip(problem.data, problem.factors, strict=True):
-        own = residuals[at : at + one.size]
-        at += one.size
-        if one.scaled:
-            # The median is that of a normal distribution also beside outliers.
-            size = float(np.mean(own**2)) if loss == "linear" else (float(np.median(np.abs(own))) / 0.6745) ** 2
-            factor *= math.sqrt(max(size * share, 1e-12))
-        factors.append(factor)
+    factors = list(problem.factors)
+    for group in groups:
+        own = np.concatenate([parts[n] for n in group])
+        # The median is that of a normal distribution also beside outliers.
+        size = float(np.mean(own**2)) if loss == "linear" else (float(np.median(np.abs(own))) / 0.6745) ** 2
+        for n in group:
+            factors[n] *= math.sqrt(max(size * share, 1e-12))
     if all(abs(math.log(new / old)) < 0.01 for new, old in zip(factors, problem.factors, strict=True)):
         return None
     return replace(problem, factors=tuple(factors))

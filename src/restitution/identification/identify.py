@@ -15,7 +15,7 @@ from restitution.checks import one_of, whole
 from restitution.errors import InputError
 from restitution.identification.arguments import SPECTRUM, parameters
 from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
-from restitution.identification.observations import Observations
+from restitution.identification.observations import Observations, hollow_balls
 from restitution.identification.result import Identification
 from restitution.identification.tables import Moduli, as_observations
 from restitution.identification.uncertainty import Estimate, Uncertainty
@@ -153,14 +153,19 @@ identify.compare = _compare  # pyright: ignore[reportFunctionMemberAccess]
 def _observations(data: Any) -> list[Observations]:
     single = not isinstance(data, Sequence)
     given: list[Any] = [data] if single else list(data)
-    each = (
-        [Moduli(table, temperature=table.temperature) for table in one.tables] if isinstance(one, Isotherms) else [one]
-        for one in given
-    )
+    each = (_isotherms(one) if isinstance(one, Isotherms) else [one] for one in given)
     sets = [as_observations(one, n) for n, one in enumerate(chain.from_iterable(each))]
     if not sets:
         raise InputError("data", wanted="must hold at least one set of data")
     return sets
+
+
+def _isotherms(measured: Isotherms) -> list[Observations]:
+    """One set of moduli for each temperature."""
+    sets = [Moduli(table, temperature=table.temperature) for table in measured.tables]
+    for one in sets:
+        one.series = measured
+    return list(sets)
 
 
 def _middle_temperature(sets: Sequence[Observations]) -> float | None:
@@ -202,6 +207,8 @@ def _warnings(found: Identification) -> tuple[str, ...]:
     if found.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
     others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < EQUALLY_GOOD]
+    for one in problem.data:
+        lines += hollow_balls(getattr(one, "mass", None), getattr(one, "profile", None))
     n = problem.n_parameters
     for other in others:
         apart = np.abs(other.coordinates[:n] - estimation.fit.coordinates[:n])

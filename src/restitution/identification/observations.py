@@ -11,11 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError
 from restitution.material.columns import MaterialColumns
 from restitution.material.fit import DynamicTable
 
 Array = NDArray[np.float64]
+
+# Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
+_LIGHTEST = 500.0
 
 
 class Noise:
@@ -92,6 +96,16 @@ class Curve(NamedTuple):
     deviation: Array | None  # standard deviation, None where unknown
 
 
+def hollow_balls(mass: Any, profile: Any) -> list[str]:
+    """Doubt about balls that are too light to be solid, in words."""
+    if mass is None or not isinstance(profile, Parabola):
+        return []
+    density = float(np.min(mass / (4.0 / 3.0 * math.pi * np.asarray(profile.radius) ** 3)))
+    if density >= _LIGHTEST:
+        return []
+    return [f"a ball of this mass and radius has {density:.0f} kg/m^3: a hollow one that deforms is no half-space"]
+
+
 class Observations(ABC):
     """Measured data of one kind, in the form that `identify` needs.
 
@@ -108,6 +122,9 @@ class Observations(ABC):
 
     scaled: bool = False
     """Whether the size of the noise is unknown: `residuals` are then known except for one common factor."""
+
+    series: object = None
+    """Measurement to which several sets belong: an unknown size of the noise is the same for all of them."""
 
     fixes_time: bool = True
     """Whether the data contain a time, a force or a modulus; the restitution coefficient alone does not."""

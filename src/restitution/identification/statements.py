@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 # A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
-_EXACT = 1e-6
+_EXACT = 3e-6
 # Two directions are the same if they differ by less than this share.
 _SAME = 1e-3
 # Parameters that change by less than this share of the largest change are not listed.
@@ -81,7 +81,7 @@ def knowledge(
     seen = without(jacobian[:, :p], jacobian[:, p:])
     _, sizes, rows = np.linalg.svd(seen)
     singular = np.concatenate([sizes, np.zeros(p - sizes.size)])
-    exact, flat = singular < _EXACT * singular[0], singular < 1.0
+    exact, flat = singular <= _EXACT * singular[0], singular < 1.0
     information = seen.T @ seen
     directions: list[StatedDirection] = []
 

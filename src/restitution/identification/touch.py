@@ -83,6 +83,8 @@ def _best(t: Array, d: Array, f: Array, places: Array, powers: Array) -> Touch:
 
 def baseline(time: Array, force: Array, free: NDArray[np.bool_]) -> Array:
     """Baseline of the force from the points without contact: a constant, and a slope that is beyond its error."""
+    if np.count_nonzero(free) < 2:  # the curve is refused after its first touch is known
+        return np.full(force.shape, force[0])
     t, f = time[free] - time[free].mean(), force[free]
     spread = float(t @ t)
     slope = float(t @ f) / spread

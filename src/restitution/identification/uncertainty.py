@@ -18,7 +18,9 @@ from restitution.identification.profiles import LikelihoodProfile, profile
 Array = NDArray[np.float64]
 
 # A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
-_EXACT = 1e-6
+_EXACT = 3e-6
+# Derivative of the logarithm of a function over that of a parameter that is zero but for the error of differences.
+_NO_SLOPE = 1e-4
 # A coordinate belongs to a flat direction if its component is above this.
 _COMPONENT = 1e-3
 # Below this standard error of the logarithm, the interval of the linearised problem is good enough.
@@ -83,8 +85,11 @@ class Uncertainty:
     def covariance(self) -> Array:
         """Covariance of all coordinates; huge along directions that the data do not determine."""
         s, v = self._decomposed
-        s = np.maximum(s, max(_EXACT * float(s[0]), 1e-150))
-        return (v / s**2) @ v.T
+        return (v / self._least(s) ** 2) @ v.T
+
+    def _least(self, singular: Array) -> Array:
+        """Singular values, not below the error of the Jacobian."""
+        return np.maximum(singular, max(_EXACT * float(singular[0]), 1e-150))
 
     @cached_property
     def standard_errors(self) -> Array:
@@ -104,7 +109,7 @@ class Uncertainty:
                 named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
                 exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
                 length = float(np.linalg.norm(direction))
-                exact = bool(value < _EXACT * s[0])
+                exact = bool(value <= _EXACT * s[0])
                 found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
         return tuple(found)
 
@@ -120,8 +125,12 @@ class Uncertainty:
         # A loss that is zero at all points does not change.
         rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
         gradient = rise / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
-        variance = np.einsum("i...,ij,j...->...", gradient, self.covariance, gradient)
-        return found[0], np.sqrt(np.maximum(variance, 0.0))
+        s, v = self._decomposed
+        along = np.tensordot(v.T, gradient, axes=1)
+        # Along an exact direction the covariance is huge, and would enlarge the error of a derivative.
+        exact = s <= _EXACT * s[0]
+        along[exact] = np.where(np.abs(along[exact]) < _NO_SLOPE, 0.0, along[exact])
+        return found[0], np.sqrt(np.tensordot(self._least(s) ** -2, along**2, axes=1))
 
     def profile(self, k: int, level: float = _LEVEL) -> LikelihoodProfile:
         """Likelihood profile of one coordinate."""
