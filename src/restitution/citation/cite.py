@@ -10,10 +10,7 @@ from typing import Any
 
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.tabulated import Tabulated
+from restitution.contact.profile import Profile
 from restitution.impact.bounces import Bounces
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -39,31 +36,6 @@ _METHODS: dict[str, tuple[Reason, ...]] = {
     "exact": (("hairer1996", "collocation by Radau IIA"),),
     "elements": (("willert", "elements with explicit Euler"),),
     "reference": (("virtanen2020", "integration by SciPy"), ("hairer1996", "Radau IIA")),
-}
-_PROFILES: dict[type[Profile], tuple[Reason, ...]] = {
-    Parabola: (("hertz1882", "contact of round bodies as paraboloids"),),
-    Sphere: (("segedin1957", "transform of the exact sphere"),),
-    Cone: (("love1939", "contact of a cone"), ("sneddon1965", "transform of the profile")),
-    PowerLaw: (("galin1961", "contact of a power-law profile"), ("sneddon1965", "transform of the profile")),
-    FlatPunch: (("boussinesq1885", "contact of a flat punch"),),
-    TruncatedCone: (("popov2019", "transform of a flat-ended profile"),),
-    FlatEndedParabola: (("popov2019", "transform of a flat-ended profile"),),
-    Tabulated: (("fritsch1980", "interpolation of the measured profile"), ("sneddon1965", "transform of the profile")),
-}
-# Sources of the numbers of the library's materials, in the order in which `source` names them.
-_SOURCES = {
-    "aluminium": ("en1999",),
-    "brass": ("kaye1995",),
-    "copper": ("kaye1995",),
-    "dma_polymer": ("pyvisco", "lawson1974"),
-    "epoxy": ("simon2000",),
-    "fused_silica": ("kaye1995",),
-    "ice": ("gammon1983", "crc"),
-    "polyisobutylene": ("catsiff1955", "brinson2008"),
-    "relaxation_polymer": ("pyvisco", "lawson1974"),
-    "soda_lime_glass": ("en572",),
-    "steel": ("en1993",),
-    "tungsten": ("kaye1995",),
 }
 _DERIVATIONS = {
     "fractional": ("mainardi2010", "fractional model"),
@@ -184,16 +156,14 @@ def _(subject: Plan) -> Iterator[Reason]:
 
 @_reasons.register
 def _(subject: Profile) -> Iterator[Reason]:
-    for kind, reasons in _PROFILES.items():
-        if isinstance(subject, kind):
-            yield from reasons
+    yield from subject.sources
 
 
 @_reasons.register
 def _(subject: Material) -> Iterator[Reason]:
-    for name, keys in _SOURCES.items():
+    for name in library.names():
         if _is(subject, library.get(name)):
-            yield from ((key, f"data of {name}") for key in keys)
+            yield from ((key, f"data of {name}") for key in library.citation_keys(name))
     if subject.derivation is not None:
         yield _DERIVATIONS[subject.derivation]
     shift = subject.shift

@@ -53,6 +53,8 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
     (0.002746531, 0.005)
     """
 
+    sources = (("segedin1957", "transform of the exact sphere"),)
+
     radius: Annotated[Numeric, INPUTS["radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
@@ -145,6 +147,8 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
     (0.001, 0.000369298)
     """
 
+    sources = (("popov2019", "transform of a flat-ended profile"),)
+
     radius: Annotated[Numeric, INPUTS["radius"]]
     half_angle: Annotated[Numeric, INPUTS["half_angle"]]
 
@@ -220,6 +224,8 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
     >>> float(worn.contact_radius(0.0)), round(float(worn.transform(0.002)), 9)
     (0.001, 0.00034641)
     """
+
+    sources = (("popov2019", "transform of a flat-ended profile"),)
 
     radius: Annotated[Numeric, INPUTS["radius"]]
     face_radius: Annotated[Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)]

@@ -42,6 +42,8 @@ class Cone(Profile, case_name="cone"):
     1.778e-06
     """
 
+    sources = (("love1939", "contact of a cone"), ("sneddon1965", "transform of the profile"))
+
     half_angle: Annotated[Numeric, INPUTS["half_angle"]]
 
     @property
@@ -111,6 +113,8 @@ class PowerLaw(Profile, case_name="power_law"):
     (0.001, 1.0)
     """
 
+    sources = (("galin1961", "contact of a power-law profile"), ("sneddon1965", "transform of the profile"))
+
     exponent: Annotated[Numeric, Quantity("exponent", NUMBER, "exponent of the power law", "$n$", 0.0, open=True)]
     coefficient: Annotated[Numeric, Quantity("coefficient", NUMBER, "coefficient in m^(1-n)", "$A$", 0.0, open=True)]
     _transformed: Numeric = field(init=False, repr=False, compare=False)
@@ -172,6 +176,8 @@ class FlatPunch(Profile, case_name="flat_punch"):
     >>> float(punch.contact_radius(1e-5)), float(punch.force_integral_at_depth(0.5))
     (0.002, 0.001)
     """
+
+    sources = (("boussinesq1885", "contact of a flat punch"),)
 
     radius: Annotated[Numeric, INPUTS["radius"]]
 

@@ -66,6 +66,8 @@ class Profile(ABC):
 
     registered: ClassVar[dict[str, type[Profile]]] = {}
     body_radius: ClassVar[bool] = False
+    # Keys of citation/references.bib, and what each is cited for.
+    sources: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     def __init_subclass__(cls, case_name: str = "", body_radius: bool = False, **rest: Any) -> None:
         """Register the profile for case files; with `body_radius` its radius is that of the body if none is given."""
@@ -180,6 +182,8 @@ class Parabola(Profile, case_name="parabola", body_radius=True):
     >>> round(float(ball.transform(0.001)), 15), ball.path_exponent
     (0.0001, 1.0)
     """
+
+    sources = (("hertz1882", "contact of round bodies as paraboloids"),)
 
     radius: Annotated[Numeric, INPUTS["radius"]]
 

@@ -60,6 +60,8 @@ class Tabulated(Profile, case_name="tabulated"):
     0.001
     """
 
+    sources = (("fritsch1980", "interpolation of the measured profile"), ("sneddon1965", "transform of the profile"))
+
     r: Annotated[Array, Quantity("r", LENGTH, "radii of points of the profile", "$r$", 0.0)]
     f: Annotated[Array, Quantity("f", LENGTH, "heights of points of the profile", "$f$", 0.0)]
     _flank: Any = field(init=False, repr=False, compare=False)

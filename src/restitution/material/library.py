@@ -58,6 +58,11 @@ def get(name: str) -> Material:
     return _build(name)
 
 
+def citation_keys(name: str) -> list[str]:
+    """Keys of the sources of a material in `restitution/citation/references.bib`."""
+    return _entries()[name]["cite"]
+
+
 def __getattr__(name: str) -> Material:
     if name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
