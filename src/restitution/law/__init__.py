@@ -1,0 +1,1 @@
+"""A contact law with memory for codes that step in time."""

@@ -1,0 +1,253 @@
+"""The contact law: force over the history of the depth, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.checks import Numeric, finite, single_positive, whole
+from restitution.contact.path import PathTable, path_table
+from restitution.contact.profile import Profile
+from restitution.errors import InputError, InputTypeError
+from restitution.impact.batch import Batch
+from restitution.impact.problem import Impact
+from restitution.law.nodes import DEPTH, state_size
+from restitution.material.prony import PronySeries
+
+Array = NDArray[np.float64]
+
+# Fewest nodes: after thinning, which keeps half and two, there is room for new ones.
+_FEWEST = 8
+# Largest depth of a table over that of the impact, and error of the table relative to the largest force.
+_DEEPER, _TABLE_RTOL = 4.0, 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLaw:
+    """Contact law with memory, made by `contact_law`.
+
+    Attributes
+    ----------
+    modulus : PronySeries
+        Reduced relaxation modulus E*(t) [Pa] of the two bodies.
+    profile : Profile
+        Profile of the gap.
+    max_nodes : int
+        Largest number of nodes of a contact.
+    max_depth : float
+        Largest depth [m] that the law describes.
+    """
+
+    modulus: PronySeries
+    profile: Profile
+    max_nodes: int
+    max_depth: float
+    _table: PathTable | None = field(repr=False)
+
+    def start(self, contacts: int | None = None, *, depth: ArrayLike = 0.0) -> Array:
+        """State of contacts before first touch.
+
+        Parameters
+        ----------
+        contacts : int, optional
+            Number of contacts; a single one if left out.
+        depth : float or array
+            Depth [m] before the first step, <= 0, one or one for each contact: the gap between the bodies, with a
+            minus sign. The law then finds the instant of first touch within a step.
+
+        Returns
+        -------
+        array
+            Shape ``(state_size,)``, or ``(contacts, state_size)``. A copy of it is a copy of the contact.
+
+        Raises
+        ------
+        InputError
+            If `contacts` is below 1, or a depth is positive or not finite.
+        """
+        shape = () if contacts is None else (whole("contacts", contacts),)
+        before = finite("depth", depth, "m")
+        if np.any(np.asarray(before) > 0.0):
+            raise InputError("depth", before, "must be <= 0 before first touch", "m")
+        state = np.zeros((*shape, self.state_size))
+        state[..., DEPTH] = _like("depth", before, shape)
+        return state
+
+    def step(self, state: Array, depth: ArrayLike, dt: float) -> Numeric:
+        """Force [N] after a time step; the state is changed in place.
+
+        Parameters
+        ----------
+        state : array
+            From `start`.
+        depth : float or array
+            Depth [m] at the end of the step, negative for a gap; one, or one for each contact.
+        dt : float
+            Length of the step [s], > 0; it may differ from step to step.
+
+        Returns
+        -------
+        float or array
+            Normal force on each body, >= 0, shape ``()`` or ``(contacts,)``.
+
+        Raises
+        ------
+        InputError
+            If a number is out of range; the state is then unchanged.
+        """
+        if not isinstance(state, np.ndarray) or state.dtype != np.float64 or not state.flags.c_contiguous:
+            raise InputTypeError("state", wanted="must be an array that `start` returned")
+        if state.ndim not in (1, 2) or state.shape[-1] != self.state_size:
+            wanted = f"must be ({self.state_size},) or (contacts, {self.state_size}), as `start` returns"
+            raise InputError("state.shape", state.shape, wanted)
+        depths = np.ascontiguousarray(_like("depth", finite("depth", depth, "m"), state.shape[:-1]))
+        if np.any(depths > self.max_depth):
+            raise InputError("depth", float(depths.max()), f"must be <= {self.max_depth:g} m", "m")
+        # The compiled step takes 0.5 s to import.
+        from restitution.law.step import step_all
+
+        forces = np.empty(depths.size)
+        step_all(
+            self.constants, state.reshape(-1, self.state_size), depths.ravel(), single_positive("dt", dt, "s"), forces
+        )
+        return forces if state.ndim > 1 else float(forces[0])
+
+    @property
+    def state_size(self) -> int:
+        """Numbers in the state of one contact."""
+        return state_size(len(self._branches), self.max_nodes)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The step as a function of numba, ``force = compiled(state, depth, dt)``, for `njit` and `cfunc`.
+
+        It allocates nothing and checks nothing: `state` is a contiguous array of `state_size` numbers, and beyond
+        `max_depth` the force is NaN and the state stays.
+        """
+        import numba
+
+        from restitution.law.step import step
+
+        law = self.constants
+
+        @numba.njit
+        def advance(state: Any, depth: float, dt: float) -> float:
+            return step(law, state, depth, dt)
+
+        return advance
+
+    @property
+    def _branches(self) -> list[tuple[float, float]]:
+        """Modulus [Pa] and time [s] of each branch; of a dashpot its viscosity and 0."""
+        series = self.modulus
+        pairs = list(zip(series.branch_moduli.tolist(), series.relaxation_times.tolist(), strict=True))
+        return pairs + [(series.parallel_viscosity, 0.0)] * (series.parallel_viscosity > 0.0)
+
+    @cached_property
+    def constants(self) -> Array:
+        """Constants of the law in the order that the module `restitution.law.nodes` describes."""
+        table, described, exponent, coefficient, cells = self._table, np.zeros(0), -1.0, 0.0, 0
+        if table is None:
+            exponent, coefficient = (
+                float(self.profile.path_exponent or 0.0),
+                float(self.profile.path_coefficient or 0.0),
+            )
+        else:
+            cells = len(table.origin)
+            low, high = table.ends
+            parts = table.edges, np.stack([table.origin, low, high - low], 1), table.radius, table.force_integral
+            described = np.concatenate([part.ravel() for part in parts])
+        head = len(self._branches), self.max_nodes, self.modulus.equilibrium_modulus, exponent, coefficient
+        branches = np.array(self._branches).reshape(-1, 2).T.ravel()
+        constants = np.concatenate([[*head, self.max_depth, cells], branches, described])
+        # Numba has one type for arrays that may be written, and another one for constants.
+        constants.setflags(write=False)
+        return constants
+
+
+def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None = None) -> ContactLaw:
+    """Contact law with memory for codes that step in time, such as discrete-element and multibody codes.
+
+    Parameters
+    ----------
+    impact : Impact
+        Its materials and its profile define the law. Mass, velocity and external force do not matter, but that the
+        deepest of these impacts limits a profile given by a table; they may be arrays.
+    max_nodes : int
+        Largest number of nodes of a contact, >= 8. A contact gets one node for each step of its first approach;
+        when there is no room, nodes that are near others in depth and time are dropped.
+    max_depth : float, optional
+        Largest depth [m] of the law. The default is the largest depth that the profile describes; for a profile whose
+        contact radius is no power of the depth at most four times the largest depth of the impact.
+
+    Returns
+    -------
+    ContactLaw
+        With `start` and `step`, and with `compiled`, the step for numba.
+
+    Raises
+    ------
+    InputError
+        If `impact` is no `Impact`, its profile has arrays of numbers, or a number is out of range.
+
+    Notes
+    -----
+    The law follows the foundation of the method of dimensionality reduction at nodes: the places that the edge of the
+    contact had at the end of each step. A node in contact moves with the body. A free node creeps back without load,
+    and the body may touch it again. Over one step the velocity changes linearly, as in the Verlet scheme. The page
+    Contact law of the theory derives the step.
+
+    For one approach and one rebound the force converges to that of `restitution.solve`, at second order in the time
+    step; 50 steps per contact suffice for an error of the restitution coefficient of 0.001. Loading again before
+    separation is an MDR approximation: each element of the foundation is independent, as in the paper of Willert et
+    al.
+
+    The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
+    modulus E0 and the contact radius a, and below ``m/(2 eta a)`` with a dashpot eta or branches that are faster than
+    the step, ``eta = sum E_k tau_k``.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    >>> impact = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    >>> exact = rs.solve(impact)
+    >>> law = rs.contact_law(impact)
+    >>> dt = exact.contact_time / 100
+    >>> state, depth, velocity, force = law.start(), 0.0, 1.0, 0.0
+    >>> while True:  # velocity Verlet
+    ...     depth += velocity * dt - 0.5 * force / impact.mass * dt**2
+    ...     before, force = force, law.step(state, depth, dt)
+    ...     velocity -= 0.5 * (before + force) / impact.mass * dt
+    ...     if force == 0.0:
+    ...         break
+    >>> abs(-velocity - exact.restitution_coefficient) < 2e-4
+    True
+    """
+    if not isinstance(impact, Impact):
+        raise InputTypeError("impact", impact, "must be an Impact")
+    profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
+    limit, given = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if np.ndim(limit) or np.ndim(profile.contact_radius(0.0)):
+        raise InputError("profile", profile, "must have single numbers as parameters: a law describes one profile")
+    if given is not None and given > limit:
+        raise InputError("max_depth", given, f"must be <= {limit:g} m, where the profile ends", "m")
+    if exponent is not None and coefficient is not None:
+        return ContactLaw(impact.reduced_modulus, profile, nodes, float(limit if given is None else given), None)
+    if given is None:
+        deepest = np.nanmax(Batch.from_impact(impact).solve(1e-6)["max_indentation_depth"])
+        given = min(float(limit), _DEEPER * float(deepest))
+    return ContactLaw(impact.reduced_modulus, profile, nodes, given, path_table(profile, given, _TABLE_RTOL))
+
+
+def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
+    """Return values as an array of a shape, refusing those that do not broadcast to it."""
+    try:
+        return np.broadcast_to(values, shape)
+    except ValueError:
+        raise InputError(f"{name}.shape", np.shape(values), f"must be () or {shape}: one for each contact") from None

@@ -1,0 +1,150 @@
+"""States, calls from Python and from compiled code, and refusals of the contact law."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+
+from restitution.contact.analytic import Sphere
+from restitution.contact.power_law import Cone
+from restitution.contact.profile import Parabola
+from restitution.errors import InputError, InputTypeError
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.law.law import ContactLaw, contact_law
+from restitution.law.nodes import COUNT
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from stepping import forces
+
+RUBBER = Material(PronySeries(1e6, [3e6, 5e6], [1e-4, 2e-3]), 2e7)
+IMPACT = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
+TIMES = np.linspace(0.0, 4e-3, 301)[1:]
+
+
+@pytest.fixture(scope="module")
+def law() -> ContactLaw:
+    return contact_law(IMPACT)
+
+
+def waves(count: int = 1) -> np.ndarray:
+    """Depths of contacts that load, unload and load again, each in its own way; shape (300, count)."""
+    phase = np.arange(count) / count
+    return 1e-4 * np.sin(2.0 * math.pi * (TIMES[:, None] / 2e-3 + phase)) * (1.0 + TIMES[:, None] / 4e-3)
+
+
+def test_many_contacts_equal_single_ones(law):
+    depths, state, dt = waves(7), law.start(7), TIMES[0]
+    together = np.array([law.step(state, depth, dt) for depth in depths])
+    assert together.shape == (300, 7)
+    assert together.max() > 0.0
+    for n in range(7):
+        alone = law.start()
+        assert [law.step(alone, depth, dt) for depth in depths[:, n]] == together[:, n].tolist()
+        assert alone.tolist() == state[n].tolist()
+
+
+def test_steps_in_compiled_code_equal_those_in_python(law):
+    depths, dt, step, size = waves()[:, 0], TIMES[0], law.compiled, law.state_size
+
+    # Without the runtime that counts references numba refuses to allocate.
+    @numba.njit(_nrt=False)
+    def march(state, depths, total):
+        for n in range(depths.size):
+            total[n] = step(state, depths[n], dt)
+
+    @numba.cfunc("float64(CPointer(float64), float64, float64)")
+    def callback(state, depth, dt):
+        return step(numba.carray(state, size), depth, dt)
+
+    state, called, expected, total = law.start(), law.start(), law.start(), np.empty(depths.size)
+    python = [law.step(expected, depth, dt) for depth in depths]
+    march(state, depths, total)
+    assert total.tolist() == python
+    assert [callback.ctypes(called.ctypes.data_as(callback.ctypes.argtypes[0]), d, dt) for d in depths] == python
+    assert state.tolist() == called.tolist() == expected.tolist()
+
+
+def test_a_copy_of_the_state_is_a_copy_of_the_contact(law):
+    state = law.start()
+    for depth in waves()[:100, 0]:
+        law.step(state, depth, TIMES[0])
+    branch = state.copy()
+    further = [law.step(state, depth, TIMES[0]) for depth in waves()[100:, 0]]
+    assert [law.step(branch, depth, TIMES[0]) for depth in waves()[100:, 0]] == further
+
+
+def test_first_touch_within_a_step_continues_the_gap(law):
+    # The same ramp, with steps that end at first touch and with steps that do not.
+    speed, dt = 1.0, 1e-6
+    late = law.start(depth=-0.4 * dt)
+    after = [law.step(late, (n + 0.6) * speed * dt, dt) for n in range(20)]
+    times = np.concatenate([[0.6], np.arange(1.6, 20.0)]) * dt
+    assert after[-1] == pytest.approx(forces(law, times, speed * times)[-1], rel=1e-12)
+
+
+def test_an_imprint_is_forgotten_when_it_has_vanished(law):
+    state = law.start()
+    forces_before = [law.step(state, depth, 1e-5) for depth in (5e-5, 1e-4, 5e-5, -1e-4)]
+    assert forces_before[-1] == 0.0
+    assert state[COUNT] > 0.0
+    for _ in range(200):
+        law.step(state, -1e-4, 1e-2)
+    assert state[COUNT] == 0.0
+    first = law.start(depth=-1e-4)
+    law.step(first, -1e-4, 1e-2)
+    assert law.step(state, 1e-4, 1e-5) == law.step(first, 1e-4, 1e-5) > 0.0
+
+
+def test_a_long_hold_relaxes_to_the_equilibrium_modulus(law):
+    state = law.start()
+    law.step(state, 1e-4, 1e-5)
+    held = [law.step(state, 1e-4, 1e-4) for _ in range(3000)]
+    hertz = 4.0 / 3.0 * law.modulus.equilibrium_modulus * 0.1 * 1e-4**1.5
+    assert held[-1] == pytest.approx(hertz, rel=1e-9)
+
+
+def test_largest_depth():
+    deep = contact_law(Impact(RUBBER, Sphere(0.01), 0.005, [0.5, 1.0]))
+    largest = solve(Impact(RUBBER, Sphere(0.01), 0.005, 1.0)).max_indentation_depth
+    assert deep.max_depth == pytest.approx(4.0 * largest, rel=1e-5)
+    state = deep.start()
+    assert math.isnan(deep.compiled(state, 1.01 * deep.max_depth, 1e-5))
+    assert not state.any()
+    assert contact_law(IMPACT, max_depth=1e-3).max_depth == 1e-3
+    assert contact_law(IMPACT).max_depth == math.inf
+
+
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda law: contact_law(RUBBER), "impact"),
+        (lambda law: contact_law(IMPACT, max_nodes=7), "max_nodes"),
+        (lambda law: contact_law(IMPACT, max_depth=0.0), "max_depth"),
+        (lambda law: contact_law(Impact(RUBBER, Cone([1.2, 1.3]), 0.005, 1.0)), "profile"),
+        (lambda law: law.start(0), "contacts"),
+        (lambda law: law.start(3, depth=1e-6), "depth"),
+        (lambda law: law.start(3, depth=[-1.0, -1.0]), "depth.shape"),
+        (lambda law: law.step([0.0], 0.0, 1.0), "state"),
+        (lambda law: law.step(law.start()[:-1], 0.0, 1.0), "state.shape"),
+        (lambda law: law.step(law.start(2)[:, :-1], 0.0, 1.0), "state"),
+        (lambda law: law.step(law.start(2), [0.0, 0.0, 0.0], 1.0), "depth.shape"),
+        (lambda law: law.step(law.start(), math.nan, 1.0), "depth"),
+        (lambda law: law.step(law.start(), 0.0, 0.0), "dt"),
+        (lambda law: law.step(law.start(), 0.0, [1.0, 1.0]), "dt"),
+        (lambda law: contact_law(IMPACT, max_depth=1e-3).step(law.start(), 2e-3, 1e-5), "depth"),
+    ],
+)
+def test_refusals(law, call, field):
+    with pytest.raises(InputError) as found:
+        call(law)
+    assert found.value.field == field
+    assert "\n" not in str(found.value)
+
+
+def test_a_fractional_material_is_refused_with_a_remedy():
+    from restitution.material.fractional import FractionalMaterial, springpot
+
+    with pytest.raises(InputTypeError, match="within"):
+        contact_law(Impact(FractionalMaterial(springpot(1e4, 0.2), bulk=2e9), Parabola(0.01), 0.005, 1.0))
