@@ -349,6 +349,14 @@ def test_bad_input_is_refused_in_one_line(arguments, field, value):
     assert "\n" not in str(caught.value)
 
 
+def test_a_force_that_jumps_over_a_hundred_decades_is_refused_at_once():
+    force, time = [0.0, 0.02, 2e98, 0.01, 0.0], [0.0, 0.01, 10.0, 10.01, 40.0]
+    material = rs.library.polyisobutylene
+    with pytest.raises(InputError, match=r"^history: .*steep") as caught:
+        indent(material, rs.FlatEndedParabola(5e-3, 0.2e-3), force=force, time=time, rtol=1e-6)
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.plain
 def test_a_depth_that_starts_below_the_surface_is_refused():
     with pytest.raises(InputError, match="contact point"):

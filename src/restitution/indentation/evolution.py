@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE
-from restitution.kernel.growing import BEYOND_PROFILE, Elements, Past, depth_rounding, grow_contact
+from restitution.kernel.growing import BEYOND_PROFILE, TOO_STEEP, Elements, Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import Recovery, recover
 from restitution.kernel.memory import DEPTH, TERMS, ScaledContact, Scratch, Segments, allocate, quadrature, remember
 from restitution.kernel.shrinking import (
@@ -64,6 +64,8 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepe
         if total == BEYOND_PROFILE:
             wanted = f"must not press the tip deeper than {deepest:g} m, where the profile ends"
             raise InputError("force", wanted=wanted)
+        if total == TOO_STEEP:
+            raise InputError("history", wanted="rises too steeply for the digits of its times; smooth it")
         if total >= 0:
             elements = Elements(*(a[: total + 1] if a.shape == (room + 1,) else a[:total] for a in past.elements))
             return past._replace(elements=elements, total=total, first=first, turning=turning)

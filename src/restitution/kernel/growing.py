@@ -35,11 +35,13 @@ from restitution.kernel.memory import (
 )
 from restitution.kernel.path import Path, radius_and_integral
 
-NO_ROOM, BEYOND_PROFILE = -1, -2
+NO_ROOM, BEYOND_PROFILE, TOO_STEEP = -1, -2, -3
 # Length of the shortest element over the duration: at first touch, where the rates are powers of time.
 FIRST_ELEMENT = 1e-60
 # Rounding of the rate of Pi over Pi/t and the rate of the force; a smaller fall is not a turning point.
 RATE_ROUNDING = 1e-13
+# Largest number of coarse elements in a segment: with more of them, the rounding of the times hides the contact.
+_MOST_COARSE = 1000
 # An element that would cover this share of the rest of its segment covers all of it.
 MOST_OF_REST = 0.75
 # Search for a turning point in a segment: number of even steps, and of all places.
@@ -226,8 +228,8 @@ def grow(
     """Cut the growing contact up to the turning point at `end`, which cuts the last of the segments, into elements.
 
     The tolerance is that of d and Pi over the largest, and of their rates where the modes forget faster than within an
-    element. Returns the number of elements, NO_ROOM, or BEYOND_PROFILE where a force presses the body deeper than the
-    table of its profile reaches.
+    element. Returns the number of elements; NO_ROOM; BEYOND_PROFILE where a force presses the body deeper than the
+    table of its profile reaches; or TOO_STEEP where even the shortest elements are too coarse.
     """
     room = elements.starts.shape[0]
     e, depth, integral = 0, 0.0, 0.0
@@ -256,10 +258,12 @@ def grow(
             e += 1
             elements.depths[e], elements.integrals[e] = depth, integral
             continue
-        h = stop - b
+        h, n_coarse = stop - b, 0
         while b < stop:
             if e == room:
                 return NO_ROOM
+            if n_coarse > _MOST_COARSE:
+                return TOO_STEEP
             h = min(h, stop - b)
             if h > MOST_OF_REST * (stop - b):
                 h = stop - b
@@ -283,6 +287,7 @@ def grow(
             if coarse and h > SHORTEST_ELEMENT * b + FIRST_ELEMENT * stop:
                 h *= 0.5
                 continue
+            n_coarse += coarse
             elements.starts[e], elements.lengths[e], elements.segments[e] = b, h, i
             elements.depths[e], elements.integrals[e] = depth, integral
             b = stop if h == stop - b else b + h
@@ -315,7 +320,7 @@ def grow_contact(
 ) -> tuple[int, int, float]:
     """Write the growing contact and its memory to the arrays of `past`, which may be longer than needed.
 
-    Returns the number of elements, NO_ROOM or BEYOND_PROFILE; the segment in which the contact starts to shrink; and
+    Returns the number of elements or a status of `grow`; the segment in which the contact starts to shrink; and
     the time of that. The tolerance is that of `grow`.
     """
     m = contact.values.shape[0]
