@@ -15,8 +15,8 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
-# Each point of its curves has another material.
-SLOW = ("plot_12_power_law", "plot_16_force_map")
+# Each point of their curves has another material, or many balls collide.
+SLOW = ("plot_12_power_law", "plot_16_force_map", "plot_17_granular_gas")
 
 
 def test_there_are_at_least_eight_examples() -> None:

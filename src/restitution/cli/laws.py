@@ -83,7 +83,9 @@ def _targets(incomplete: str) -> list[str]:
 def calibrate(
     case: CaseFile,
     target: Annotated[str, option("Law of the code.", metavar="NAME", autocompletion=_targets)],
-    velocity: Annotated[tuple[str, str], option("Velocities, e.g. 1mm/s 10m/s.", metavar="LOW HIGH")],
+    velocity: Annotated[
+        tuple[str, str], option("Velocities, e.g. 1mm/s 10m/s; twice the same for one.", metavar="LOW HIGH")
+    ],
     radius: Annotated[
         tuple[str, str] | None, option("Radii of the first ball, for one law of all sizes.", metavar="LOW HIGH")
     ] = None,
@@ -114,7 +116,7 @@ def calibrate(
         bodies: Any = problem.bodies(impact)
         with compilation():
             found = fit(
-                bodies or impact, target, (low, high), radius=sizes, restitution=restitution,
+                bodies or impact, target, (low, high) if low != high else low, radius=sizes, restitution=restitution,
                 contact=contact or (None if bodies else "wall"), units=units, workers=workers,
             )  # fmt: skip
         notes = problem.notes(impact)
