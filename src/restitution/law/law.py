@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric, finite, single_positive, whole
 from restitution.contact.path import PathTable, path_table
-from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError
+from restitution.files import path_of, whole_file
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.law.nodes import DEPTH, state_size
+from restitution.law.nodes import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
 
@@ -32,18 +37,18 @@ class ContactLaw:
 
     Attributes
     ----------
+    impact : Impact
+        The impact for which the law was made.
     modulus : PronySeries
-        Reduced relaxation modulus E*(t) [Pa] of the two bodies.
-    profile : Profile
-        Profile of the gap.
+        Reduced relaxation modulus E*(t) [Pa] of the law.
     max_nodes : int
         Largest number of nodes of a contact.
     max_depth : float
         Largest depth [m] that the law describes.
     """
 
+    impact: Impact
     modulus: PronySeries
-    profile: Profile
     max_nodes: int
     max_depth: float
     _table: PathTable | None = field(repr=False)
@@ -140,6 +145,53 @@ class ContactLaw:
 
         return advance
 
+    def to_c(self, path: str | os.PathLike[str], *, name: str = "contact_law") -> Path:
+        """Write the law as a header in C99 that needs no other file.
+
+        Parameters
+        ----------
+        path : str or path
+            Name of the file, such as `law.h`; replaced if it is there.
+        name : str
+            Start of the names in the header. ``name_start(state, depth)`` begins a contact,
+            ``force = name_step(state, depth, dt)`` advances it, and a state is an array of ``name_SIZE`` doubles, with
+            the name in capitals.
+
+        Returns
+        -------
+        Path
+            The path.
+
+        Raises
+        ------
+        InputError
+            If `name` is no name in C.
+
+        Notes
+        -----
+        The header is a translation of the step of this package, with the same operations in the same order; both
+        agree to rounding.
+        """
+        if not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", str(name)):
+            raise InputError("name", name, "must be lower-case letters, digits and underscores, a letter first")
+        target = path_of(path)
+        from restitution.law.c_header import header
+
+        paragraphs = [
+            f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
+            f"Profile: {self.impact.profile!r}.",
+            *(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
+            f"Reduced relaxation modulus: {self.modulus!r}.",
+            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Loading again before separation "
+            "is an MDR approximation. Beyond the largest depth the force is NaN.",
+        ]
+        values, meanings = self.constants.tolist(), labels(len(self._branches))
+        meanings += ["table of the profile"] * (len(values) - len(meanings))
+        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size)
+        with whole_file(target) as partial:
+            partial.write_text(text, encoding="utf-8")
+        return target
+
     @property
     def _branches(self) -> list[tuple[float, float]]:
         """Modulus [Pa] and time [s] of each branch; of a dashpot its viscosity and 0."""
@@ -152,10 +204,8 @@ class ContactLaw:
         """Constants of the law in the order that the module `restitution.law.nodes` describes."""
         table, described, exponent, coefficient, cells = self._table, np.zeros(0), -1.0, 0.0, 0
         if table is None:
-            exponent, coefficient = (
-                float(self.profile.path_exponent or 0.0),
-                float(self.profile.path_coefficient or 0.0),
-            )
+            profile = self.impact.profile
+            exponent, coefficient = float(profile.path_exponent or 0.0), float(profile.path_coefficient or 0.0)
         else:
             cells = len(table.origin)
             low, high = table.ends
@@ -238,11 +288,11 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     if given is not None and given > limit:
         raise InputError("max_depth", given, f"must be <= {limit:g} m, where the profile ends", "m")
     if exponent is not None and coefficient is not None:
-        return ContactLaw(impact.reduced_modulus, profile, nodes, float(limit if given is None else given), None)
+        return ContactLaw(impact, impact.reduced_modulus, nodes, float(limit if given is None else given), None)
     if given is None:
         deepest = np.nanmax(Batch.from_impact(impact).solve(1e-6)["max_indentation_depth"])
         given = min(float(limit), _DEEPER * float(deepest))
-    return ContactLaw(impact.reduced_modulus, profile, nodes, given, path_table(profile, given, _TABLE_RTOL))
+    return ContactLaw(impact, impact.reduced_modulus, nodes, given, path_table(profile, given, _TABLE_RTOL))
 
 
 def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
@@ -251,3 +301,9 @@ def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
         return np.broadcast_to(values, shape)
     except ValueError:
         raise InputError(f"{name}.shape", np.shape(values), f"must be () or {shape}: one for each contact") from None
+
+
+def _provenance(material: Material) -> str:
+    """Return the name of a material, its source and what is assumed beyond it."""
+    parts = (material.name, material.source, material.assumptions)
+    return "; ".join(part for part in parts if part) or "without name or source"

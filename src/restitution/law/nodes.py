@@ -39,6 +39,25 @@ PLACE, BORN, INTEGRAL, DISPLACEMENT, TRIAL, ROWS = range(6)
 # Number of coefficients of the contact radius and of its integral in each cell of a table.
 RADIUS_TERMS, INTEGRAL_TERMS = 8, 12
 
+_MEANINGS = {
+    BRANCHES: "number of branches",
+    NODES: "largest number of nodes",
+    EQUILIBRIUM: "equilibrium modulus [Pa]",
+    EXPONENT: "exponent p of the contact radius a = c s^p, s = sqrt(depth); -1 for a table",
+    COEFFICIENT: "coefficient c [m^(1-p/2)]",
+    MAX_DEPTH: "largest depth [m]",
+    CELLS: "number of cells of the table of the profile",
+}
+
+
+def labels(branches: int) -> list[str]:
+    """Meaning of each constant of a law that has no table."""
+    of_branches = (
+        "modulus of branch {} [Pa]; of a dashpot its viscosity [Pa s]",
+        "time of branch {} [s]; of a dashpot 0",
+    )
+    return [*_MEANINGS.values(), *(text.format(k + 1) for text in of_branches for k in range(branches))]
+
 
 def state_size(branches: int, nodes: int) -> int:
     """Length of the state of a contact."""

@@ -1,7 +1,7 @@
 """One time step of the contact law, for numba; `c_header` writes the same statements in C.
 
-The statements keep to what both languages share: numbers, parts of one-dimensional arrays, loops and conditions. The
-module `nodes` describes the arrays `law` and `state`.
+The statements keep to what both languages share: numbers, parts of one-dimensional arrays, loops over a range and
+conditions. The module `nodes` describes the arrays `law` and `state`.
 """
 
 import math
@@ -16,9 +16,7 @@ from restitution.law.nodes import (
     BRANCH,
     BRANCHES,
     BULGE,
-    CELLS,
     CLOCK,
-    COEFFICIENT,
     CONSTANTS,
     CONTACT,
     COUNT,
@@ -28,76 +26,25 @@ from restitution.law.nodes import (
     EDGE,
     ELAPSED,
     EQUILIBRIUM,
-    EXPONENT,
     GAIN,
     INTEGRAL,
-    INTEGRAL_TERMS,
     MAX_DEPTH,
     NODES,
     NUMBERS,
     PLACE,
     RADIUS,
-    RADIUS_TERMS,
     RATE,
     ROWS,
     STEP,
     STIFFNESS,
     TRIAL,
 )
+from restitution.law.radius import integral_at, radius_at
 
 # Share of the largest depth below which an imprint is forgotten.
 FORGOTTEN = 1e-9
 # Added to what decays, because processors are slow on numbers below 1e-308.
 TINY = 1e-200
-
-
-@compiled
-def table_value(law: NDArray, depth: float, terms: int, before: int) -> float:
-    """Value of the piecewise polynomials of `terms` coefficients that follow those of `before` coefficients."""
-    cells = int(law[CELLS])
-    ends = law[CONSTANTS + 2 * int(law[BRANCHES]) :]
-    place = math.sqrt(depth)
-    low = 0
-    high = cells
-    while high - low > 1:
-        middle = (low + high) // 2
-        if place < ends[middle]:
-            high = middle
-        else:
-            low = middle
-    cell = ends[cells + 1 + 3 * low :]
-    if cell[0] >= 0.0:
-        place = math.sqrt(max(place - cell[0], 0.0))
-    place = (place - cell[1]) / cell[2]
-    coefficients = ends[cells + 1 + (3 + before) * cells + terms * low :]
-    value = 0.0
-    for n in range(terms):
-        value = value * place + coefficients[terms - 1 - n]
-    return value
-
-
-@compiled
-def radius_at(law: NDArray, depth: float) -> float:
-    """Contact radius of the first approach at a depth >= 0."""
-    exponent = law[EXPONENT]
-    if exponent == 1.0:
-        return law[COEFFICIENT] * math.sqrt(depth)
-    if exponent == 0.0:
-        return law[COEFFICIENT]
-    if exponent == 2.0:
-        return law[COEFFICIENT] * depth
-    if exponent > 0.0:
-        return law[COEFFICIENT] * math.pow(depth, 0.5 * exponent)
-    return table_value(law, depth, RADIUS_TERMS, 0)
-
-
-@compiled
-def integral_at(law: NDArray, depth: float) -> float:
-    """Integral of the contact radius over the depth, from 0 to a depth >= 0."""
-    exponent = law[EXPONENT]
-    if exponent >= 0.0:
-        return 2.0 / (exponent + 2.0) * depth * radius_at(law, depth)
-    return table_value(law, depth, INTEGRAL_TERMS, RADIUS_TERMS)
 
 
 @compiled

@@ -1,0 +1,216 @@
+"""The contact law as a C99 header: the statements of `radius` and `step`, translated, and the constants of one law.
+
+Only what the step needs is translated: numbers, conditions, loops over a range, and parts of arrays, which become
+pointers.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Sequence
+from itertools import groupby
+from textwrap import indent, wrap
+
+from restitution.law import nodes, radius, step
+
+_TYPES = {"float": "double", "int": "int", "bool": "int", "None": "void"}
+_WORDS: dict[type[ast.AST], str] = {ast.And: " && ", ast.Or: " || "}
+_NAMES = {"max": "fmax", "min": "fmin", "abs": "fabs", "step": "advance"}
+_VALUES = {"nan": "NAN", "inf": "INFINITY", "True": "1", "False": "0"}
+_WIDTH = 110
+
+_HEADER = """\
+/*
+{text}
+*/
+
+#ifndef {guard}
+#define {guard}
+
+#include <math.h>
+
+/* Numbers in the state of one contact. */
+#define {upper}_SIZE {size}
+
+/* Places in the constants of the law and in a state; see the module restitution.law.nodes. */
+enum {{
+{places}
+}};
+
+{numbers}
+
+static const double {name}_constants[{count}] = {{
+{constants}
+}};
+
+{functions}
+
+/* Begin a contact at a depth <= 0 [m]: the gap between the bodies before the first step, with a minus sign. */
+static inline void {name}_start(double *state, double depth)
+{{
+    for (int n = 0; n < {upper}_SIZE; n++)
+        state[n] = 0.0;
+    state[{upper}_DEPTH] = depth;
+}}
+
+/* Advance a contact by a time step dt > 0 [s] to a depth [m]; return the force [N]. */
+static inline double {name}_step(double *state, double depth, double dt)
+{{
+    return {name}_advance({name}_constants, state, depth, dt);
+}}
+
+#endif
+"""
+
+
+def header(name: str, paragraphs: Sequence[str], constants: Sequence[tuple[float, str]], size: int) -> str:
+    """Text of a header.
+
+    Parameters
+    ----------
+    name
+        Start of all names in the header.
+    paragraphs
+        What the law is.
+    constants, size
+        The constants, each with its meaning, and the length of a state.
+    """
+    upper = name.upper()
+    places = {key: value for key, value in vars(nodes).items() if isinstance(value, int)}
+    numbers = {key: value for key, value in vars(step).items() if isinstance(value, float)}
+    entries = [f"{_VALUES.get(repr(value), repr(value))}, /* {_safe(meaning)} */" for value, meaning in constants]
+    parsed = ast.parse(inspect.getsource(radius) + inspect.getsource(step))
+    functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef)]
+    returned = {node.name: _TYPES[ast.unparse(node.returns)] for node in functions if node.returns}
+    translated = [_Function(node, returned, name).text() for node in functions if node.name != "step_all"]
+    return _HEADER.format(
+        text="\n".join(line for text in paragraphs for line in wrap(_safe(text), _WIDTH) or [""]),
+        guard=f"{upper}_H", upper=upper, name=name, size=size, count=len(constants),
+        places=indent(",\n".join(f"{upper}_{key} = {value}" for key, value in places.items()), "    "),
+        numbers="\n".join(f"static const double {upper}_{key} = {value!r};" for key, value in numbers.items()),
+        constants=indent("\n".join(entries), "    "),
+        functions="\n".join(translated).rstrip(),
+    )  # fmt: skip
+
+
+def _safe(text: str) -> str:
+    """Return a text that does not end a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+class _Function(ast.NodeTransformer):
+    """Translation of one function to C; a variable has one type throughout."""
+
+    def __init__(self, source: ast.FunctionDef, returned: dict[str, str], prefix: str) -> None:
+        self.source, self.returned, self.prefix = source, returned, prefix
+        self.types: dict[str, str] = {}
+        for argument in source.args.args:
+            annotation = ast.unparse(argument.annotation or argument)
+            pointer = "const double *" if argument.arg == "law" else "double *"
+            self.types[argument.arg] = pointer if annotation == "NDArray" else _TYPES[annotation]
+
+    def text(self) -> str:
+        source, arguments = self.source, dict(self.types)
+        statements = self.block(source.body[1:])
+        local = sorted((kind, name) for name, kind in self.types.items() if name not in arguments)
+        variables = [
+            f"{kind.rstrip(' *')} " + ", ".join("*" * kind.endswith("*") + name for _, name in names)
+            for kind, names in groupby(local, key=lambda pair: pair[0])
+        ]
+        comment = wrap(f"/* {' '.join((ast.get_docstring(source) or '').split())} */", _WIDTH, subsequent_indent="   ")
+        given = ", ".join(
+            f"{kind}{name}" if kind.endswith("*") else f"{kind} {name}" for name, kind in arguments.items()
+        )
+        head = f"static inline {self.returned[source.name]} {self.function(source.name)}({given})"
+        body = "".join(f"    {line};\n" for line in variables) + statements
+        return "\n".join(comment) + f"\n{head}\n{{\n{body}}}\n"
+
+    def function(self, name: str) -> str:
+        """Return the name of a function of the step, or of the library of C."""
+        new = _NAMES.get(name, name)
+        return f"{self.prefix}_{new}" if name in self.returned else new
+
+    def block(self, statements: list[ast.stmt]) -> str:
+        return indent("".join(map(self.statement, statements)), "    ")
+
+    def statement(self, node: ast.stmt) -> str:
+        match node:
+            case ast.Assign(targets=[target]):
+                self.declare(target, self.type_of(node.value))
+                return f"{self.expression(target)} = {self.expression(node.value)};\n"
+            case ast.AugAssign():
+                return f"{ast.unparse(self.visit(node))};\n"
+            case ast.Expr():
+                return f"{self.expression(node.value)};\n"
+            case ast.Return(value=value) if value is not None:
+                return f"return {self.expression(value)};\n"
+            case ast.For(target=ast.Name(id=name), iter=ast.Call(args=limits)):
+                self.declare(node.target, "int")
+                first, last = ("0", *map(self.expression, limits))[-2:]
+                return f"for ({name} = {first}; {name} < {last}; {name}++) {{\n{self.block(node.body)}}}\n"
+            case ast.While():
+                return f"while ({self.expression(node.test)}) {{\n{self.block(node.body)}}}\n"
+            case ast.If():
+                otherwise = f" else {{\n{self.block(node.orelse)}}}" if node.orelse else ""
+                return f"if ({self.expression(node.test)}) {{\n{self.block(node.body)}}}{otherwise}\n"
+            case _:
+                raise NotImplementedError(ast.unparse(node))
+
+    def declare(self, target: ast.expr, kind: str) -> None:
+        if isinstance(target, ast.Name) and self.types.setdefault(target.id, kind) != kind:
+            raise NotImplementedError(f"{target.id} is {self.types[target.id]} and {kind}")
+
+    def type_of(self, node: ast.expr) -> str:
+        match node:
+            case ast.Constant(value=value):
+                return "int" if isinstance(value, int) else "double"
+            case ast.Name(id=name):
+                return self.types.get(name, "int")
+            case ast.Subscript(value=value, slice=ast.Slice()):
+                return self.type_of(value)
+            case ast.BinOp(left=left, op=op, right=right) if not isinstance(op, ast.Div):
+                return "int" if self.type_of(left) == self.type_of(right) == "int" else "double"
+            case ast.Call(func=ast.Name(id=name)):
+                return self.returned.get(name, "int" if name == "int" else "double")
+            case _:
+                return "double"
+
+    def expression(self, node: ast.expr) -> str:
+        """Return an expression in C, which Python writes after the names and operators are replaced."""
+        return ast.unparse(self.visit(node))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        return ast.Name(_VALUES.get(repr(node.value), repr(node.value)))
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return ast.Name(f"{self.prefix.upper()}_{node.id}" if node.id.isupper() else node.id)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        return ast.Name(_VALUES.get(node.attr, node.attr))
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        if isinstance(node.slice, ast.Slice) and node.slice.lower is not None:
+            return self.visit(ast.BinOp(node.value, ast.Add(), node.slice.lower))
+        return self.generic_visit(node)
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        if isinstance(node.op, ast.FloorDiv):
+            node = ast.BinOp(node.left, ast.Div(), node.right)
+        return self.generic_visit(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
+        return ast.Name("(" + _WORDS[type(node.op)].join(f"({self.expression(value)})" for value in node.values) + ")")
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        if isinstance(node.op, ast.Not):
+            return ast.Name(f"!({self.expression(node.operand)})")
+        return self.generic_visit(node)
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        arguments = [self.visit(argument) for argument in node.args]
+        if isinstance(node.func, ast.Name):
+            if node.func.id == "int":
+                return ast.Name(f"(int){ast.unparse(arguments[0])}")
+            return ast.Call(ast.Name(self.function(node.func.id)), arguments, [])
+        return ast.Call(self.visit(node.func), arguments, [])

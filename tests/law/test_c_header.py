@@ -1,0 +1,87 @@
+"""The header in C compiles without warnings and gives the forces of the law in Python."""
+
+import math
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from restitution.contact.analytic import TruncatedCone
+from restitution.contact.power_law import PowerLaw
+from restitution.contact.profile import Parabola
+from restitution.errors import InputError
+from restitution.impact.problem import Impact
+from restitution.law.law import ContactLaw, contact_law
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+
+PROGRAM = """\
+#include <stdio.h>
+#include "soft.h"
+#include "hard.h"
+
+int main(void)
+{
+    double soft[SOFT_SIZE], hard[HARD_SIZE], depth, dt;
+    soft_start(soft, -1e-6);
+    hard_start(hard, -1e-6);
+    while (scanf("%lf %lf", &depth, &dt) == 2)
+        printf("%.17g %.17g\\n", soft_step(soft, depth, dt), hard_step(hard, depth, dt));
+    return 0;
+}
+"""
+
+SOFT = Material(PronySeries(1e6, [3e6, 5e6], [1e-4, 2e-3], parallel_viscosity=20.0), 2e7, name="a */ b", source="lab")
+HARD = Material(PronySeries(1e7), 2e9)
+CASES = {
+    "parabola": contact_law(Impact(SOFT, Parabola(0.01), 0.005, 1.0), max_nodes=12),
+    "power": contact_law(Impact(SOFT, PowerLaw(3.0, 1e3), 0.005, 1.0)),
+    "table": contact_law(Impact(SOFT, TruncatedCone(0.001, 1.3), 0.005, 1.0), max_depth=2e-4),
+}
+
+
+def history(rng) -> tuple[np.ndarray, np.ndarray]:
+    """Depths [m] with loading again and flights, and steps [s] of two lengths and of random ones."""
+    dt = np.concatenate([np.full(300, 1e-5), np.full(300, 4e-5), rng.uniform(1e-6, 1e-4, 300)])
+    times = np.cumsum(dt)
+    waves = np.sin(2.0 * math.pi * times[:, None] * [70.0, 190.0, 410.0] + rng.uniform(0.0, 6.0, 3))
+    return 5e-5 * waves.sum(axis=1), dt
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+@pytest.mark.parametrize("case", CASES)
+def test_c_and_python_agree(tmp_path, case):
+    soft, hard = CASES[case], contact_law(Impact(HARD, Parabola(0.02), 1.0, 1.0))
+    for law, name in ((soft, "soft"), (hard, "hard")):
+        assert law.to_c(tmp_path / f"{name}.h", name=name) == tmp_path / f"{name}.h"
+    (tmp_path / "main.c").write_text(PROGRAM)
+    flags = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c99", "-O2"]
+    subprocess.run(["cc", *flags, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
+    depths, dt = history(np.random.default_rng(1))
+    lines = "".join(f"{depth!r} {step!r}\n" for depth, step in zip(depths.tolist(), dt.tolist(), strict=True))
+    run = subprocess.run([tmp_path / "main"], input=lines, capture_output=True, text=True, check=True)
+    found = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
+    for law, forces in ((soft, found[:, 0]), (hard, found[:, 1])):
+        state = law.start(depth=-1e-6)
+        expected = np.array([law.step(state, depth, step) for depth, step in zip(depths, dt, strict=True)])
+        assert np.count_nonzero(np.diff(np.sign(expected))) > 5
+        assert np.max(np.abs(forces - expected)) <= 1e-12 * expected.max()
+
+
+def test_the_header_names_units_and_sources(tmp_path):
+    text = CASES["table"].to_c(tmp_path / "law.h").read_text()
+    assert "contact_law_step" in text
+    assert "lab" in text
+    assert "[Pa]" in text
+    assert "MDR approximation" in text
+    assert "a */ b" not in text
+
+
+@pytest.mark.parametrize("name", ["", "2a", "A", "a b", "a\n"])
+def test_a_name_that_c_does_not_take_is_refused(tmp_path, name):
+    law: ContactLaw = CASES["power"]
+    with pytest.raises(InputError) as found:
+        law.to_c(tmp_path / "law.h", name=name)
+    assert found.value.field == "name"
+    assert not list(tmp_path.iterdir())
