@@ -85,7 +85,7 @@ def test_force_is_that_of_the_code(name):
 def test_yade_gives_en_at_vn():
     """en is the Pade approximant at vn for every size."""
     law, en, vn = LAWS["yade-mindlin"], RNG.uniform(0.3, 0.95), RNG.uniform(0.1, 3.0)
-    setting = Setting(vn, 1.0, 1.0, 0.3, 1.0, 0.0, en)
+    setting = Setting(vn, 1.0, 0.3, 1.0, 0.0, en)
     modulus, strength = law.naive(setting)
     assert law.typed(modulus, strength, setting)["en"].value == pytest.approx(en, rel=1e-12)
     mass, radius = np.exp(RNG.uniform(-5.0, 5.0, 2))

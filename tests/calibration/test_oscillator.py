@@ -59,7 +59,7 @@ def test_elastic_spheres(shape, end):
     depth = closed_forms.elastic_max_indentation_depth(0.75 * stiffness, 1.0, mass, velocity)
     time = one_rebound(shape, end, 0.0)[1] * unit
     assert time == pytest.approx(closed_forms.elastic_contact_time(depth, velocity), rel=1e-10)
-    assert rebound(shape, end, 1e-9)[1] * unit == pytest.approx(time, rel=2e-4)
+    assert rebound(shape, end, 1e-9)[1] * unit == pytest.approx(time, rel=1e-8)
     b = loss(shape, stiffness, 1e-6 * stiffness * length ** (shape.spring - shape.dashpot) / velocity, mass, velocity)
     assert b == pytest.approx(1e-6)
     if shape == VISCOELASTIC:

@@ -8,6 +8,7 @@ import numpy as np
 
 from restitution import quantities
 from restitution.calibration import events
+from restitution.calibration.bodies import pair
 from restitution.calibration.codes import LAWS
 from restitution.calibration.collisions import Collisions, collisions
 from restitution.calibration.fit import nearest
@@ -101,29 +102,21 @@ def calibrate(
     systems = law.units if law else ("si",)
     if units not in systems:
         raise InputError("units", units, f"must be {' or '.join(map(repr, systems))} for {target}")
-    wanted = collisions(problem, velocity, radius, restitution, contact, points, rtol, workers)
+    wanted = collisions(pair(problem, contact), velocity, radius, restitution, points, rtol, workers)
     return _of_events(wanted) if law is None else _of_law(law, wanted, units)
 
 
 def _of_law(law: Law, wanted: Collisions, units: str) -> Calibration:
-    impact, system = wanted.impact, _system(wanted, units)
-    modulus, time = wanted.middle_modulus
-    setting = Setting(
-        velocity=wanted.middle,
-        mass=float(impact.mass),
-        radius=wanted.middle_radius,
-        poisson_ratio=impact.material.poisson_ratio,
-        modulus=modulus,
-        retardation_time=time,
-        restitution_coefficient=wanted.middle_restitution,
-    )
+    velocity, mass, _ = wanted.middle
+    poisson_ratio = wanted.pair.impact.material.poisson_ratio
+    setting = Setting(velocity, mass, poisson_ratio, *wanted.dynamic_modulus, wanted.middle_restitution)
     found, naive = nearest(law, wanted), TypedLaw(law, *law.naive(setting), law.naive_end)
+    system = _system(wanted, units)
 
-    def numbers(contact: TypedLaw) -> dict[str, Parameter]:
-        typed = law.typed(contact.modulus, contact.strength, setting)
+    def numbers(one: TypedLaw) -> dict[str, Parameter]:
         return {
-            name: Parameter(system.convert(one.value, one.powers), system.unit(one.powers), one.words)
-            for name, one in typed.items()
+            name: Parameter(system.convert(typed.value, typed.powers), system.unit(typed.powers), typed.words)
+            for name, typed in law.typed(one.modulus, one.strength, setting).items()
         }
 
     parameters = numbers(found)
@@ -134,8 +127,9 @@ def _of_law(law: Law, wanted: Collisions, units: str) -> Calibration:
 def _system(wanted: Collisions, units: str) -> UnitSystem:
     if units != REDUCED:
         return SYSTEMS[units]
-    diameter = 2.0 * float(wanted.radius[wanted.radius.size // 2])
-    return reduced(wanted.ball_mass, diameter, float(wanted.velocity[-1]))
+    radius = float(wanted.radius[wanted.radius.size // 2])
+    mass = wanted.pair.ball_mass * (radius / wanted.pair.ball_radius) ** 3
+    return reduced(mass, 2.0 * radius, float(wanted.velocity[-1]))
 
 
 def _of_events(wanted: Collisions) -> Calibration:

@@ -80,6 +80,7 @@ LAMMPS_TSUJI = Law(
     **_lammps("tsuji", "e"),
     **by_restitution(tsuji_strength, 0.0, 1.0),
     shape=CONSTANT,
+    elastic=False,
     notes=("for LAMMPS up to version 22Jul2025; later versions multiply the damping by sqrt(2)",),
 )
 

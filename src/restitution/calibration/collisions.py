@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution import quantities, validity
+from restitution.calibration.bodies import Pair, reduced_radius
 from restitution.checks import positive, within
 from restitution.contact.profile import Parabola
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.closed_forms import elastic_contact_time, elastic_max_indentation_depth
-from restitution.impact.problem import Body, Impact, collision
+from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
 from restitution.validity import Validity
 
@@ -30,122 +31,85 @@ class Collisions:
 
     Attributes
     ----------
-    impact : Impact
-        One of them, of the middle velocity and radius.
-    wall : bool
-        Whether the second body is a wall.
+    pair : Pair
+        The two bodies.
     velocity, radius : array, shapes (n_velocity,), (n_radius,)
-        Velocities [m/s] and radii of the first ball [m]; of an `Impact` the radii of its parabola.
-    reduced_radius, mass : array, shape (n_radius,)
-        R [m] and m [kg] of 1/R = 1/R1 + 1/R2 and 1/m = 1/m1 + 1/m2.
-    ball_mass : float
-        Mass [kg] of the first ball at the middle radius; of an `Impact` its mass.
+        Velocities [m/s] and radii of the first ball [m].
+    mass, reduced_radius : array, shape (n_radius,)
+        m [kg] and R [m] of 1/m = 1/m1 + 1/m2 and 1/R = 1/R1 + 1/R2.
     restitution_coefficient, contact_time : array, shape (n_velocity, n_radius)
-        To be met by a law; the contact time is NaN if it is not known.
+        e [-] and T [s]; the contact time is NaN if only e is given.
     validity : Validity or None
-        The assumptions of the theory at the worst of them.
+        The assumptions of the theory at the worst of the collisions; None if e is given.
     """
 
-    impact: Impact
-    wall: bool
+    pair: Pair
     velocity: Array
     radius: Array
-    reduced_radius: Array
     mass: Array
-    ball_mass: float
+    reduced_radius: Array
     restitution_coefficient: Array
     contact_time: Array
     validity: Validity | None
 
     @property
-    def middle_radius(self) -> float:
-        """Reduced radius [m] in the middle."""
-        return float(self.reduced_radius[self.radius.size // 2])
+    def grid(self) -> tuple[Array, Array, Array]:
+        """Velocity [m/s], mass [kg] and reduced radius [m], which broadcast to shape (n_velocity, n_radius)."""
+        return self.velocity[:, None], self.mass, self.reduced_radius
 
     @property
-    def middle(self) -> float:
-        """Velocity [m/s] in the middle of the range, by ratios."""
-        return math.sqrt(float(self.velocity[0]) * float(self.velocity[-1]))
+    def middle(self) -> tuple[float, float, float]:
+        """Velocity [m/s], mass [kg] and reduced radius [m] in the middle, by ratios."""
+        centre = self.radius.size // 2
+        speed = math.sqrt(float(self.velocity[0]) * float(self.velocity[-1]))
+        return speed, float(self.mass[centre]), float(self.reduced_radius[centre])
 
     @property
     def middle_restitution(self) -> float:
-        """Coefficient of restitution [-] at the middle velocity, for the middle radius."""
+        """Coefficient of restitution [-] in the middle."""
         column = self.restitution_coefficient[:, self.radius.size // 2]
-        return float(np.interp(math.log(self.middle), np.log(self.velocity), column))
+        return float(np.interp(math.log(self.middle[0]), np.log(self.velocity), column))
 
     @property
     def static_modulus(self) -> float:
-        """Reduced modulus E* [Pa] at rest; at once, for a liquid."""
-        series = self.impact.reduced_modulus
-        return series.equilibrium_modulus or series.instantaneous_modulus
+        """Reduced modulus E* [Pa] at rest; of a liquid that of its branches."""
+        series = self.pair.impact.reduced_modulus
+        return series.equilibrium_modulus or float(series.branch_moduli.sum())
 
     @property
-    def middle_modulus(self) -> tuple[float, float]:
-        """Storage part [Pa] of E* and loss tangent over frequency [s], at pi/T of the middle collision."""
-        series, time = (
-            self.impact.reduced_modulus,
-            float(self.contact_time[self.velocity.size // 2, self.radius.size // 2]),
-        )
-        if math.isnan(time):
-            depth = elastic_max_indentation_depth(
-                self.static_modulus, math.sqrt(self.middle_radius), self.impact.mass, self.middle
-            )
-            time = float(elastic_contact_time(depth, self.middle))
-        omega = math.pi / time
+    def elastic_time(self) -> Array:
+        """Contact times [s] of elastic balls with the static modulus."""
+        speed, mass, radius = self.grid
+        depth = elastic_max_indentation_depth(self.static_modulus, np.sqrt(radius), mass, speed)
+        return np.asarray(elastic_contact_time(depth, speed))
+
+    @property
+    def dynamic_modulus(self) -> tuple[float, float]:
+        """Storage part of E* [Pa], and loss tangent over frequency [s], at the frequency pi/T in the middle."""
+        series, times = self.pair.impact.reduced_modulus, self.contact_time
+        times = self.elastic_time if np.isnan(times).all() else times
+        omega = math.pi / float(times[self.velocity.size // 2, self.radius.size // 2])
         storage = float(series.storage_modulus(omega))
         return storage, float(series.loss_modulus(omega)) / (storage * omega)
 
 
 def collisions(
-    problem: Any, velocity: Any, radius: Any, restitution: Any, contact: str | None, points: int, rtol: float,
-    workers: int | None,
-) -> Collisions:  # fmt: skip
-    """Return the collisions of a problem, solved or with given coefficients of restitution; see `calibrate`."""
-    impact, own_radius, ball_mass, wall = _pair(problem)
-    wall = wall if contact is None else contact == "wall"
+    pair: Pair, velocity: Any, radius: Any, restitution: Any, points: int, rtol: float, workers: int | None
+) -> Collisions:
+    """Return the collisions of a pair of bodies, solved or with given coefficients of restitution."""
     speeds, given = _given(velocity, restitution, points)
-    radii = np.array([own_radius]) if radius is None else _range("radius", radius, _RADII)
-    factor = radii / own_radius
-    reduced_radius, mass = _radius(impact) * factor, float(impact.mass) * factor**3
-    centre = radii.size // 2
-    middle = replace(
-        impact, velocity=math.sqrt(float(speeds[0]) * float(speeds[-1])), mass=float(mass[centre]),
-        profile=Parabola(float(reduced_radius[centre])),
-    )  # fmt: skip
+    radii = np.array([pair.ball_radius]) if radius is None else _range("radius", radius, _RADII)
+    factor = radii / pair.ball_radius
+    mass, reduced = float(pair.impact.mass) * factor**3, reduced_radius(pair.impact) * factor
     if given is None:
-        e, time, report = _solved(impact, speeds, reduced_radius, mass, rtol, workers)
+        e, time, report = _solved(pair.impact, speeds, mass, reduced, rtol, workers)
     else:
         e = np.repeat(given[:, None], radii.size, axis=1)
         time, report = np.full(e.shape, math.nan), None
-    ball_mass *= float(factor[centre]) ** 3
-    return Collisions(middle, wall, speeds, radii, reduced_radius, mass, ball_mass, e, time, report)
-
-
-def _pair(problem: Any) -> tuple[Impact, float, float, bool]:
-    """Return an impact, the radius and the mass of its first ball, and whether the other body is a wall."""
-    if isinstance(problem, Impact):
-        impact, wall = problem, problem.counter_material is None
-        if not isinstance(impact.profile, Parabola):
-            raise InputTypeError("profile", impact.profile, "must be a Parabola: the codes have spheres")
-        impact = replace(impact, velocity=1.0)
-        if impact.shape:
-            raise InputError("impact", wanted=f"must be a single impact, but has shape {impact.shape}")
-        if impact.external_force != 0.0:
-            wanted = "must be 0, as the codes add the weight themselves; see with_weight of drop"
-            raise InputError("external_force", impact.external_force, wanted, "N")
-        return impact, _radius(impact), float(impact.mass), wall
-    pair: Any = problem
-    if not (isinstance(pair, (tuple, list)) and len(pair) == 2 and all(isinstance(one, Body) for one in pair)):  # pyright: ignore[reportUnknownArgumentType]
-        raise InputTypeError("problem", problem, "must be an Impact or a pair of Body")
-    impact, *_ = _pair(collision(pair[0], pair[1], velocity=1.0))
-    ball, other = (pair[1], pair[0]) if math.isinf(pair[0].radius) else (pair[0], pair[1])
-    mass = ball.mass if math.isfinite(ball.mass) else impact.mass
-    return impact, float(ball.radius), float(mass), math.isinf(other.radius)
-
-
-def _radius(impact: Impact) -> float:
-    """Radius of the parabola [m]."""
-    return float(cast("Parabola", impact.profile).radius)
+    found = Collisions(pair, speeds, radii, mass, reduced, e, time, report)
+    if found.static_modulus == 0.0:
+        raise InputError("material", wanted="must have a spring, as the laws have one")
+    return found
 
 
 def _range(name: str, value: Any, points: int) -> Array:
@@ -193,11 +157,11 @@ def _coefficients(name: str, value: Any) -> Array:
 
 
 def _solved(
-    impact: Impact, speeds: Array, radii: Array, mass: Array, rtol: float, workers: int | None
+    impact: Impact, speeds: Array, mass: Array, radii: Array, rtol: float, workers: int | None
 ) -> tuple[Array, Array, Validity]:
     """Coefficients of restitution and contact times [s] over velocity and radius; refuse what no code could use."""
     shape = speeds.size, radii.size
-    v, r, m = (column.reshape(-1) for column in np.broadcast_arrays(speeds[:, None], radii, mass))
+    v, m, r = (column.reshape(-1) for column in np.broadcast_arrays(speeds[:, None], mass, radii))
     many = replace(impact, profile=Parabola(r), mass=m, velocity=v)
     columns = Batch.from_impact(many).solve(rtol, workers=workers)
     status = columns["status"]
@@ -216,8 +180,7 @@ def _solved(
 
 def _refuse_outside_window(impact: Impact, velocity: Array, ratio: Array) -> None:
     """Raise if contacts are shorter or longer than the times for which the material holds."""
-    outside = np.nan_to_num(ratio) > 1.0
-    window = impact.contact.window
+    window, outside = impact.contact.window, np.nan_to_num(ratio) > 1.0
     if window is None or not np.any(outside):
         return
     good = velocity[~outside]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,45 +20,48 @@ _LOWEST, _HIGHEST = 1e-9, 1e3
 def nearest(law: Law, wanted: Collisions) -> TypedLaw:
     """Return the law with the smallest largest error of e, then with that of the contact time, both by ratios.
 
-    The coefficient of restitution depends on the loss alone, and the contact time at a given loss on the stiffness.
-    So the first determines the one, and the second the other. The largest error of e has one minimum over the
-    loss, as each e falls with it.
+    e depends on the loss alone, and the contact time at a given loss on the stiffness: so e determines the loss, and
+    the contact time the stiffness. If the contact time is not known, that of elastic balls does.
     """
+    one = TypedLaw(law, wanted.static_modulus, 1.0, law.end)
+    shape = wanted.restitution_coefficient.shape
+    profile = np.broadcast_to(np.asarray(one.loss(*wanted.grid)), shape)
+    strength = _nearest_strength(one, profile, wanted)
+    known = not np.isnan(wanted.contact_time).all()
+    time = wanted.contact_time if known else wanted.elastic_time
+    found = replace(one, strength=strength if known else 0.0).rebound(*wanted.grid)[1]
+    ratio = np.log(found / time)
+    modulus = one.modulus * math.exp(0.5 * (ratio.min() + ratio.max()) * (law.shape.spring + 1.0))
+    # The strength of the same loss at this stiffness.
+    strength *= float(profile.max() / np.max(replace(one, modulus=modulus).loss(*wanted.grid)))
+    _refuse_out_of_reach(law, strength, wanted)
+    return TypedLaw(law, modulus, strength, law.end)
+
+
+def _nearest_strength(one: TypedLaw, profile: Any, wanted: Collisions) -> float:
+    """Strength at which the largest ratio of e to the wanted one is smallest, from the losses at a strength of 1."""
     from scipy.optimize import minimize_scalar
 
-    grid = wanted.velocity[:, None], wanted.mass, wanted.reduced_radius
-    unit = TypedLaw(law, wanted.static_modulus, 1.0, law.end)
-    profile = np.broadcast_to(np.asarray(unit.loss(*grid)), wanted.restitution_coefficient.shape)
     goal = np.log(wanted.restitution_coefficient)
 
     def error(log_strength: float) -> float:
-        e, _ = oscillator.rebound(law.shape, law.end, math.exp(log_strength) * profile)
+        e, _ = oscillator.rebound(one.law.shape, one.end, math.exp(log_strength) * profile)
         return float(np.abs(np.log(e) - goal).max())
 
-    low, high = math.log(_LOWEST / profile.min()), math.log(_HIGHEST / profile.max())
-    found: Any = minimize_scalar(error, bounds=(low, high), method="bounded", options={"xatol": 1e-10, "maxiter": 200})
+    # Each e falls with the strength, so that there is one minimum.
+    bounds = math.log(_LOWEST / profile.min()), math.log(_HIGHEST / profile.max())
+    found: Any = minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": 1e-10, "maxiter": 200})
     strength = math.exp(found.x)
-    if strength * profile.max() < 10.0 * _LOWEST:
-        strength = 0.0
-    if np.isnan(wanted.contact_time).all():
-        modulus = wanted.static_modulus
-    else:
-        _, time = oscillator.rebound(law.shape, law.end, strength * profile)
-        _, scale = oscillator.scales(law.shape, unit.stiffness(*grid[1:]), grid[1], grid[0])
-        ratio = np.log(time * scale / wanted.contact_time)
-        modulus = wanted.static_modulus * math.exp(0.5 * (ratio.min() + ratio.max()) * (law.shape.spring + 1.0))
-    stiffer = TypedLaw(law, modulus, 1.0, law.end).loss(*grid)
-    strength *= float(profile.flat[0] / np.broadcast_to(np.asarray(stiffer), profile.shape).flat[0])
-    _refuse_out_of_reach(law, strength, wanted)
-    return TypedLaw(law, modulus, strength, law.end)
+    return strength if strength * profile.max() > 10.0 * _LOWEST else 0.0
 
 
 def _refuse_out_of_reach(law: Law, strength: float, wanted: Collisions) -> None:
     """Raise if no number that can be typed gives the strength."""
     weakest, strongest = law.strengths
-    if weakest * (1.0 - 1e-6) <= strength <= strongest * (1.0 + 1e-6):
+    if weakest * (1.0 - 1e-6) <= strength <= strongest * (1.0 + 1e-6) or (strength == 0.0 and law.elastic):
         return
     ends = oscillator.rebound(law.shape, law.end, [strongest, weakest])[0]
     e = wanted.restitution_coefficient
     given = f"{e.min():.6g} to {e.max():.6g}" if e.min() < e.max() else f"{e.max():.6g}"
-    raise InputError("target", law.name, f"reaches e from {ends[0]:.6g} to {ends[1]:.6g}, but e is {given}")
+    reach = f"reaches e from {ends[0]:.6g} to {ends[1]:.6g}{' and 1' if law.elastic and weakest > 0.0 else ''}"
+    raise InputError("target", law.name, f"{reach}, but e is {given}")

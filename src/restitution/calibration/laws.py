@@ -28,12 +28,11 @@ class Typed(NamedTuple):
 class Setting(NamedTuple):
     """The collision in the middle of the range, and what a user without this package has for it."""
 
-    velocity: float
-    mass: float
-    radius: float
+    velocity: float  # [m/s]
+    mass: float  # reduced mass [kg]
     poisson_ratio: float
-    modulus: float
-    retardation_time: float
+    modulus: float  # storage part of E* [Pa]
+    retardation_time: float  # loss tangent over frequency [s]
     restitution_coefficient: float
 
 
@@ -53,8 +52,8 @@ class Law:
         What a user types, by the name in the code, from the modulus E* [Pa], the strength and the setting.
     naive : callable
         Modulus and strength of what a user without this package types.
-    strengths : tuple of float
-        Smallest and largest strength that can be typed.
+    strengths, elastic : tuple of float, bool
+        Smallest and largest strength that can be typed; whether none can be typed too.
     end, naive_end : str
         End of the contact with the snippet, and with the defaults of the code: at zero "force", or "overlap".
     pair, wall : str
@@ -75,6 +74,7 @@ class Law:
     pair: str
     wall: str
     strengths: tuple[float, float] = (0.0, math.inf)
+    elastic: bool = True
     end: End = "force"
     naive_end: End = "force"
     comment: str = "# {}"
@@ -119,10 +119,10 @@ def elastic(modulus: float, setting: Setting) -> dict[str, Typed]:
 
 
 def by_restitution(strength_of: Callable[[float], float], low: float, high: float) -> dict[str, Any]:
-    """Parts of a law whose damping is typed as a coefficient of restitution from low to high."""
+    """Parts of a law whose damping is typed as a coefficient of restitution from low to high, or as 1 for none."""
 
     def typed(modulus: float, strength: float, setting: Setting) -> dict[str, Typed]:
-        e = inverse(strength_of, strength, low, high)
+        e = inverse(strength_of, strength, low, high) if strength > 0.0 else 1.0
         return elastic(modulus, setting) | {"e": Typed(e, NUMBER, "coefficient of restitution, as typed")}
 
     def naive(setting: Setting) -> tuple[float, float]:

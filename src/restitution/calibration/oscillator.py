@@ -63,9 +63,16 @@ def rebound(shape: Shape, end: End, losses: Any) -> tuple[Array, Array]:
     table, top = _table(shape, end), _HIGHEST.get((shape, end), _HIGHEST_BY_FORCE)
     b = np.asarray(losses, dtype=np.float64)
     log_loss, log_time = np.moveaxis(table(_place(shape, end, np.clip(b, _LOWEST, top))), -1, 0)
-    # To first order -log e is proportional to b.
-    e = np.exp(-np.exp(log_loss) * np.minimum(b / _LOWEST, 1.0))
-    return np.where(b > top, 0.0, e), np.where(b > top, np.inf, np.exp(log_time))
+    # Below the table both logarithms are proportional to b.
+    small = np.minimum(b / _LOWEST, 1.0)
+    e, time = np.exp(-np.exp(log_loss) * small), elastic_time(shape) * np.exp(log_time * small)
+    return np.where(b > top, 0.0, e), np.where(b > top, np.inf, time)
+
+
+@cache
+def elastic_time(shape: Shape) -> float:
+    """Contact time over L/v0 without loss."""
+    return one_rebound(shape, "overlap", 0.0)[1]
 
 
 def one_rebound(shape: Shape, end: End, b: float) -> tuple[float, float]:
@@ -99,11 +106,13 @@ def _place(shape: Shape, end: End, b: Any) -> Any:
 
 @cache
 def _table(shape: Shape, end: End) -> Any:
-    """Spline of log(-log e) and log(time)."""
+    """Spline of log(-log e) and the logarithm of the time over that without loss."""
     from scipy.interpolate import make_interp_spline
 
     highest = _HIGHEST.get((shape, end), _HIGHEST_BY_FORCE)
     places = np.linspace(_place(shape, end, _LOWEST), _place(shape, end, highest), _NODES)
     losses = 1.0 / (np.exp(-places) + 1.0 / _CRITICAL.get((shape, end), np.inf))
     e, time = np.transpose([one_rebound(shape, end, float(b)) for b in losses])
-    return make_interp_spline(places, np.stack([np.log(-np.log(e)), np.log(time)], axis=-1), k=_DEGREE)
+    return make_interp_spline(
+        places, np.stack([np.log(-np.log(e)), np.log(time / elastic_time(shape))], axis=-1), k=_DEGREE
+    )

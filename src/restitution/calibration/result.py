@@ -83,7 +83,7 @@ class Calibration:
     @property
     def wall(self) -> bool:
         """Whether the text is for a ball and a wall, not for two balls."""
-        return self.collisions.wall
+        return self.collisions.pair.wall
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -124,9 +124,8 @@ class Calibration:
         import xarray as xr
 
         one, many = self.collisions, self.collisions.radius.size > 1
-        grid = one.velocity[:, None], one.mass, one.reduced_radius
         exact = one.restitution_coefficient, one.contact_time
-        values = [exact, self.law.rebound(*grid), self.naive_law.rebound(*grid)]
+        values = [exact, self.law.rebound(*one.grid), self.naive_law.rebound(*one.grid)]
         dims = ("velocity", "radius") if many else ("velocity",)
         data: dict[str, Any] = {}
         for (prefix, words), pair in zip(_KINDS.items(), values, strict=True):

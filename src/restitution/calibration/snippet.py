@@ -16,7 +16,7 @@ _STEPS = 100
 
 def snippet(law: Law, parameters: Mapping[str, Any], contact: TypedLaw, wanted: Collisions, system: UnitSystem) -> str:
     """Return the text of a law with its numbers, after comments on what they hold for."""
-    template = law.wall if wanted.wall else law.pair
+    template = law.wall if wanted.pair.wall else law.pair
     text = template.format(**{name: f"{one.value:.8g}" for name, one in parameters.items()})
     return "\n".join([*(law.comment.format(line) for line in _remarks(law, contact, wanted, system)), text, ""])
 
@@ -24,7 +24,7 @@ def snippet(law: Law, parameters: Mapping[str, Any], contact: TypedLaw, wanted: 
 def _remarks(law: Law, contact: TypedLaw, wanted: Collisions, system: UnitSystem) -> list[str]:
     low, high = float(wanted.velocity[0]), float(wanted.velocity[-1])
     speeds = f"{low:.4g} m/s" if low == high else f"{low:.4g} to {high:.4g} m/s"
-    bodies = "a ball and a wall" if wanted.wall else "two balls"
+    bodies = "a ball and a wall" if wanted.pair.wall else "two balls"
     _, times = contact.rebound(high, wanted.mass, wanted.reduced_radius)
     step = system.convert(float(times.min()) / _STEPS, DURATION)
     lines = [f"restitution {version('restitution')}: {law.words}", f"{bodies} at {speeds}"]
