@@ -10,6 +10,7 @@ import pytest
 
 import restitution as rs
 from restitution.calibration.calibrate import TARGETS
+from restitution.calibration.codes import tsuji_strength
 from restitution.calibration.fit import nearest
 from restitution.calibration.laws import TypedLaw
 from restitution.errors import InputTypeError
@@ -141,6 +142,14 @@ def test_lj_units_are_mass_diameter_and_highest_velocity():
     si, lj = (rs.calibrate((BALL, BALL), "lammps-viscoelastic", (0.1, 2.0), units=u, points=3) for u in ("si", "lj"))
     factor = (2.0 * BALL.radius) ** 3 / (BALL.mass * 2.0**2)
     assert lj.parameters["E"].value == pytest.approx(si.parameters["E"].value * factor, rel=1e-12)
+
+
+def test_tsuji_of_later_versions():
+    """With the factor sqrt(2) of later versions of LAMMPS, e_later gives the same damping."""
+    found = rs.calibrate((BALL, BALL), "lammps-tsuji", 0.5)
+    e, later = (found.parameters[name].value for name in ("e", "e_later"))
+    assert math.sqrt(2.0) * tsuji_strength(later) == pytest.approx(tsuji_strength(e), rel=1e-9)
+    assert f"need e = {later:.8g}" in found.snippet
 
 
 def test_wall_snippet_differs():

@@ -10,6 +10,7 @@ import pytest
 
 import restitution as rs
 from restitution import quantities
+from restitution.calibration import codes
 from restitution.case.impact import read_case
 from restitution.case.sweep import read_sweep
 from restitution.contact.profile import Profile
@@ -59,6 +60,7 @@ def extension(monkeypatch):
     finally:
         quantities.OUTPUTS.clear()
         quantities.OUTPUTS.update(before)
+        codes.LAWS.pop("damping-ratio", None)
 
 
 def test_one_definition_serves_python_case_files_sweeps_and_pictures(extension, tmp_path):
@@ -91,6 +93,14 @@ def test_many_impacts_have_the_output(extension):
     impact = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=[0.05, 0.1])
     result = rs.solve(impact)
     np.testing.assert_allclose(result.outputs["max_deceleration"], result.max_force / 0.005, rtol=1e-14)
+
+
+def test_a_contact_law_is_a_target(extension):
+    ball = rs.Body(rs.kelvin_voigt(1e6, 50.0, poisson_ratio=0.5, density=1100.0), radius=0.005)
+    found = rs.calibrate((ball, ball), "damping-ratio", 1.0)
+    same = rs.calibrate((ball, ball), "lammps-coeff-restitution", 1.0)
+    assert found.parameters["zeta"].value == pytest.approx(0.5 * same.law.strength, rel=1e-9)
+    assert f"hertz {found.parameters['E'].value:.8g}" in found.snippet
 
 
 @pytest.mark.parametrize(

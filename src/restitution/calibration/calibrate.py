@@ -14,14 +14,14 @@ from restitution.calibration.collisions import Collisions, collisions
 from restitution.calibration.fit import nearest
 from restitution.calibration.laws import Law, Setting, TypedLaw
 from restitution.calibration.result import Calibration, Parameter
-from restitution.calibration.snippet import snippet
-from restitution.calibration.units import REDUCED, SYSTEMS, UnitSystem, reduced
+from restitution.calibration.snippet import heading, snippet
+from restitution.calibration.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
 from restitution.checks import one_of, whole, within
 from restitution.errors import InputError
 from restitution.impact.problem import Body, Impact
 
 TARGETS = (*LAWS, events.REBOUND)
-"""Names of the laws."""
+"""Names of the laws of the package; a law that is added to `LAWS` is a target too."""
 
 
 def calibrate(
@@ -92,8 +92,7 @@ def calibrate(
     >>> round(law.parameters["E"].value / 1e6, 2), law.largest_error < 0.001
     (2.87, True)
     """
-    if not isinstance(target, str) or target not in TARGETS:
-        quantities.known("target", target, TARGETS)
+    quantities.known("target", target, (*LAWS, events.REBOUND))
     if contact is not None:
         one_of("contact", contact, ("pair", "wall"))
     whole("points", points, 2, 10_000)
@@ -120,7 +119,7 @@ def _of_law(law: Law, wanted: Collisions, units: str) -> Calibration:
         }
 
     parameters = numbers(found)
-    text = snippet(law, parameters, found, wanted, system)
+    text = snippet(found, parameters, wanted, system)
     return Calibration(law.name, law.words, law.source, units, parameters, numbers(naive), text, wanted, found, naive)
 
 
@@ -136,6 +135,5 @@ def _of_events(wanted: Collisions) -> Calibration:
     table, middle = events.table(wanted), wanted.middle_restitution
     constant = events.Table(wanted.velocity[:1], np.array([middle]))
     usual = {"e": Parameter(middle, "", "coefficient of restitution at all velocities")}
-    return Calibration(
-        events.REBOUND, events.WORDS, events.SOURCE, "si", {}, usual, table.text, wanted, table, constant
-    )
+    text = "\n".join([*(f"# {line}" for line in heading(events.WORDS, wanted, SI)), table.text])
+    return Calibration(events.REBOUND, events.WORDS, events.SOURCE, "si", {}, usual, text, wanted, table, constant)

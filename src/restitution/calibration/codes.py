@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -76,13 +77,22 @@ LAMMPS_VISCOELASTIC = Law(
     notes=("eta_n0 is inversely proportional to the mass of the balls",),
 )
 
-LAMMPS_TSUJI = Law(
+_TSUJI = Law(
     **_lammps("tsuji", "e"),
     **by_restitution(tsuji_strength, 0.0, 1.0),
     shape=CONSTANT,
     elastic=False,
-    notes=("for LAMMPS up to version 22Jul2025; later versions multiply the damping by sqrt(2)",),
+    notes=("up to version 22Jul2025; later versions, which multiply the damping by sqrt(2), need e = {e_later}",),
 )
+
+
+def _tsuji_typed(modulus: float, strength: float, setting: Setting) -> dict[str, Typed]:
+    later = inverse(tsuji_strength, strength / math.sqrt(2.0), 0.0, 1.0)
+    words = "in place of e in versions that multiply the damping by sqrt(2)"
+    return _TSUJI.typed(modulus, strength, setting) | {"e_later": Typed(later, NUMBER, words)}
+
+
+LAMMPS_TSUJI = replace(_TSUJI, typed=_tsuji_typed)
 
 LAMMPS_COEFF_RESTITUTION = Law(
     **_lammps("coeff_restitution", "e"), **by_restitution(coefficient_strength, 1e-9, 1.0), shape=CONSTANT

@@ -62,6 +62,6 @@ def _refuse_out_of_reach(law: Law, strength: float, wanted: Collisions) -> None:
         return
     ends = oscillator.rebound(law.shape, law.end, [strongest, weakest])[0]
     e = wanted.restitution_coefficient
-    given = f"{e.min():.6g} to {e.max():.6g}" if e.min() < e.max() else f"{e.max():.6g}"
+    given = f"{e.min():.9g} to {e.max():.9g}" if e.min() < e.max() else f"{e.max():.9g}"
     reach = f"reaches e from {ends[0]:.6g} to {ends[1]:.6g}{' and 1' if law.elastic and weakest > 0.0 else ''}"
     raise InputError("target", law.name, f"{reach}, but e is {given}")

@@ -61,7 +61,7 @@ class Law:
     comment, units : str, tuple of str
         Form of a comment; unit systems.
     notes : tuple of str
-        Remarks in the snippet.
+        Remarks in the text; numbers may be fields.
     """
 
     name: str

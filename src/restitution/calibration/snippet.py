@@ -7,39 +7,40 @@ from importlib.metadata import version
 from typing import Any
 
 from restitution.calibration.collisions import Collisions
-from restitution.calibration.laws import Law, TypedLaw
+from restitution.calibration.laws import TypedLaw
 from restitution.calibration.units import DURATION, REDUCED, SI, Powers, UnitSystem
 
 # With so many steps in a contact the error of e by velocity Verlet is of order 1e-4 (validation/lammps.md).
 _STEPS = 100
 
 
-def snippet(law: Law, parameters: Mapping[str, Any], contact: TypedLaw, wanted: Collisions, system: UnitSystem) -> str:
+def snippet(found: TypedLaw, parameters: Mapping[str, Any], wanted: Collisions, system: UnitSystem) -> str:
     """Return the text of a law with its numbers, after comments on what they hold for."""
-    template = law.wall if wanted.pair.wall else law.pair
-    text = template.format(**{name: f"{one.value:.8g}" for name, one in parameters.items()})
-    return "\n".join([*(law.comment.format(line) for line in _remarks(law, contact, wanted, system)), text, ""])
+    law, numbers = found.law, {name: f"{one.value:.8g}" for name, one in parameters.items()}
+    remarks = [*heading(law.words, wanted, system), *(note.format(**numbers) for note in law.notes)]
+    _, times = found.rebound(float(wanted.velocity[-1]), wanted.mass, wanted.reduced_radius)
+    remarks.append(f"time step at most {_amount(float(times.min()) / _STEPS, DURATION, system)}")
+    text = (law.wall if wanted.pair.wall else law.pair).format(**numbers)
+    return "\n".join([*(law.comment.format(line) for line in remarks), text, ""])
 
 
-def _remarks(law: Law, contact: TypedLaw, wanted: Collisions, system: UnitSystem) -> list[str]:
+def heading(words: str, wanted: Collisions, system: UnitSystem) -> list[str]:
+    """Return lines on the code, the bodies, their velocities and the units."""
     low, high = float(wanted.velocity[0]), float(wanted.velocity[-1])
     speeds = f"{low:.4g} m/s" if low == high else f"{low:.4g} to {high:.4g} m/s"
-    bodies = "a ball and a wall" if wanted.pair.wall else "two balls"
-    _, times = contact.rebound(high, wanted.mass, wanted.reduced_radius)
-    step = system.convert(float(times.min()) / _STEPS, DURATION)
-    lines = [f"restitution {version('restitution')}: {law.words}", f"{bodies} at {speeds}"]
+    line = f"{'a ball and a wall' if wanted.pair.wall else 'two balls'} at {speeds}"
     if wanted.radius.size > 1:
-        lines[-1] += f", radii {wanted.radius[0]:.4g} to {wanted.radius[-1]:.4g} m"
+        line += f", radii {wanted.radius[0]:.4g} to {wanted.radius[-1]:.4g} m"
     else:
-        mass, radius = Powers(mass=1), Powers(length=1)
-        lines[-1] += "".join(
-            f", {name} = {f'{system.convert(value, powers):.6g} {system.unit(powers)}'.rstrip()}"
-            for name, value, powers in (
-                ("m_eff", float(wanted.mass[0]), mass), ("R_eff", float(wanted.reduced_radius[0]), radius),
-            )
-        )  # fmt: skip
-    lines += law.notes
-    name = "SI units" if system == SI else f"units {system.name}"
+        mass, radius = float(wanted.mass[0]), float(wanted.reduced_radius[0])
+        line += (
+            f", m_eff = {_amount(mass, Powers(mass=1), system)}, R_eff = {_amount(radius, Powers(length=1), system)}"
+        )
+    units = "SI units" if system == SI else f"units {system.name}"
     if system.name == REDUCED:
-        name += f", in which {system.mass:.6g} kg, {system.length:.6g} m and {system.time:.6g} s are 1"
-    return [*lines, f"{name}; time step at most {f'{step:.3g} {system.unit(DURATION)}'.rstrip()}"]
+        units += f", in which {system.mass:.6g} kg, {system.length:.6g} m and {system.time:.6g} s are 1"
+    return [f"restitution {version('restitution')}: {words}", line, units]
+
+
+def _amount(value: float, powers: Powers, system: UnitSystem) -> str:
+    return f"{system.convert(value, powers):.6g} {system.unit(powers)}".rstrip()
