@@ -444,7 +444,7 @@ def yade_section() -> str:
 def main() -> None:
     """Write `codes.md`."""
     text = [TEXT.format(low=VELOCITIES[0], high=VELOCITIES[-1])]
-    for section in (lammps_section, rebound_section, mujoco_section, kratos_section, yade_section):
+    for section in (lammps_section, rebound_section, memory_section, mujoco_section, kratos_section, yade_section):
         try:
             text.append(section())
         except ImportError as error:

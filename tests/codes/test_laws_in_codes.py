@@ -1,4 +1,4 @@
-"""Calibrated laws in the codes they are for. Without the codes they are skipped, but not in `.ci/run`."""
+"""Calibrated laws and the law with memory in the codes they are for. Without the codes they are skipped, but not in `.ci/run`."""
 
 import importlib.util
 import os
@@ -77,6 +77,22 @@ def test_rebound_takes_the_snippet_and_a_compiled_surrogate(codes):
         assert pasted == pytest.approx(law.restitution_coefficient(v), abs=1e-7)
         assert pasted == pytest.approx(e, abs=2e-5)
         assert codes.by_rebound(compiled.address, codes.BALL.radius, v) == pytest.approx(e, abs=2e-8)
+
+
+def test_rebound_with_the_law_with_memory_converges_to_the_exact_restitution(codes):
+    need("rebound")
+    solid = rs.standard_solid(1e6, 5e6, 500.0, poisson_ratio=0.49, density=1100.0)
+    ball, v = rs.Body(solid, codes.BALL.radius), 0.5
+    hit = rs.collision(ball, ball, v)
+    exact, law = rs.solve(hit), rs.contact_law(hit)
+    errors = [
+        codes.by_rebound_with_memory(law, ball.radius, ball.mass, v, exact.contact_time / n)
+        - exact.restitution_coefficient
+        for n in (50, 200)
+    ]
+    # Of second order.
+    assert abs(errors[0]) < 1e-3
+    assert abs(errors[1]) < abs(errors[0]) / 10.0
 
 
 def test_mujoco_gives_the_promised_restitution_and_contact_time(codes):
