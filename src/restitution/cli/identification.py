@@ -110,7 +110,8 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
             "open" if is_open else shown(end) for end, is_open in zip(one.interval, one.open_ends, strict=True)
         )
         estimate = f"{shown(one.value)} {unit}".strip() if one.determined else "not determined"
-        rows.append((name, estimate, shown(one.standard_error, digits=2), ends))
+        known_ends = any(map(math.isfinite, one.interval)) or any(one.open_ends)
+        rows.append((name, estimate, shown(one.standard_error, digits=2), ends if known_ends else "-"))
     return rows
 
 

@@ -13,16 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import checks
 from restitution.errors import InputError
 from restitution.identification.bands import MODULUS_NAMES, banded, limits, modulus_functions, quantile
-from restitution.identification.observations import Observations
+from restitution.identification.observations import Curve, Observations
 from restitution.identification.rebounds import Rebounds
 from restitution.material.columns import MaterialColumns, PronyColumns
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.pictures import draw
 from restitution.quantities import MODULI, check_single
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -77,6 +79,14 @@ class Spectrum:
         low, high = self.window
         return Material(shear, bulk, window=(1.0 / high, 1.0 / low), assumptions="smooth spectrum of measured data")
 
+    @property
+    def curves(self) -> list[tuple[str, list[Curve]]]:
+        """Measured and fitted values of each set of data, with its label."""
+        columns, values = MaterialColumns.from_materials([self.material]), iter(self.nuisances.values())
+        return [
+            (one.label, one.curves(columns, np.array([[next(values) for _ in one.nuisances]]))) for one in self.data
+        ]
+
     def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xr.Dataset:
         """Reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
         omega = np.atleast_1d(np.asarray(checks.positive("angular_frequency", angular_frequency, "rad/s")))
@@ -105,6 +115,10 @@ class Spectrum:
                 "Compare a model with few terms."
             )
         return tuple(lines)
+
+    def plot(self) -> Figure:
+        """Figure of data and fit, residuals, and moduli with bands."""
+        return draw("identification.overview", self)
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain Python objects, for JSON."""
@@ -178,7 +192,8 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     chi2 = float(residuals @ residuals)
     scale = chi2 / max(n - effective, 1.0) if any(one.scaled for one in sets) else 1.0
     ends = np.cumsum([one.size for one in sets])[:-1]
-    names = [nuisance.name for one in sets for nuisance in one.nuisances]
+    prefixes = [f"{one.label or n}: " if len(sets) > 1 else "" for n, one in enumerate(sets)]
+    names = [prefix + nuisance.name for prefix, one in zip(prefixes, sets, strict=True) for nuisance in one.nuisances]
     return Spectrum(
         problem.times, np.exp(theta[1 : k + 1]), float(np.exp(theta[0])), nu, weight, chi2 / scale, effective,
         scale * inverse[: k + 1, : k + 1], problem.window, tuple(np.split(residuals / math.sqrt(scale), ends)),

@@ -49,12 +49,9 @@ _ABOVE = 2.0
 
 
 def overview(found: Identification | Spectrum) -> Figure:
-    """Return a page of an identification: data and fit, residuals, profiles, and moduli with bands.
-
-    The page of a spectrum has only the residuals and the moduli.
-    """
+    """Return a page of an identification: data and fit, residuals, profiles (not of a spectrum), moduli with bands."""
     groups: dict[tuple[str, str], list[tuple[str, Curve]]] = {}
-    for label, curves in getattr(found, "curves", ()):
+    for label, curves in found.curves:
         for curve in curves:
             groups.setdefault((curve.name, curve.x_name), []).append((label, curve))
     problem: Any = getattr(found, "problem", None)
@@ -88,18 +85,20 @@ def comparison(found: Comparison) -> Figure:
         figure, (left, right) = style.panels("AB", height=3.4)
         for ax, name, by in ((left, "storage_modulus", factor), (right, "loss_tangent", 1.0)):
             below, above = (band[f"{name}_{end}"].to_numpy() * by for end in ("low", "high"))
-            ax.fill_between(omega, below, above, color=style.GREY, alpha=0.3, linewidth=0, label="band of all")
+            ax.fill_between(omega, below, above, color=style.BLUE, alpha=0.2, linewidth=0, label="95 % band")
             for n, (model, table) in enumerate(tables.items()):
                 weight = found.weights[model]
-                label = model.replace("_", " ") + (f", weight {weight:.2g}" if math.isfinite(weight) else "")
+                size = "weight < 0.001" if weight < 1e-3 else f"weight {weight:.2g}"
+                label = model.replace("_", " ") + (f", {size}" if math.isfinite(weight) else "")
                 values = table[name].to_numpy() * by
                 ax.plot(omega, values, _DASHES[n % 4], color=_COLORS[n % len(_COLORS)], label=label)
         known = storage[np.isfinite(storage) & (storage > 0.0)] * factor
         left.set(yscale="log", ylim=(known.min() / 2.0, 2.0 * known.max()))
-        tangents = np.concatenate([table["loss_tangent"].to_numpy() for table in tables.values()])
-        right.set_ylim(0.0, 1.4 * float(np.nanmax(tangents)))
+        # A model that the data exclude may leave the picture.
+        plausible = [table for name, table in tables.items() if not found.weights[name] < 0.01]
+        right.set_ylim(0.0, 1.4 * max(float(table["loss_tangent"].max(skipna=True)) for table in plausible))
         left.legend(fontsize=7.5)
-        _framed(left, low, high, f"storage part of $E^*$ [{unit}]")
+        style.plain_ticks(_framed(left, low, high, f"storage part of $E^*$ [{unit}]"))
         _framed(right, low, high, r"loss tangent $\tan\delta$")
         return style.finish(figure)
 
@@ -138,7 +137,7 @@ def design(found: Design) -> Figure:
             left.annotate(str(n), (v * across.factor, r * up.factor), ha="center", va="center", fontsize=7.5)
         left.set(xscale="log", yscale="log")
         left.margins(0.15)
-        _plain_ticks(left)
+        style.plain_ticks(left)
         style.labelled(left, quantity_label("velocity", across.unit), quantity_label("radius", up.unit))
         left.set_title("number of impacts", fontsize=9)
         bars = {f"{in_words(radius, 'm')} alone": error for radius, error in found.one_radius.items()}
@@ -167,7 +166,13 @@ def data_and_fit(ax: Axes, curves: Sequence[tuple[str, Curve]]) -> Axes:
         error = None if one.deviation is None or many else one.deviation * up
         look: dict[str, Any] = {"fmt": "." if many else "o", "markersize": 2 if many else 4, "elinewidth": 0.8}
         ax.errorbar(
-            one.x * across, one.measured * up, error, color=color, markerfacecolor="white", label=label, **look
+            one.x * across,
+            one.measured * up,
+            error,
+            color=color,
+            markerfacecolor="white",
+            label=label if len(curves) > 1 else "measured",
+            **look,
         )
         # Impacts of several bodies in one set have a fit for each.
         ends = [0, *(np.flatnonzero(np.diff(one.x) <= 0.0) + 1), one.x.size]
@@ -177,12 +182,11 @@ def data_and_fit(ax: Axes, curves: Sequence[tuple[str, Curve]]) -> Axes:
             part = slice(start, end)
             ax.plot(
                 one.x[part] * across, one.fitted[part] * up, "-" if lines else "+", color="black", linewidth=0.9,
-                zorder=3,
+                zorder=3, label="fit" if one is first and start == 0 else None,
             )  # fmt: skip
     _scale(ax, curves)
-    if len(curves) > 1 or (len(curves) == 1 and curves[0][0]):
-        ax.legend(fontsize=7.5)
-    return style.labelled(ax, x_label, y_label)
+    ax.legend(fontsize=7.5)
+    return style.plain_ticks(style.labelled(ax, x_label, y_label))
 
 
 def residuals(ax: Axes, found: Identification | Spectrum) -> Axes:
@@ -204,10 +208,14 @@ def residuals(ax: Axes, found: Identification | Spectrum) -> Axes:
 
 
 def profiles(ax: Axes, found: Any) -> Axes:
-    """Draw the growth of chi2 over the value of one parameter."""
+    """Draw the growth of chi2 over the value of one parameter; those that the data do not determine have none."""
     level = found.uncertainty.quantile() ** 2
     curves: dict[str, tuple[Array, Array]] = {}
+    unknown: list[str] = []
     for parameter in found.problem.space.free:
+        if all(found.parameters[parameter.name].open_ends):
+            unknown.append(parameter.name.replace("_", " "))
+            continue
         walked = found.profile(parameter.name)
         z, root = walked.coordinates, np.sqrt(walked.excess)
         best = z[int(np.argmin(root))]
@@ -223,6 +231,10 @@ def profiles(ax: Axes, found: Any) -> Axes:
         ax.plot(x, height, _DASHES[n // len(_COLORS) % 4], color=color, label=name)
     ax.axhline(level, color="black", linewidth=0.8, linestyle="--")
     ax.set(xscale="linear" if narrow else "log", ylim=(0.0, _ABOVE * level))
+    for name in unknown:
+        ax.plot([], [], " ", label=f"{name}: not determined")
+    if not curves:
+        ax.set_xticks([])
     ax.legend(fontsize=7.5, loc="upper center")
     words = "change from the best value [%]" if narrow else "value over best value"
     return style.labelled(ax, words, r"growth of $\chi^2$ (dashed: 95 %)")
@@ -242,7 +254,7 @@ def moduli(ax: Axes, found: Identification | Spectrum) -> Axes:
     positive = np.concatenate([one[one > 0.0] for one in central]) * factor
     ax.set(yscale="log", ylim=(positive.min() / 2.0, positive.max() * 2.0))
     ax.legend(fontsize=7.5)
-    return _framed(ax, low, high, f"reduced modulus [{unit}]")
+    return style.plain_ticks(_framed(ax, low, high, f"reduced modulus [{unit}]"))
 
 
 def loss_tangent(ax: Axes, found: Identification | Spectrum) -> Axes:
@@ -293,16 +305,6 @@ def _scale(ax: Axes, curves: Sequence[tuple[str, Curve]]) -> None:
         ax.set_xscale("log")
     if y.size and y.min() > 0.0 and y.max() > _LOG_SPAN * y.min() and curves[0][1].name != RESTITUTION:
         ax.set_yscale("log")
-
-
-def _plain_ticks(ax: Axes) -> None:
-    """Plain numbers along logarithmic axes of a few decades."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter(NullFormatter())
 
 
 def _cycled(colors: Sequence[str], rounds: int = 10) -> Sequence[str]:

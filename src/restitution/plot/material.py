@@ -144,7 +144,7 @@ def bounce_moduli(table: Any, data: DynamicTable | Material | None = None, poiss
         for ax, words in ((left, f"reduced modulus $E^*$ [{unit}]"), (right, r"loss tangent $\tan\delta$")):
             ax.set(xscale="log")
             ax.legend()
-            style.labelled(ax, r"angular frequency $\omega$ [rad/s]", words)
+            style.plain_ticks(style.labelled(ax, r"angular frequency $\omega$ [rad/s]", words))
         right.set_ylim(bottom=0.0)
         return style.finish(figure)
 

@@ -147,6 +147,19 @@ def labelled(ax: Axes, x: str, y: str) -> Axes:
     return ax
 
 
+def plain_ticks(ax: Axes) -> Axes:
+    """Write plain numbers along logarithmic axes of at most two decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis in (ax.xaxis, ax.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        if axis.get_scale() == "log" and high <= 100.0 * low:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
+    return ax
+
+
 def finish(figure: Figure, title: str = "") -> Figure:
     """Set the title, and make all texts while the fonts are those of the package."""
     if title:
