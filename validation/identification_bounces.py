@@ -94,7 +94,7 @@ def fitted(case: str, data: rs.BounceTimes) -> rs.Identification:
 def functions_of(data: rs.BounceTimes, constants: np.ndarray, omega: float) -> np.ndarray:
     """Logarithms of |E*| and E'' at omega, and of tan delta at pi over the own contact time in the middle."""
     columns = MaterialColumns.from_materials([rs.standard_solid(*np.exp(constants), poisson_ratio=0.5)])
-    own = math.pi / float(np.median(data.contact_times(columns)))
+    own = math.pi / float(np.nanmedian(data.contact_times(columns)))
     fixed, there = columns.reduced.complex_modulus(np.array([omega, own]))[0]
     return np.log([abs(fixed), fixed.imag, there.imag / there.real])
 

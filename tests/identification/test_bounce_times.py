@@ -218,7 +218,7 @@ def test_window_and_start_come_from_the_contact_times():
     data = sound(found.touch_time, noise=Noise(time=1e-6))
     times = found.contact_time[1:-1]
     known = data.contact_times(columns(np.log(CASES["B"])))
-    assert [known.min(), known.max()] == pytest.approx([times.min(), times.max()], rel=0.1)
+    assert [np.nanmin(known), np.nanmax(known)] == pytest.approx([times.min(), times.max()], rel=0.1)
     omega = data.effective_moduli().angular_frequency
     assert 0.5 * math.pi / times.max() < omega[0] < omega[-1] < 2.0 * math.pi / times.min()
 

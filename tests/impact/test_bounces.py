@@ -168,7 +168,7 @@ def test_table():
     assert table.bounce.values.tolist() == [1, 2, 3, 4]
     assert set(table.data_vars) == {
         "touch_time", "velocity", "restitution_coefficient", "rebound_velocity", "contact_time",
-        "residual_indentation_depth", "height",
+        "residual_indentation_depth", "height", "loss_tangent",
     }  # fmt: skip
     assert table.height.attrs["units"] == "m"
     assert table.height.values.tolist() == found.height.tolist()
@@ -178,6 +178,17 @@ def test_table():
         "ended": "max bounces",
     }
     assert isinstance(found, Bounces)
+
+
+def test_the_loss_tangent_is_that_of_the_own_contact_time():
+    # Of a standard solid of constant bulk: with x = omega tau, G1 x/(Ginf (1 + x^2) + G1 x^2).
+    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
+    found = bounces(Impact(solid, Parabola(0.01), 0.03, 0.5))
+    lasts = found.contact_time[:-1]
+    x = math.pi / lasts * 1e-3
+    assert found.ended == "captured"
+    assert found.loss_tangent[:-1] == pytest.approx(10.0 * x / (1.0 + x * x + 10.0 * x * x), rel=1e-9)
+    assert math.isnan(found.loss_tangent[-1])
 
 
 # Input

@@ -148,14 +148,15 @@ def _print_bounces(found: Bounces, title: str) -> None:
     heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
     titles = (
         "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",
-        f"rises to [{heights.unit}]",
+        "tan delta", f"rises to [{heights.unit}]",
     )  # fmt: skip
 
     def row(n: int) -> tuple[str, ...]:
         duration = found.contact_time[n] * times.factor
         touch = f"{found.touch_time[n]:.6g}", f"{found.velocity[n]:.4g}", f"{found.restitution_coefficient[n]:.6g}"
         lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
-        return str(n + 1), *touch, lasts, f"{found.height[n] * heights.factor:.4g}"
+        tangent = f"{found.loss_tangent[n]:.4g}" if math.isfinite(found.loss_tangent[n]) else "-"
+        return str(n + 1), *touch, lasts, tangent, f"{found.height[n] * heights.factor:.4g}"
 
     count = found.n_bounces
     rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]

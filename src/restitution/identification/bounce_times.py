@@ -319,9 +319,9 @@ class BounceTimes(Observations):
         return math.nan, math.nan
 
     def contact_times(self, materials: MaterialColumns) -> Array:
-        """Contact times [s] of the bounces on the first material."""
-        times = self._impacts(materials)[1][1][0]
-        return times[times > 0.0]
+        """Contact times [s] of the bounces on each material, shape (m, n)."""
+        times = self._impacts(materials)[1][1]
+        return np.where(times > 0.0, times, np.nan)
 
     def effective_moduli(self) -> DynamicTable | None:
         """Moduli from the loss of the bounces and a rough guess of their contact times."""

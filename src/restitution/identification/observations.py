@@ -147,7 +147,7 @@ class Observations(ABC):
         """Lowest and highest angular frequency [rad/s] of the data."""
 
     def contact_times(self, materials: MaterialColumns) -> Array | None:
-        """Contact times [s] on the first material, for the window of data that measure none; None without contacts."""
+        """Contact times [s] on each material, shape (m, n), NaN without separation; None for data of another kind."""
         return None
 
     def effective_moduli(self) -> DynamicTable | None:

@@ -231,8 +231,8 @@ class Rebounds(Observations):
         return np.where(np.isnan(times), elastic_time * elastic_force / self.max_force, times)
 
     def contact_times(self, materials: MaterialColumns) -> Array:
-        """Contact times [s] on the first material."""
-        return self.predicted(materials)["contact_time"][0]
+        """Contact times [s] on each material, shape (m, n)."""
+        return self.predicted(materials)["contact_time"]
 
     def effective_moduli(self) -> DynamicTable | None:
         """E* by the formulas of single bounces; None if neither time nor force was measured."""

@@ -167,7 +167,7 @@ class Identification:
         known = ends[np.isfinite(ends).all(axis=1)]
         if not known.size and not any(one.exact for one in self.flat_directions):
             # The others follow from a known modulus or time.
-            times = [found for one in self.data if (found := one.contact_times(self.columns)) is not None]
+            times = [found[0] for one in self.data if (found := one.contact_times(self.columns)) is not None]
             times = [found[np.isfinite(found)] for found in times if np.any(np.isfinite(found))]
             known = math.pi / np.array([[time.max(), time.min()] for time in times])
         return (float(known[:, 0].min()), float(known[:, 1].max())) if known.size else (math.nan, math.nan)
@@ -281,7 +281,11 @@ class Identification:
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:
-        """Best determined quantities: size, loss part and loss tangent of E* at pi over the middle contact time; e."""
+        """Best determined quantities: e, moduli and loss tangent at the middle of the window.
+
+        The loss tangent at pi over the contact time is that of the middle bounce. Its frequency moves with the
+        contact time of the material, so that it is known also where no modulus is.
+        """
         low, high = self.window
         found: dict[str, Estimate] = {}
         balls = next((one for one in self.data if isinstance(one, Rebounds)), None)
@@ -294,6 +298,21 @@ class Identification:
 
             name = f"restitution_coefficient at {balls.velocity[middle]:.3g} m/s"
             found[name] = self._functional(*self.uncertainty.linearised(restitution), "")
+        contacts = next((one for one in self.data if one.contact_times(self.columns) is not None), None)
+        if contacts is not None:
+            times = contacts.contact_times(self.columns)
+            assert times is not None
+            middle = int(np.argsort(times[0])[np.isfinite(times[0]).sum() // 2])
+
+            def tangent(coordinates: Array) -> Array:
+                columns = self.problem.columns(coordinates)
+                own = contacts.contact_times(columns)
+                assert own is not None
+                moduli = columns.reduced.complex_modulus(math.pi / own[:, middle])
+                return np.diagonal(moduli.imag / moduli.real)
+
+            name = "loss_tangent at pi over the contact time"
+            found[name] = self._functional(*self.uncertainty.linearised(tangent), "")
         if math.isfinite(low):
             omega = np.array([math.sqrt(low * high)])
 

@@ -54,7 +54,7 @@ def statements(found: Identification) -> list[str]:
     impacts = contacts[0] if contacts else None
     window = found.window
     if impacts is not None and not all(map(math.isfinite, window)):
-        times = impacts.predicted(problem.columns(found.coordinates[None]))["contact_time"]
+        times = impacts.contact_times(problem.columns(found.coordinates[None]))
         window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
     powers = [one.profile.path_exponent for one in contacts if not np.any(one.external_force)]
     power = powers[0] if powers else None
@@ -214,7 +214,7 @@ def _functionals(
     place = f"{omega:.4g} rad/s"
     if impacts is not None:
         # The frequency of a bounce shifts with its contact time.
-        times = impacts.predicted(columns(stencil(theta)))["contact_time"]
+        times = impacts.contact_times(columns(stencil(theta)))
         middle = int(np.argsort(times[0])[times.shape[1] // 2])
         omega = math.pi / float(times[0, middle])
         _, gradients = functional_slopes(columns, theta, omega)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from restitution.impact.solve import solve
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
-from restitution.quantities import BOUNCES, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.quantities import BOUNCES, INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
 from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ _COLUMNS = {
     **{name: OUTPUTS[name] for name in _OUTPUTS},
     "height": BOUNCES["height"],
 }
+_TANGENT = {"loss_tangent": MODULI["loss_tangent"]._replace(words="loss tangent at pi over the contact time")}
 _NUMBER = Quantity("bounce", NUMBER, "bounce")
 
 
@@ -125,10 +127,17 @@ class Bounces:
         """Number of touches; the body may stay after the last one."""
         return self.touch_time.size
 
+    @cached_property
+    def loss_tangent(self) -> Array:
+        """Loss tangent [-] of the reduced modulus at pi over each contact time; NaN where the body stays."""
+        series, stays = self.impact.reduced_modulus, ~np.isfinite(self.contact_time)
+        omega = math.pi / np.where(stays, 1.0, self.contact_time)
+        return np.where(stays, np.nan, series.loss_modulus(omega) / series.storage_modulus(omega))
+
     def to_dataset(self) -> xarray.Dataset:
         """Dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
-        columns = {name: (getattr(self, name), quantity) for name, quantity in _COLUMNS.items()}
+        columns = {name: (getattr(self, name), quantity) for name, quantity in {**_COLUMNS, **_TANGENT}.items()}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), _NUMBER)}
         return dataset("bounce", numbers | columns, attributes)
 
