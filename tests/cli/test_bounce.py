@@ -77,8 +77,9 @@ def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = run("ball.toml")
     lines = rows(answer)
     assert answer.stdout.startswith("A [bold] ball, from 50 mm\n")
-    assert ["2", "0.2", "0.5", "0.75", "2", "12.5"] in lines
-    assert ["3", "0.3", "0.3333", "0", "stays", "0"] in lines
+    # The column before the last is the loss tangent.
+    assert ["2", "0.2", "0.5", "0.75", "2", "12.5"] in [line[:-2] + line[-1:] for line in lines]
+    assert ["3", "0.3", "0.3333", "0", "stays", "-", "0"] in lines
     assert answer.stdout.splitlines()[-1] == "3 bounces in 0.3 s; captured: the weight holds the body in contact"
     assert answer.stderr == "warning: recovery: some\n"
 

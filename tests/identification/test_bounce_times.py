@@ -103,6 +103,11 @@ def test_identify_finds_the_material_or_that_the_sound_does_not_show_it():
             assert low < math.pi / found.contact_time[4] < high
         else:
             assert modulus.value is None
+        # The loss tangent at the time scale of the own contacts is known in both cases.
+        tangent = got.functionals["loss_tangent at pi over the contact time"]
+        exact = np.sort(found.loss_tangent[1:-1])[(found.n_bounces - 2) // 2 + np.array([-1, 0, 1])]
+        assert tangent.standard_error < 0.02 * tangent.value
+        assert exact[0] - 3.0 * tangent.standard_error < tangent.value < exact[-1] + 3.0 * tangent.standard_error
 
 
 def test_bounce_times_do_not_determine_the_modulus_of_a_material_with_small_loss():

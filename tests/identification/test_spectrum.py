@@ -109,3 +109,15 @@ def test_identify_makes_it():
     found = rs.identify(rebounds(TRUTHS["power law"]), "spectrum", fixed={"poisson_ratio": 0.3})
     assert found.poisson_ratio == 0.3
     assert found.chi2 < 1.0
+
+
+def test_a_spectrum_draws_its_data():
+    found = spectrum(rebounds(TRUTHS["power law"], 1))
+    assert [ax.get_ylabel() for ax in found.plot().axes[:3]] == [
+        "restitution coefficient $e$",
+        "contact time $T$ [ms]",
+        "residual over its standard deviation",
+    ]
+    ((_, curves),) = found.curves
+    values = np.concatenate([np.log(curve.fitted / curve.measured) / 0.01 for curve in curves])
+    assert values == pytest.approx(found.residuals[0], abs=1e-5)

@@ -199,7 +199,7 @@ def test_the_loss_tangent_is_that_of_the_own_contact_time():
     [
         ({"height": 0.0}, "height = 0 m: must be finite and > 0"),
         ({"height": [1.0, 2.0]}, "height = array([1., 2.]) m: must be a single number"),
-        ({"gravity": -9.81}, "gravity = -9.81 m/s2: must be finite and > 0"),
+        ({"gravity": -9.81}, "gravity = -9.81 m/s^2: must be finite and > 0"),
         ({"max_bounces": 0}, "max_bounces = 0: must be a whole number >= 1"),
         ({"min_height": -1.0}, "min_height = -1 m: must be finite and >= 0"),
         ({"rtol": 1.0}, "rtol = 1: must be in [1e-12, 0.01]"),

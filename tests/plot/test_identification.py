@@ -9,7 +9,7 @@ import xarray as xr
 
 import restitution as rs
 from restitution.plot.identification import comparison, data_and_fit, design, grid, overview
-from restitution.plot.style import context, new_figure, save_figure
+from restitution.plot.style import context, new_figure, plain_ticks, save_figure
 from restitution.quantities import INPUTS
 
 
@@ -52,6 +52,36 @@ def test_each_ball_has_its_own_fit(found: rs.Identification) -> None:
     assert len(fits) == 2
     for line, rows in zip(fits, (slice(0, 3), slice(3, 6)), strict=True):
         np.testing.assert_allclose(line.get_ydata(), curves[0].measured[rows], rtol=1e-4)
+
+
+def test_only_several_sets_are_named(found: rs.Identification) -> None:
+    (_, curves), *_ = found.curves
+    with context():
+        axes = [data_and_fit(new_figure().add_subplot(), [(name, curves[0]._replace()) for name in names])
+                for names in (["one"], ["one", "other"])]  # fmt: skip
+    words = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in axes]
+    assert [sorted(one) for one in words] == [["fit", "measured"], ["fit", "one", "other"]]
+
+
+def test_a_parameter_that_is_not_determined_has_no_profile(found: rs.Identification) -> None:
+    (data,) = found.data
+    alone = rs.Rebounds(data.velocity, data.restitution_coefficient, radius=0.01, mass=data.mass,
+                        noise=rs.Noise(restitution_coefficient=0.01))  # fmt: skip
+    figure = overview(rs.identify(alone, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}))
+    panel = figure.axes[2]
+    words = [text.get_text() for text in panel.get_legend().get_texts()]
+    assert words == ["shear modulus: not determined", "viscosity: not determined"]
+    assert not panel.get_xticks().size
+
+
+@pytest.mark.parametrize(("low", "high", "plain"), [(3.0, 200.0, True), (3.0, 400.0, False)])
+def test_a_logarithmic_axis_of_at_most_two_decades_has_plain_numbers(low: float, high: float, plain: bool) -> None:
+    ax = new_figure().add_subplot()
+    ax.set(yscale="log", ylim=(low, high))
+    plain_ticks(ax)
+    ax.figure.draw_without_rendering()
+    inside = [text.get_text() for text in ax.get_yticklabels() if low <= text.get_position()[1] <= high]
+    assert (inside == ["5", "10", "20", "50", "100", "200"]) is plain
 
 
 def test_a_design_shows_each_ball_beside_the_best_set() -> None:
