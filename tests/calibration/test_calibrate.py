@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 import re
 from dataclasses import replace
 
@@ -68,6 +69,22 @@ def test_kelvin_voigt_pair_at_small_loss_is_the_material():
     typed = lammps.parameters["eta_n0"].value * 0.5 * body.mass / (2.0 * found.parameters["E_eff"].value)
     assert typed == pytest.approx(found.parameters["A"].value, rel=1e-6)
     assert found.naive_parameters["A"].value == pytest.approx(eta / 1e6, rel=1e-9)
+
+
+def test_usual_numbers_are_those_of_the_frequency_of_the_contact():
+    """Storage modulus, and loss tangent over frequency, at pi/T of the middle velocity; e typed as it is."""
+    found = rs.calibrate((BALL, BALL), "mercury-bshp", (0.1, 10.0), points=3)
+    middle = rs.solve(rs.collision(BALL, BALL, 1.0))
+    series, omega = rs.reduced_modulus(RUBBER, RUBBER), math.pi / middle.contact_time
+    assert found.naive_parameters["E_eff"].value == pytest.approx(series.storage_modulus(omega), rel=1e-7)
+    time = series.loss_modulus(omega) / series.storage_modulus(omega) / omega
+    assert found.naive_parameters["A"].value == pytest.approx(time, rel=1e-7)
+    lammps = rs.calibrate((BALL, BALL), "lammps-coeff-restitution", (0.1, 10.0), points=3)
+    assert lammps.naive_parameters["e"].value == pytest.approx(middle.restitution_coefficient, rel=1e-7)
+    # Without limit_damping, LAMMPS gives the e that is typed at every velocity.
+    assert lammps.table["naive_restitution_coefficient"].values == pytest.approx(
+        middle.restitution_coefficient, abs=1e-5
+    )
 
 
 def test_young_modulus_gives_the_reduced_one():
@@ -169,6 +186,20 @@ def test_rebound_snippet_runs():
     for sign in (1.0, -1.0):
         got = [scope["coefficient_of_restitution"](None, sign * v) for v in found.collisions.velocity]
         assert got == pytest.approx(found.collisions.restitution_coefficient[:, 0].tolist(), abs=1e-8)
+
+
+def test_one_table_for_all_sizes():
+    """At each velocity the table lies in the middle of the coefficients of all radii, by ratios."""
+    found = rs.calibrate((BALL, BALL), "rebound", (0.1, 1.0), radius=(0.005, 0.02), points=3)
+    e = found.collisions.restitution_coefficient
+    ratios = found.restitution_coefficient(found.collisions.velocity)[:, None] / e
+    np.testing.assert_allclose(ratios.max(axis=1) * ratios.min(axis=1), 1.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("target", ["lammps-tsuji", "rebound"])
+def test_results_can_be_pickled(target):
+    found = rs.calibrate((BALL, BALL), target, (0.1, 1.0), points=3)
+    assert pickle.loads(pickle.dumps(found)).to_dict() == found.to_dict()
 
 
 def test_json_words_and_pictures(tmp_path):

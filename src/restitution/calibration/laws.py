@@ -81,6 +81,16 @@ class Law:
     units: tuple[str, ...] = ("si",)
     notes: tuple[str, ...] = ()
 
+    def __reduce__(self) -> Any:
+        return _registered, (self.name,)
+
+
+def _registered(name: str) -> Law:
+    """Return the law of a target, from which a pickled result is made again."""
+    from restitution.calibration.codes import LAWS
+
+    return LAWS[name]
+
 
 @dataclass(frozen=True)
 class TypedLaw:

@@ -63,6 +63,8 @@ class Calibration:
         Whether the text is for a ball and a wall, not for two balls.
     collisions : Collisions
         Velocities, radii and the exact answers.
+    law, naive_law : TypedLaw or Table
+        The laws with their numbers in SI; of an N-body code the coefficients over the velocity.
 
     Notes
     -----
@@ -104,7 +106,7 @@ class Calibration:
         return self._promise(velocity, radius)[0]
 
     def contact_time(self, velocity: Any, radius: float | None = None) -> Any:
-        """TypedLaw time [s] in the code; see `restitution_coefficient`."""
+        """Contact time [s] in the code; see `restitution_coefficient`."""
         return self._promise(velocity, radius)[1]
 
     def _promise(self, velocity: Any, radius: float | None) -> tuple[Any, Any]:
