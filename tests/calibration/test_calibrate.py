@@ -196,6 +196,17 @@ def test_one_table_for_all_sizes():
     np.testing.assert_allclose(ratios.max(axis=1) * ratios.min(axis=1), 1.0, rtol=1e-12)
 
 
+@pytest.mark.parametrize("target", ["mercury-bshp", "yade-mindlin", "kratos-dem"])
+def test_balls_of_two_sizes_are_no_worse(target):
+    found = rs.calibrate((BALL, BALL), target, (0.1, 1.0), radius=(0.005, 0.02), points=3)
+    speeds = found.collisions.velocity
+    sizes = rs.Body(RUBBER, radius=0.005), rs.Body(RUBBER, radius=RNG.uniform(0.006, 0.02))
+    pairs = [rs.collision(*sizes, float(speed)) for speed in speeds]
+    e, _ = found.law.rebound(speeds, pairs[0].mass, pairs[0].profile.radius)
+    exact = [rs.solve(one).restitution_coefficient for one in pairs]
+    assert np.abs(e / exact - 1.0).max() <= found.largest_error
+
+
 @pytest.mark.parametrize("target", ["lammps-tsuji", "rebound"])
 def test_results_can_be_pickled(target):
     found = rs.calibrate((BALL, BALL), target, (0.1, 1.0), points=3)
