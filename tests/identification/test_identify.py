@@ -289,6 +289,13 @@ def test_data_that_cannot_be_fitted_are_refused():
         rs.identify(balls, "standard_sold")
 
 
+def test_progress_counts_the_fit_and_the_intervals():
+    seen = []
+    balls = rebounds(standard_solid(1e6, 2e5, 1e-3), RADII[::3], VELOCITIES[::3])
+    rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=True, progress=lambda *step: seen.append(step))
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+
+
 def test_wrong_noise_and_wrong_models_are_doubted():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1)
     wrong = rs.identify(balls, rs.kelvin_voigt, fixed=FIXED, profiles=False)

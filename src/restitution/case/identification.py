@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -219,12 +219,15 @@ class IdentificationCase:
     section: IdentificationSection
     data: tuple[Observations, ...]
 
-    def solve(self, profiles: bool | None = None) -> Identification | Spectrum:
+    def solve(
+        self, profiles: bool | None = None, progress: Callable[[int, int], None] | None = None
+    ) -> Identification | Spectrum:
         """Identify the material with the options of the file; a `CaseError` refuses data that do not fit the model."""
         from restitution.identification.identify import identify
 
         with in_file(self.path, "identification"):
-            return identify(list(self.data), self.section.model, profiles=profiles, **self.section.options)
+            options = self.section.options
+            return identify(list(self.data), self.section.model, profiles=profiles, progress=progress, **options)
 
     def compare(self) -> Comparison | None:
         """Compare the model with those of the key `compare`; None without the key."""

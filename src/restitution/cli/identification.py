@@ -42,8 +42,8 @@ def identify(
         problem = read_identification(case)
         if problem.section.model == SPECTRUM and out is not None:
             raise BadInput(f"--out {out}: a spectrum has no constants; give another model")
-        with progress_bar("identifying", begin="identifying"):
-            found: Any = problem.solve(profiles=True if profile else None)
+        with progress_bar("identifying", begin="identifying") as progress:
+            found: Any = problem.solve(profiles=True if profile else None, progress=progress)
             compared = problem.compare()
             content = found.to_dict()
     doubts = [*dict.fromkeys((*getattr(found, "warnings", ()), *warnings))]

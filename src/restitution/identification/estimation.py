@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
+from restitution.identification.descent import descend
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
 from restitution.identification.starts import effective_tables, instantaneous_ratio, starts
@@ -22,8 +23,12 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
-# Starts that are followed: the best ones, and for a compressible material some of the points about the centre.
-_BEST, _AROUND = 2, 3
+# Starts that are followed, of an incompressible and of a compressible material.
+_BEST, _COMPRESSIBLE = 2, 3
+# Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
+# step of a finished one would gain, for the search and for the minimum. Minima closer than this are the same.
+_FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME = 2.0, 100, 1e-3, 1e-7, 0.1
+_MARGIN = 1e-9
 EQUALLY_GOOD = 3.84
 """Difference of two sums of squares within which both fits lie in the region of 95 %."""
 # Fewer than one in 10 000 materials has a negative instantaneous Poisson ratio: twice the logarithm of these odds.
@@ -132,66 +137,44 @@ class Fit(NamedTuple):
 
 
 def minimise(
-    problem: EstimationProblem, start: Array, loss: Loss = "linear", held: int | None = None, tolerance: float = 1e-9
+    problem: EstimationProblem, start: Array, loss: Loss = "linear", held: int | None = None, tolerance: float = _EXACT
 ) -> Fit:
     """Local minimum from a start, perhaps with one coordinate held."""
-    from scipy.optimize import least_squares
-
-    free = np.arange(start.size) != (-1 if held is None else held)
-    point = start.copy()
-    kept: dict[bytes, Array] = {}
-
-    def residuals(part: Array) -> Array:
-        point[free] = part
-        kept.clear()
-        kept[part.tobytes()] = found = problem.residuals(point[None])[0]
-        return found
-
-    def slopes(part: Array) -> Array:
-        base = kept.get(part.tobytes())
-        if base is None:
-            base = residuals(part)
-        point[free] = part
-        return problem.jacobian(point, base)[:, free]
-
-    low, high = problem.low[free], problem.high[free]
-    inside = np.clip(start[free], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
-    first = residuals(inside)
-    if not np.all(np.isfinite(first)):
-        return Fit(start, math.inf)
-    if not inside.size:
-        return Fit(start, 2.0 * _cost(first, loss))
-    bounds: Any = (low, high)
-    jacobian: Any = slopes
-    found = least_squares(
-        residuals,
-        inside,
-        jacobian,
-        bounds,
-        method="trf",
-        loss=loss,
-        ftol=tolerance,
-        xtol=1e-9,
-        gtol=1e-9,
-        max_nfev=100,
-    )
-    point[free] = found.x
-    return Fit(point.copy(), 2.0 * float(found.cost))
+    return _minima(problem, start[None], loss, tolerance, held)[0]
 
 
-def _cost(residuals: Array, loss: Loss) -> float:
-    z = residuals**2
+def _minima(
+    problem: EstimationProblem, starts: Array, loss: Loss, tolerance: float, held: int | None = None
+) -> list[Fit]:
+    """Local minima from starts of shape (s, n_unknown); a descent ends if its next step gains less than a share."""
+
+    def residuals(at: Array, _: NDArray[np.intp]) -> Array:
+        return _lossy(problem.residuals(at.reshape(-1, at.shape[2])), loss).reshape(*at.shape[:2], -1)
+
+    steps = problem.steps
+    if held is not None:
+        steps[held] = 0.0
+    low, high = (np.broadcast_to(end, starts.shape) for end in (problem.low, problem.high))
+    inside = np.where(steps > 0.0, np.clip(starts, low + _MARGIN, high - _MARGIN), starts)
+    furthest = np.where(np.arange(steps.size) < problem.n_parameters, _FURTHEST, np.inf)
+    points, costs, _ = descend(residuals, inside, low, high, steps, furthest, tolerance, _ROUNDS)
+    return [Fit(point, float(cost)) for point, cost in zip(points, costs, strict=True)]
+
+
+def _lossy(residuals: Array, loss: Loss) -> Array:
+    """Numbers whose squares are the losses of the residuals, with the same signs."""
+    size = np.abs(residuals)
     if loss == "soft_l1":
-        z = 2.0 * (np.sqrt(1.0 + z) - 1.0)
+        size = np.sqrt(2.0 * (np.sqrt(1.0 + size * size) - 1.0))
     elif loss == "cauchy":
-        z = np.log1p(z)
+        size = np.sqrt(np.log1p(size * size))
     elif loss == "huber":
-        z = np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0)
-    return 0.5 * float(z.sum())
+        size = np.where(size <= 1.0, size, np.sqrt(np.maximum(2.0 * size - 1.0, 0.0)))
+    return np.copysign(size, residuals)
 
 
 def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[EstimationProblem, Array, list[DynamicTable]]:
-    """Problem with its bounds, the start without data, and the effective moduli of the data."""
+    """EstimationProblem with its bounds, the start without data, and the effective moduli of the data."""
     tables = effective_tables(data, space)
     modulus = float(
         np.exp(np.mean([np.log(np.hypot(one.storage_modulus, one.loss_modulus)).mean() for one in tables]))
@@ -227,31 +210,40 @@ class Estimation(NamedTuple):
 def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "linear") -> Estimation:
     """Fit a model to data from starts of the data."""
     problem, centre, tables = problem_of(data, space)
-    points, around = starts(space, tables, problem.columns, centre, problem.low, problem.high)
-    sums = (problem.residuals(points) ** 2).sum(axis=1)
-    chosen = points[np.argsort(np.where(np.isfinite(sums), sums, np.inf), kind="stable")][:_BEST]
-    if instantaneous_ratio(problem.columns(around[:1]))[0] > 0.0:
-        # The moduli of a compressible material have several fits to the effective ones; the best one may be far off.
-        chosen = np.concatenate([chosen, around[:_AROUND]])
-    fits = sorted((minimise(problem, one, loss) for one in chosen), key=lambda fit: fit.cost)
+    points = starts(space, tables, problem.columns, centre, problem.low, problem.high)
+    fits = _deeper(problem, _minima(problem, _chosen(problem, points), loss, _COARSE), loss)
     if not math.isfinite(fits[0].cost):
         raise InputError("start", wanted="no start leads to a result for all data; give start")
-    best = fits[0]
     for _ in range(5):
-        rescaled = _rescaled(problem, best, loss)
+        rescaled = _rescaled(problem, fits[0], loss)
         if rescaled is None:
             break
-        scale = 1.0 if len(data) > 1 or loss != "linear" or space.prior else 1.0 / rescaled.factors[0] ** 2
         problem = rescaled
-        if scale == 1.0:
-            best = minimise(problem, best.coordinates, loss)
-        else:  # the minimum stays where it is
-            fits = [one._replace(cost=one.cost * scale) for one in fits]
-            best = fits[0]
+        if len(data) == 1 and loss == "linear" and not space.prior:  # the minimum stays where it is
+            fits = [one._replace(cost=one.cost / rescaled.factors[0] ** 2) for one in fits]
             break
-    fits = [best, *fits[1:]]
+        fits = _deeper(problem, fits, loss)
     fits = [fits[k] for k in np.argsort(ranks(problem, fits), kind="stable")]
     return moved(Estimation(problem, loss, fits[0], tuple(fits), np.empty((0, 0))), fits[0])
+
+
+def _chosen(problem: EstimationProblem, points: Array) -> Array:
+    """Starts with the smallest residuals, in turn with and without a negative instantaneous Poisson ratio."""
+    costs = (problem.residuals(points) ** 2).sum(axis=1)
+    order = np.argsort(np.where(np.isfinite(costs), costs, np.inf), kind="stable")
+    ratio = instantaneous_ratio(problem.columns(points))[order]
+    turn = np.where(ratio > 1.0, np.cumsum(ratio > 1.0), np.cumsum(~(ratio > 1.0)))
+    return points[order[np.argsort(turn, kind="stable")][: _COMPRESSIBLE if np.any(ratio > 0.0) else _BEST]]
+
+
+def _deeper(problem: EstimationProblem, fits: Sequence[Fit], loss: Loss) -> list[Fit]:
+    """Minima near fits, best first, one of each place."""
+    found: list[Fit] = []
+    for one in sorted(fits, key=lambda fit: fit.cost):
+        if all(np.abs(one.coordinates - other.coordinates).max() > _SAME for other in found):
+            found.append(one)
+    ends = _minima(problem, np.stack([one.coordinates for one in found]), loss, _EXACT)
+    return sorted(ends, key=lambda fit: fit.cost)
 
 
 def ranks(problem: EstimationProblem, fits: Sequence[Fit]) -> Array:

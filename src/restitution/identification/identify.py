@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -43,6 +43,7 @@ def identify(
     terms: int = 2,
     loss: Loss = "linear",
     profiles: bool | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Any:
     """Material that fits measured data, with errors.
 
@@ -70,6 +71,8 @@ def identify(
     profiles : bool, optional
         Whether intervals are from profiles: for all parameters, for none, or by default for parameters with a standard
         error above 5 %.
+    progress : callable, optional
+        Called with (steps done, all steps) of a parametric model: the fit, then the interval of each parameter.
 
     Returns
     -------
@@ -122,22 +125,29 @@ def identify(
         bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
         if bulk and bulk[0] not in space.prior:
             raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
+    report = progress or (lambda done, steps: None)
     uncertainty = Uncertainty(estimate(sets, space, loss))
-    found = _estimates(uncertainty, profiles)
+    found = _estimates(uncertainty, profiles, report)
     for _ in range(_RESTARTS):
         estimation, better = uncertainty.estimation, uncertainty.best
         rank, other = ranks(estimation.problem, (estimation.fit, better))
         if other > rank - _BETTER:
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
-        found = _estimates(uncertainty, profiles)
+        found = _estimates(uncertainty, profiles, report)
     result = Identification(uncertainty, found, _nuisances(uncertainty))
     return replace(result, warnings=_warnings(result))
 
 
-def _estimates(uncertainty: Uncertainty, profiles: bool | None) -> dict[str, Estimate]:
-    names = uncertainty.estimation.problem.space.names
-    return {name: uncertainty.estimate(k, profiles) for k, name in enumerate(names)}
+def _estimates(
+    uncertainty: Uncertainty, profiles: bool | None, report: Callable[[int, int], None]
+) -> dict[str, Estimate]:
+    names, found = uncertainty.estimation.problem.space.names, dict[str, Estimate]()
+    report(1, len(names) + 1)
+    for k, name in enumerate(names):
+        found[name] = uncertainty.estimate(k, profiles)
+        report(k + 2, len(names) + 1)
+    return found
 
 
 def _compare(data: Any, models: Any, **options: Any) -> Comparison:
@@ -206,17 +216,16 @@ def _warnings(found: Identification) -> tuple[str, ...]:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if found.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
-    others = [one for one in estimation.fits[1:] if one.cost - estimation.fit.cost < EQUALLY_GOOD]
     for one in problem.data:
         lines += hollow_balls(getattr(one, "mass", None), getattr(one, "profile", None))
-    n = problem.n_parameters
-    for other in others:
-        apart = np.abs(other.coordinates[:n] - estimation.fit.coordinates[:n])
-        k = int(np.argmax(apart))
-        name = problem.space.names[k]
-        if apart[k] > math.log(2.0) and found.parameters[name].determined:
+    # The parameters with a value may have another one in another minimum.
+    stated = np.array([one.determined for one in found.parameters.values()])
+    n, best = problem.n_parameters, estimation.fit
+    for other in estimation.fits:
+        apart = np.where(stated, np.abs(other.coordinates[:n] - best.coordinates[:n]), 0.0)
+        k, gain = int(np.argmax(apart)), best.cost - other.cost
+        if apart[k] > math.log(2.0) and gain > -EQUALLY_GOOD:
             value = float(problem.space.free[k].outward(other.coordinates[k]))
-            gain = estimation.fit.cost - other.cost
             well = "almost as well" if gain < 0.0 else f"better by {gain:.2g} in chi2, but is less plausible"
-            lines.append(f"another minimum fits {well}, with {name} = {value:.3g}")
+            lines.append(f"another minimum fits {well}, with {problem.space.names[k]} = {value:.3g}")
     return tuple(dict.fromkeys(lines))

@@ -29,6 +29,8 @@ _APART = 0.5
 _BULKS = {"bulk_modulus": (0.3, 1.0, 10.0), "poisson_ratio": (0.2, 0.42, 0.49)}
 # Error of the formulas for effective moduli: of the logarithm, and of the phase.
 _MODULUS_ERROR, _PHASE_ERROR = 0.03, 0.1
+# Largest instantaneous 2G/(3K) of half of the starts: a Poisson ratio of 0.3.
+_PLAUSIBLE = 0.3
 # The modulus [Pa] and the angular frequency [rad/s] of data without any.
 _ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 
@@ -48,8 +50,8 @@ def effective_tables(data: Sequence[Observations], space: Parameters) -> list[Dy
 def starts(
     space: Parameters, tables: Sequence[DynamicTable], columns: Callable[[Array], MaterialColumns],
     centre: Array, low: Array, high: Array,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Coordinates of distinct starts, shape (s, n_unknown), and points about the centre, of the same shape.
+) -> Array:  # fmt: skip
+    """Coordinates of distinct starts, shape (s, n_unknown).
 
     The complex modulus of the model is fitted to the effective moduli from these points. An unknown bulk modulus is
     held at three values: these moduli hardly depend on it.
@@ -70,9 +72,9 @@ def starts(
             if one.name in (*space.start, *space.prior):
                 values[0] = one.outward(centre[k])
             held, points[:, k] = k, one.inward(values)[np.arange(_N_STARTS) % values.size]
-    points = lattice_points = np.clip(points, low + 1e-6, high - 1e-6)
+    points = np.clip(points, low + 1e-6, high - 1e-6)
 
-    def misfit(coordinates: Array) -> Array:
+    def misfit(coordinates: Array, plausible: NDArray[np.bool_]) -> Array:
         materials, parts = columns(coordinates), list[Array]()
         for table in tables:
             kind: Any = table.deformation
@@ -81,10 +83,13 @@ def starts(
             ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)
             parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
-        return np.hstack([*parts, penalties(space, coordinates[:, :n])])
+        excess = np.log(np.maximum(instantaneous_ratio(materials) / _PLAUSIBLE, 1.0)) * plausible / _MODULUS_ERROR
+        return np.hstack([*parts, excess[:, None], penalties(space, coordinates[:, :n])])
 
-    def residuals(at: Array, _: NDArray[np.intp]) -> Array:
-        return misfit(at.reshape(-1, at.shape[2])).reshape(*at.shape[:2], -1)
+    def residuals(at: Array, places: NDArray[np.intp]) -> Array:
+        # The other half may have a negative instantaneous Poisson ratio.
+        plausible = np.repeat(places % 2 == 0, at.shape[1])
+        return misfit(at.reshape(-1, at.shape[2]), plausible).reshape(*at.shape[:2], -1)
 
     steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), _STEP, 0.0)
     low, high = np.broadcast_to(low, points.shape), np.broadcast_to(high, points.shape)
@@ -95,7 +100,7 @@ def starts(
     for k in np.argsort(costs, kind="stable"):
         if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
             chosen.append(int(k))
-    return (points[chosen] if chosen else centre[None]), lattice_points
+    return points[chosen] if chosen else centre[None]
 
 
 def instantaneous_ratio(materials: MaterialColumns) -> Array:

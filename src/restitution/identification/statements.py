@@ -22,15 +22,13 @@ from restitution.identification.design import (
 )
 from restitution.identification.observations import Noise
 from restitution.identification.rebounds import Rebounds
-from restitution.identification.uncertainty import without
+from restitution.identification.uncertainty import EXACT, principal_directions, without
 
 if TYPE_CHECKING:
     from restitution.identification.result import Identification
 
 Array = NDArray[np.float64]
 
-# A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
-_EXACT = 3e-6
 # Two directions are the same if they differ by less than this share.
 _SAME = 1e-3
 # Parameters that change by less than this share of the largest change are not listed.
@@ -79,9 +77,8 @@ def knowledge(
     p = theta.size
     own, nuisances = names[:p], names[p:]
     seen = without(jacobian[:, :p], jacobian[:, p:])
-    _, sizes, rows = np.linalg.svd(seen)
-    singular = np.concatenate([sizes, np.zeros(p - sizes.size)])
-    exact, flat = singular <= _EXACT * singular[0], singular < 1.0
+    singular, rows = principal_directions(seen)
+    exact, flat = singular <= EXACT * singular[0], singular < 1.0
     information = seen.T @ seen
     directions: list[StatedDirection] = []
 
@@ -124,8 +121,8 @@ def _invariances(
     matrix = slope(_logarithms(columns(stencil(theta)).reduced.complex_modulus(omega)))
     if not np.all(np.isfinite(matrix)):  # moduli beyond the range of numbers
         return []
-    sizes, rows = np.linalg.svd(matrix)[1:]
-    same = np.concatenate([sizes, np.zeros(theta.size - sizes.size)]) < _EXACT * sizes[0]
+    sizes, rows = principal_directions(matrix)
+    same = sizes < EXACT * sizes[0]
     words = "The reduced modulus E* stays the same, and with it all contacts with rigid bodies: fix one of these."
     found = [(vector, words) for vector in rows[same]]
     if exponent is not None:

@@ -17,8 +17,8 @@ from restitution.identification.profiles import LikelihoodProfile, profile
 
 Array = NDArray[np.float64]
 
-# A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7.
-_EXACT = 3e-6
+EXACT = 3e-6
+"""A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7."""
 # Derivative of the logarithm of a function over that of a parameter that is zero but for the error of differences.
 _NO_SLOPE = 1e-4
 # A coordinate belongs to a flat direction if its component is above this.
@@ -78,18 +78,18 @@ class Uncertainty:
 
     @cached_property
     def _decomposed(self) -> tuple[Array, Array]:
-        """Singular values, and directions as columns, of all coordinates."""
-        return _directions(self.estimation.jacobian)
+        """Singular values and directions, as rows, of all coordinates."""
+        return principal_directions(self.estimation.jacobian)
 
     @cached_property
     def covariance(self) -> Array:
         """Covariance of all coordinates; huge along directions that the data do not determine."""
-        s, v = self._decomposed
-        return (v / self._least(s) ** 2) @ v.T
+        s, rows = self._decomposed
+        return (rows.T / self._least(s) ** 2) @ rows
 
     def _least(self, singular: Array) -> Array:
         """Singular values, not below the error of the Jacobian."""
-        return np.maximum(singular, max(_EXACT * float(singular[0]), 1e-150))
+        return np.maximum(singular, max(EXACT * float(singular[0]), 1e-150))
 
     @cached_property
     def standard_errors(self) -> Array:
@@ -101,15 +101,15 @@ class Uncertainty:
         """Directions of the parameters along which a factor of e changes the data by less than their noise."""
         n, jacobian = self.estimation.problem.n_parameters, self.estimation.jacobian
         own = without(jacobian[:, :n], jacobian[:, n:])
-        s, v = _directions(own)
+        s, rows = principal_directions(own)
         found: list[FlatDirection] = []
-        for value, direction in zip(s, v.T, strict=True):
+        for value, direction in zip(s, rows, strict=True):
             if value < 1.0:
                 direction = direction / direction[np.argmax(np.abs(direction))]
                 named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
                 exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
                 length = float(np.linalg.norm(direction))
-                exact = bool(value <= _EXACT * s[0])
+                exact = bool(value <= EXACT * s[0])
                 found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
         return tuple(found)
 
@@ -125,10 +125,10 @@ class Uncertainty:
         # A loss that is zero at all points does not change.
         rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
         gradient = rise / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
-        s, v = self._decomposed
-        along = np.tensordot(v.T, gradient, axes=1)
+        s, rows = self._decomposed
+        along = np.tensordot(rows, gradient, axes=1)
         # Along an exact direction the covariance is huge, and would enlarge the error of a derivative.
-        exact = s <= _EXACT * s[0]
+        exact = s <= EXACT * s[0]
         along[exact] = np.where(np.abs(along[exact]) < _NO_SLOPE, 0.0, along[exact])
         return found[0], np.sqrt(np.tensordot(self._least(s) ** -2, along**2, axes=1))
 
@@ -183,8 +183,8 @@ def without(jacobian: Array, other: Array) -> Array:
     return jacobian - basis @ (basis.T @ jacobian)
 
 
-def _directions(jacobian: Array) -> tuple[Array, Array]:
-    """All singular values, those of missing rows as zeros, and directions as columns."""
+def principal_directions(jacobian: Array) -> tuple[Array, Array]:
+    """All singular values, those of missing rows as zeros, and directions as rows."""
     n = jacobian.shape[1]
     _, s, v = np.linalg.svd(np.vstack([jacobian, np.zeros((max(n - len(jacobian), 0), n))]), full_matrices=False)
-    return s, v.T
+    return s, v

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from threading import Lock
+from threading import Lock, local
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +28,7 @@ Progress = Callable[[int, int], None]
 STAGES = 8
 # Impacts in a task: about 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
 _CHUNK = 512
+_KEPT = local()
 
 # Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
 # element falls faster than the error inside it.
@@ -64,9 +65,6 @@ def solve_scaled(
     On request, further columns are the energies dissipated and stored, in units of m v0^2, and the largest pressure;
     see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
     """
-    from restitution.kernel.impact import MAX_ELEMENTS
-    from restitution.kernel.workspace import allocate
-
     path = kernel_path(block)
     outcomes = np.empty((block.size, len(OUTCOME)))
     further = np.full((block.size, 2 * budget + pressure), np.nan)
@@ -77,7 +75,7 @@ def solve_scaled(
         nonlocal done
         start, stop = chunk
         part = block.part(start, stop)
-        work = allocate(part.most_modes, MAX_ELEMENTS)
+        work = _kept_work(part.most_modes)
         if further.shape[1]:
             _solve_each(part, path, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
         else:
@@ -100,6 +98,17 @@ def solve_scaled(
         report()
         on_threads(run, chunks, workers, report)
     return np.hstack([outcomes, further])
+
+
+def _kept_work(modes: int) -> Work:
+    """Scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.workspace import allocate
+
+    work: Work | None = getattr(_KEPT, "work", None)
+    if work is None or work.inverses.shape[0] != modes:
+        work = _KEPT.work = allocate(modes, MAX_ELEMENTS)
+    return work
 
 
 def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> None:
@@ -191,13 +200,11 @@ def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, 
 
     The forces are 0 outside the contact, and NaN where the body does not separate.
     """
-    from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.radau import radau
     from restitution.kernel.sampling import sample_forces
-    from restitution.kernel.workspace import allocate
 
     outcomes, forces = np.empty((block.size, len(OUTCOME))), np.full(times.shape, np.nan)
-    path, work = kernel_path(block), allocate(block.most_modes, MAX_ELEMENTS)
+    path, work = kernel_path(block), _kept_work(block.most_modes)
     for n in range(block.size):
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
         if outcomes[n, STATUS] == Status.SEPARATED:
