@@ -27,7 +27,7 @@ _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 _BEST, _COMPRESSIBLE = 2, 3
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
 # step of a finished one would gain, for the search and for the minimum. Minima closer than this are the same.
-_FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME = 2.0, 100, 1e-3, 1e-7, 0.1
+_FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME = 2.0, 100, 1e-3, 1e-8, 0.1
 _MARGIN = 1e-9
 EQUALLY_GOOD = 3.84
 """Difference of two sums of squares within which both fits lie in the region of 95 %."""
