@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -45,6 +45,8 @@ class ContactLaw:
         Largest number of nodes of a contact.
     max_depth : float
         Largest depth [m] that the law describes.
+    restitution_error : float
+        Largest change of the restitution coefficient of the impact by `reduced`; 0 for a law that is not reduced.
     """
 
     impact: Impact
@@ -52,6 +54,7 @@ class ContactLaw:
     max_nodes: int
     max_depth: float
     _table: PathTable | None = field(repr=False)
+    restitution_error: float = 0.0
 
     def start(self, contacts: int | None = None, *, depth: ArrayLike = 0.0) -> Array:
         """State of contacts before first touch.
@@ -145,6 +148,49 @@ class ContactLaw:
 
         return advance
 
+    def reduced(self, terms: int = 2) -> ContactLaw:
+        """Law with fewer terms, which takes less time and memory.
+
+        Parameters
+        ----------
+        terms : int
+            Largest number of terms, >= 1: Maxwell branches, and the parallel dashpot if there is one.
+
+        Returns
+        -------
+        ContactLaw
+            With the terms that come nearest to the restitution coefficient, the contact time and the largest force of
+            the impact, or of all impacts if it has arrays of numbers. Its `restitution_error` is the largest error of
+            e at these impacts. The same law if it has no more terms.
+
+        Raises
+        ------
+        InputError
+            If `terms` is below 1, or the body of an impact does not rebound.
+
+        Notes
+        -----
+        A fit of the complex modulus near the frequency ``pi/T`` of the contact time T is the start, and a fit to the
+        impacts follows. Terms that are much slower than the contact become part of the spring. Give the impact the
+        velocities at which the law will be used.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> rubber = rs.Material(rs.PronySeries(1e6, [3e6, 3e6, 3e6], [1e-6, 1e-3, 1.0]), bulk=2e9)
+        >>> impact = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=np.array([0.5, 1.0, 2.0]))
+        >>> law = rs.contact_law(impact).reduced(terms=1)
+        >>> law.modulus.n_branches, law.restitution_error < 0.02
+        (1, True)
+        """
+        whole("terms", terms)
+        if len(self._branches) <= terms:
+            return self
+        from restitution.law.reduction import reduced_series
+
+        modulus, error = reduced_series(self.impact, self.modulus, terms)
+        return replace(self, modulus=modulus, restitution_error=error)
+
     def to_c(self, path: str | os.PathLike[str], *, name: str = "contact_law") -> Path:
         """Write the law as a header in C99 that needs no other file.
 
@@ -181,7 +227,7 @@ class ContactLaw:
             f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
             f"Profile: {self.impact.profile!r}.",
             *(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
-            f"Reduced relaxation modulus: {self.modulus!r}.",
+            f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
             "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Loading again before separation "
             "is an MDR approximation. Beyond the largest depth the force is NaN.",
         ]
