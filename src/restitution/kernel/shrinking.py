@@ -12,7 +12,7 @@ one equation for t1, whose left-hand side rises with t1. In the first case the o
 import math
 from typing import Any
 
-from restitution.kernel.compile import entry_point, inlined
+from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.growing import (
     CLOCK_ROUNDING,
     NEWTON_ROUNDING,
@@ -57,102 +57,116 @@ def equal_contact(
     E(t - t1), and the derivative of the left-hand side with respect to t1.
     """
     elements = past.elements
-    by_depth = contact.control == DEPTH
-    memory = past.depth if by_depth else past.integral
-    K = contact.moduli.shape[0]
     direction = 0
     while e > 0 and t1 < elements.starts[e]:
         e -= 1
     while True:
-        b, h = elements.starts[e], elements.lengths[e]
-        if h == 0.0:
-            low = elements.depths[e] if by_depth else elements.integrals[e]
-            jump = (elements.depths[e + 1] if by_depth else elements.integrals[e + 1]) - low
-            base = contact.equilibrium * low
-            modulus = contact.equilibrium
-            for k in range(K):
-                X = math.exp(-(t - b) * contact.rates[k])
-                base += contact.moduli[k] * X * memory.begin[e, k]
-                modulus += contact.moduli[k] * X
-            x = (target - base) / (modulus * jump)
-            if not x >= 0.0 and e > 0 and direction <= 0:
-                e -= 1
-                t1 = elements.starts[e] + elements.lengths[e]
-                direction = -1
-                continue
-            if x > 1.0 and e + 1 < past.total and direction >= 0:
-                e += 1
-                t1 = elements.starts[e]
-                direction = 1
-                continue
-            x = min(max(x, 0.0), 1.0)
-            depth = elements.depths[e] + x * (elements.depths[e + 1] - elements.depths[e])
-            integral = elements.integrals[e] + x * (elements.integrals[e + 1] - elements.integrals[e])
-            if by_depth:
-                integral = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
-            else:
-                depth = root_of_depth(contact.path, integral) ** 2
-            return e, b, depth, integral, modulus, math.inf
-        segment = elements.segments[e]
-        low, high = b, b + h
-        low_known, high_known = False, False
-        t1 = min(max(t1, low), high)
-        # The left-hand side bends over the shortest relaxation time.
-        scale = min(h, contact.shortest)
-        previous, side = scale, 0
-        modulus, slope = 0.0, 0.0
-        for _ in range(NEWTON_ROUNDS):
-            depth, depth_rate, integral, integral_rate = growing_contact(contact, work, segment, t1)
-            legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
-            value = contact.equilibrium * (depth if by_depth else integral)
-            modulus = contact.equilibrium
-            for k in range(K):
-                X = contact.moduli[k] * math.exp(-(t - t1) * contact.rates[k])
-                value += X * recall(memory, e, k, t1 - b, work.basis)
-                modulus += X
-            slope = modulus * (depth_rate if by_depth else integral_rate)
-            residual = value - target
-            if residual == 0.0:
-                break
-            if residual > 0.0:
-                if t1 <= b:
-                    side = -1
-                    break
-                high, high_known = t1, True
-            else:
-                if t1 >= b + h:
-                    side = 1
-                    break
-                low, low_known = t1, True
-            # Newton, else bisection; an end that was not tried yet is tried first.
-            trial = t1 - residual / slope if slope > 0.0 else (-math.inf if residual > 0.0 else math.inf)
-            if trial <= low:
-                trial = 0.5 * (low + high) if low_known else low
-            elif trial >= high:
-                trial = 0.5 * (low + high) if high_known else high
-            elif low_known and high_known and abs(trial - t1) > 0.5 * previous:
-                trial = 0.5 * (low + high)
-            step = abs(trial - t1)
-            # Newton's next step is about step^2/scale, or step^3/previous^2 where that is more.
-            done = step <= TIME_ROUNDING * t or step * max(step / scale, (step / previous) ** 2) <= _NEXT_STEP * t
-            t1 = trial
-            if done and low < t1 < high:
-                break
-            if low_known and high_known and high - low <= _SPACING * high:
-                break
-            previous = step
+        if elements.lengths[e] == 0.0:
+            t1, slope = elements.starts[e], math.inf
+            side, depth, integral, modulus = _equal_in_jump(contact, past, t, target, e)
+        else:
+            side, t1, depth, integral, modulus, slope = _equal_in_element(contact, past, work, t, target, e, t1)
         if side < 0 and e > 0 and direction <= 0:
             e -= 1
             t1 = elements.starts[e] + elements.lengths[e]
             direction = -1
-            continue
-        if side > 0 and e + 1 < past.total and direction >= 0:
+        elif side > 0 and e + 1 < past.total and direction >= 0:
             e += 1
             t1 = elements.starts[e]
             direction = 1
-            continue
-        depth, _, integral, _ = growing_contact(contact, work, segment, t1)
-        return e, t1, depth, integral, modulus, slope
+        else:
+            return e, t1, depth, integral, modulus, slope
+
+
+@compiled
+def _equal_in_jump(
+    contact: ScaledContact, past: Past, t: float, target: float, e: int
+) -> tuple[int, float, float, float]:
+    """Side of the jump e on which t1 lies, or 0 within it; depth and Pi in the jump, and the modulus E(t - t1)."""
+    elements = past.elements
+    by_depth = contact.control == DEPTH
+    memory = past.depth if by_depth else past.integral
+    low = elements.depths[e] if by_depth else elements.integrals[e]
+    jump = (elements.depths[e + 1] if by_depth else elements.integrals[e + 1]) - low
+    base = contact.equilibrium * low
+    modulus = contact.equilibrium
+    for k in range(contact.moduli.shape[0]):
+        X = math.exp(-(t - elements.starts[e]) * contact.rates[k])
+        base += contact.moduli[k] * X * memory.begin[e, k]
+        modulus += contact.moduli[k] * X
+    x = (target - base) / (modulus * jump)
+    side = 1 if x > 1.0 else (0 if x >= 0.0 else -1)
+    x = min(max(x, 0.0), 1.0)
+    depth = elements.depths[e] + x * (elements.depths[e + 1] - elements.depths[e])
+    integral = elements.integrals[e] + x * (elements.integrals[e + 1] - elements.integrals[e])
+    if by_depth:
+        integral = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
+    else:
+        depth = root_of_depth(contact.path, integral) ** 2
+    return side, depth, integral, modulus
+
+
+@inlined
+def _equal_in_element(
+    contact: ScaledContact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
+) -> tuple[int, float, float, float, float, float]:
+    """Side of element e on which t1 lies, or 0 within it; t1 in the element, and there the results of `equal_contact`.
+
+    Newton's method from t1, kept inside a bracket.
+    """
+    elements = past.elements
+    by_depth = contact.control == DEPTH
+    memory = past.depth if by_depth else past.integral
+    b, h, segment = elements.starts[e], elements.lengths[e], elements.segments[e]
+    low, high = b, b + h
+    low_known, high_known = False, False
+    t1 = min(max(t1, low), high)
+    # The left-hand side bends over the shortest relaxation time.
+    scale = min(h, contact.shortest)
+    previous, side = scale, 0
+    modulus, slope = 0.0, 0.0
+    for _ in range(NEWTON_ROUNDS):
+        depth, depth_rate, integral, integral_rate = growing_contact(contact, work, segment, t1)
+        legendre_values(2.0 * (t1 - b) / h - 1.0, work.basis)
+        value = contact.equilibrium * (depth if by_depth else integral)
+        modulus = contact.equilibrium
+        for k in range(contact.moduli.shape[0]):
+            X = contact.moduli[k] * math.exp(-(t - t1) * contact.rates[k])
+            value += X * recall(memory, e, k, t1 - b, work.basis)
+            modulus += X
+        slope = modulus * (depth_rate if by_depth else integral_rate)
+        residual = value - target
+        if residual == 0.0:
+            break
+        if residual > 0.0:
+            if t1 <= b:
+                side = -1
+                break
+            high, high_known = t1, True
+        else:
+            if t1 >= b + h:
+                side = 1
+                break
+            low, low_known = t1, True
+        # Newton, else bisection; an end that was not tried yet is tried first.
+        trial = t1 - residual / slope if slope > 0.0 else (-math.inf if residual > 0.0 else math.inf)
+        if trial <= low:
+            trial = 0.5 * (low + high) if low_known else low
+        elif trial >= high:
+            trial = 0.5 * (low + high) if high_known else high
+        elif low_known and high_known and abs(trial - t1) > 0.5 * previous:
+            trial = 0.5 * (low + high)
+        step = abs(trial - t1)
+        # Newton's next step is about step^2/scale, or step^3/previous^2 where that is more.
+        done = step <= TIME_ROUNDING * t or step * max(step / scale, (step / previous) ** 2) <= _NEXT_STEP * t
+        t1 = trial
+        if done and low < t1 < high:
+            break
+        if low_known and high_known and high - low <= _SPACING * high:
+            break
+        previous = step
+    depth, _, integral, _ = growing_contact(contact, work, segment, t1)
+    return side, t1, depth, integral, modulus, slope
 
 
 @inlined
