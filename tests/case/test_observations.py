@@ -79,12 +79,17 @@ def test_a_relaxation_is_no_series_of_bounces() -> None:
             r"line 1: must have the columns velocity, restitution_coefficient",
         ),
         ("time,depth [nm]\n1,2\n", r"line 1: must have the columns time, depth, force"),
-        ("", "is empty"),
+        ("", "is empty$"),
     ],
 )
 def test_wrong_files_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=rf"^data\.csv: {message}"):
         read_observations(written(text), radius=0.01, mass=0.03)
+
+
+def test_a_file_that_is_absent_is_named_once() -> None:
+    with pytest.raises(InputError, match=r"^absent\.csv: no such file$"):
+        read_observations("absent.csv", kind="rebounds")
 
 
 def test_a_file_of_another_kind_is_refused() -> None:

@@ -1,6 +1,7 @@
 """The commands sweep, plot and map: output, files and refusals."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -49,12 +50,11 @@ def refused(*arguments: str) -> str:
     return answer.stderr.removeprefix("error: ").rstrip("\n")
 
 
-def test_sweep_stores_reports_its_speed_and_resumes(tmp_path: Path) -> None:
+def test_sweep_stores_reports_its_time_and_resumes(tmp_path: Path) -> None:
     answer = run("sweep", "sweep.toml", "--out", "out.zarr")
     assert answer.exit_code == 0
     assert answer.stderr.startswith("warning: small strain: ")
-    assert answer.stdout.startswith("24 impacts in out.zarr; ")
-    assert "impacts/s" in answer.stdout
+    assert re.fullmatch(r"24 impacts in out\.zarr; took \d+\.\d s\n", answer.stdout)
     result = rs.open_sweep("out.zarr")
     one = rs.solve(rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.005), 0.005, 0.01))
     assert float(result.restitution_coefficient[0, 0]) == pytest.approx(float(one.restitution_coefficient), rel=1e-10)

@@ -45,7 +45,7 @@ def open_sheet(
     try:
         text = read_text(path)
     except FileError as error:
-        raise InputError("", wanted=f"{error.wanted}: {path}") from None
+        raise InputError("", wanted=f"{error.wanted}: {path}" if folder else error.wanted) from None
     sheet = read_sheet("", text, lambda tail: True, lambda label: _plain(label) in known)
     labels = [_plain(label) if known else label for label in sheet.labels]
     return sheet, [symbols.get(label, label) for label in labels]

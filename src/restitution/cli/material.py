@@ -10,7 +10,7 @@ import typer
 
 from restitution.cli import facts, tables
 from restitution.cli.options import Json, Plot, argument, library_names, option
-from restitution.cli.terminal import BadInput, report, user_input
+from restitution.cli.terminal import BadInput, progress_bar, report, user_input
 from restitution.errors import InputError
 
 # Help must load nothing heavy.
@@ -72,7 +72,10 @@ def material(
         if source is None:
             raise BadInput("material: give a file or a name, or --list")
         try:
-            found = _reports(source, at, shift, material_name, _Superposition(reference_temperature, superposition))
+            with progress_bar("reading", begin="reading and fitting"):
+                found = _reports(
+                    source, at, shift, material_name, _Superposition(reference_temperature, superposition)
+                )
         except InputError as error:
             if error.field == "temperature" and at is not None and _is_celsius(at):
                 raise BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None

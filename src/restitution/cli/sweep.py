@@ -97,8 +97,9 @@ def sweep(
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
         return
     resumed = f", {before} of them from before" if before else ""
-    rate = f"; {(total - before) / seconds:.3g} impacts/s in {seconds:.1f} s" if total > before else ""
-    print(f"{total} impacts in {out}{resumed}{rate}")
+    # No speed: the start takes most of the time of a short sweep.
+    lasted = f"; took {seconds:.1f} s" if total > before else ""
+    print(f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}")
     report("warning", *warnings)
 
 
