@@ -103,7 +103,7 @@ fix m1 all property/global youngsModulus peratomtype {E}
 fix m2 all property/global poissonsRatio peratomtype {nu}
 fix m3 all property/global coefficientRestitution peratomtypepair 1 {e}
 fix m4 all property/global coefficientFriction peratomtypepair 1 0.0
-pair_style gran model hertz tangential off limitForce on
+pair_style gran model hertz tangential history limitForce on
 pair_coeff * *"""
 
 LIGGGHTS = Law(
@@ -116,7 +116,7 @@ LIGGGHTS = Law(
     units=("si", "cgs"),
     pair=_LIGGGHTS_PROPERTIES,
     wall=_LIGGGHTS_PROPERTIES
-    + "\nfix wall all wall/gran model hertz tangential off limitForce on primitive type 1 zplane 0.0",
+    + "\nfix wall all wall/gran model hertz tangential history primitive type 1 zplane 0.0 limitForce on",
     notes=("moduli below 5e6 Pa need the command: soft_particles yes; above 1e9 Pa: hard_particles yes",),
 )
 
