@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Powers(NamedTuple):
-    """Powers of mass, length and time of which a quantity is made."""
+    """Powers of mass, length and time in the unit of a quantity."""
 
     mass: int = 0
     length: int = 0
