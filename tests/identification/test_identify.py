@@ -347,6 +347,31 @@ def test_log_probability_takes_arrays_and_has_its_maximum_at_the_fit():
     assert found.log_probability(found.coordinates + 50.0) == -math.inf
 
 
+def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
+    # Metropolis chains, which all start at the best fit, with the unknown contact point of an indentation.
+    time = np.linspace(0.0, 2.8, 120)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    gel, tip = rs.kelvin_voigt(100.0, 20.0, poisson_ratio=0.5), rs.Parabola(2.5e-6)
+    rng, chains, steps = np.random.default_rng(12), 400, 60
+    force = rs.indent(gel, tip, depth=depth - 4e-7, time=time).force + rng.normal(0.0, 2e-12, time.size)
+    data = rs.IndentationCurve(time, depth, force, profile=tip, noise=rs.Noise(force=2e-12))
+    found = rs.identify(data, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}, profiles=False)
+    root = np.linalg.cholesky(found.uncertainty.covariance)
+    places = np.tile(found.coordinates, (chains, 1))
+    heights = found.log_probability(places)
+    for _ in range(steps):
+        trials = places + 1.3 * rng.standard_normal(places.shape) @ root.T
+        found_there = found.log_probability(trials)
+        taken = np.log(rng.random(chains)) < found_there - heights
+        places[taken], heights[taken] = trials[taken], found_there[taken]
+    white = np.linalg.solve(root, (places - found.coordinates).T)
+    # The ends of independent chains: standard errors of means, variances and correlations.
+    assert np.abs(white.mean(axis=1)).max() < 4.0 / math.sqrt(chains)
+    square = white @ white.T / chains
+    assert np.abs(np.diag(square) - 1.0).max() < 4.0 * math.sqrt(2.0 / chains)
+    assert np.abs(square - np.diag(np.diag(square))).max() < 4.0 / math.sqrt(chains)
+
+
 def test_comparison_prefers_the_model_of_the_data():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1)
     models = ["kelvin_voigt", rs.standard_solid, (rs.generalised_maxwell, {"terms": 2}), rs.maxwell]

@@ -337,8 +337,8 @@ class Identification:
     def log_probability(self, coordinates: ArrayLike) -> Any:
         """Logarithm of the probability of coordinates of shape (n_unknown,) or (m, n_unknown), up to a constant.
 
-        The coordinates are those of `coordinates`; the value is -inf outside the bounds. For samplers such as emcee
-        (with ``vectorize=True``).
+        The coordinates are those of `coordinates`; the value is -inf outside the bounds. The noise is normal, also if
+        the fit has another loss. For samplers such as emcee (with ``vectorize=True``).
         """
         given = np.asarray(coordinates, dtype=np.float64)
         rows = np.atleast_2d(given)
@@ -384,6 +384,8 @@ class Identification:
     def __str__(self) -> str:
         n, freedom = self.problem.n_data, self.degrees_of_freedom
         lines = [f"{self.problem.space.model.__name__}: {n} data, chi2/dof = {self.reduced_chi2:.3g} ({freedom})"]
+        if self.problem.unknown_sizes:
+            lines[0] += ", which says nothing, as the size of the noise is estimated from the scatter"
         lines += [*self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip
