@@ -66,7 +66,8 @@ class InputError(ValueError):
 
     def within(self, section: str = "", *, where: str = "") -> Self:
         """Return the same error for a field that stands in a section, or in a file."""
-        field = f"{section}.{self.field}" if section and self.field else section or self.field
+        dot = "." if section and self.field and not self.field.startswith("[") else ""
+        field = f"{section}{dot}{self.field}"
         return type(self)(field, self.value, self.wanted, self.unit, index=self.index, where=where or self.where)
 
     def __reduce__(self) -> Any:

@@ -163,6 +163,8 @@ def test_the_design_of_a_file_is_that_of_the_function(tmp_path: Path) -> None:
         ('radius = "[3, 30] mm"', 'radius = "[3, 30] g"', "design.radius"),
         ('equilibrium_modulus = "1 MPa"', "", "material.equilibrium_modulus: is missing"),
         ("n = 6", "n = 0", "design.n = 0: must be >= 1"),
+        ('radius = "[3, 30] mm"', "radius = []", "design.radius = []: must hold at least one value"),
+        ('radius = "[3, 30] mm"', 'radius = ["3 mm", "-3 mm"]', "design.radius[1] = -0.003 m: must be finite and > 0"),
     ],
 )
 def test_a_wrong_design_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -97,6 +97,8 @@ def test_a_file_of_another_kind_is_refused() -> None:
     for kind in set(KINDS) - {"rebounds", "moduli"}:
         with pytest.raises(InputError, match="line 2: must have the columns"):
             read_observations("data.csv", kind=kind)
+    with pytest.raises(InputError, match=r"^balls\.toml: is a case file"):
+        read_observations("balls.toml")
     with pytest.raises(InputError, match="kind = 'rebound': must be one of"):
         read_observations("data.csv", kind="rebound")
     with pytest.raises(InputError, match="foo = 1: does not go with rebounds"):

@@ -117,7 +117,7 @@ def test_bounces_are_points_of_a_table_of_moduli() -> None:
         (["balls.csv", "--mass", "5 mm"], '--mass "5 mm": is a length, not a mass'),
         (["balls.csv", "--nu", "0.7"], "nu = 0.7: must be in [-1, 0.5]"),
         (["balls.csv", "--dma", "balls.csv"], "balls.csv: "),
-        (["case.toml"], "case.toml: line"),
+        (["case.toml"], "case.toml: is a case file"),
     ],
 )
 def test_wrong_bounces_are_refused(arguments: list[str], message: str) -> None:

@@ -289,7 +289,12 @@ class DesignSection(Section):
     @classmethod
     def _axis(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
-        axis = read_axis(name, name, split_list(value) if isinstance(value, str) and "[" in value else value)
+        try:
+            axis = read_axis(name, name, split_list(value) if isinstance(value, str) and "[" in value else value)
+        except InputError as error:
+            # The place of the value in the file has the name already.
+            field = error.field.removeprefix(name).lstrip(".")
+            raise InputError(field, error.value, error.wanted, error.unit) from None
         return axis.values(0, axis.size) if isinstance(axis, Linear) else np.atleast_1d(axis)
 
     @model_validator(mode="after")

@@ -113,6 +113,8 @@ def read_observations(
 
 
 def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dict[str, Any]) -> Observations:
+    if source.suffix.lower() == ".toml":
+        raise InputError("", wanted="is a case file: must be a file of measured values")
     if kind is not None and kind not in KINDS:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 

@@ -90,8 +90,7 @@ def _print(found: Identification, title: str) -> None:
     ):
         if group:
             tables.print_rows(words, _ESTIMATE, _rows(group))
-    spread = f"chi2 {found.chi2:.4g} of {found.degrees_of_freedom} degrees of freedom"
-    print(f"{found.problem.n_data} data, {spread}, runs test {found.runs_test:.2g}")
+    print(f"{found.misfit}; runs test {found.runs_test:.2g}")
     print("A good chi2 does not prove the model: compare several with compare = [...] in [identification].")
 
 

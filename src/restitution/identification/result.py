@@ -155,6 +155,12 @@ class Identification:
         return self.chi2 / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
 
     @property
+    def misfit(self) -> str:
+        """Number of data and chi2, in words."""
+        words = f"{self.problem.n_data} data, chi2 {self.chi2:.4g} of {self.degrees_of_freedom} degrees of freedom"
+        return f"{words}, by an estimate of the noise from the scatter" if self.problem.unknown_sizes else words
+
+    @property
     def curves(self) -> list[tuple[str, list[Curve]]]:
         """Measured and fitted values of each set of data, with its label."""
         nuisances = self.problem.nuisances(self.coordinates[None])
@@ -382,10 +388,7 @@ class Identification:
         return write_material(self, path)
 
     def __str__(self) -> str:
-        n, freedom = self.problem.n_data, self.degrees_of_freedom
-        lines = [f"{self.problem.space.model.__name__}: {n} data, chi2/dof = {self.reduced_chi2:.3g} ({freedom})"]
-        if self.problem.unknown_sizes:
-            lines[0] += ", which says nothing, as the size of the noise is estimated from the scatter"
+        lines = [f"{self.problem.space.model.__name__}: {self.misfit}"]
         lines += [*self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip
