@@ -18,6 +18,8 @@ _MARGIN = 1e-9
 _PRESSED = 1e-8
 # Damping: first value, factors after a success and a failure, its growth after another one, range, hopeless value.
 _FIRST, _EASED, _RAISED, _GROWTH, _RANGE, _HOPELESS = 1e-3, 0.1, 5.0, 2.0, (1e-9, 1e9), 1e8
+# Coordinates that the data hardly determine are damped like ones with this share of the largest curvature.
+_LEAST = 1e-4
 # From this round on, steps bend along curved valleys. The bend is measured after this share of the step.
 _CURVED, _SHARE = 8, 0.1
 
@@ -102,7 +104,7 @@ def _squares(values: Array) -> Array:
 def _steps(normal: Array, gradient: Array, damping: Array) -> tuple[Array, Array]:
     """Steps, and the decrease of the sum of squares that they promise."""
     scale = np.einsum("sqq->sq", normal)
-    scale = np.maximum(scale, 1e-12 * scale.max(axis=1, keepdims=True) + 1e-300)
+    scale = np.maximum(scale, _LEAST * scale.max(axis=1, keepdims=True) + 1e-300)
     damped = normal + np.einsum("sq,qr->sqr", damping[:, None] * scale, np.eye(normal.shape[1]))
     step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
     return step, -np.einsum("sq,sq->s", step, gradient)

@@ -230,6 +230,7 @@ class _Problem:
         self.times = np.geomspace(1.0 / (high * _BEYOND), _BEYOND / low, math.ceil(_A_DECADE * decades) + 1)
         nuisances = [nuisance for one in sets for nuisance in one.nuisances]
         self.steps = np.array([one.step for one in nuisances])
+        self._last = np.empty(0), np.empty((0, 0))
         k = self.times.size
         self.penalty = np.zeros((k - 2, 1 + k + len(nuisances)))
         self.penalty[:, 1 : k + 1] = np.diff(np.eye(k), 2, axis=0)
@@ -256,9 +257,12 @@ class _Problem:
         return np.hstack(parts)
 
     def jacobian(self, theta: Array, base: Array | None = None) -> Array:
-        """Derivatives by forward differences, shape (n, p)."""
-        here = self.residuals(theta[None])[0] if base is None else base
-        return np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
+        """Derivatives by forward differences, shape (n, p); those of the last point are kept."""
+        if not np.array_equal(theta, self._last[0]):
+            here = self.residuals(theta[None])[0] if base is None else base
+            slopes = np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
+            self._last = theta.copy(), slopes
+        return self._last[1]
 
     def solve(self) -> tuple[Array, float]:
         """Minimum with the weight of least generalised cross-validation; weights fall from the smoothest spectrum."""
