@@ -303,8 +303,8 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     al.
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
-    modulus E0 and the contact radius a, and below ``m/(2 eta a)`` with a dashpot eta or branches that are faster than
-    the step, ``eta = sum E_k tau_k``.
+    modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
+    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches.
 
     Examples
     --------
