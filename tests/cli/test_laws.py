@@ -1,6 +1,7 @@
 """The commands export and calibrate: files, tables, snippets and refusals."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ model = "elastic"
 youngs_modulus = "210 GPa"
 poisson_ratio = 0.3
 """
+RANGE = ("--velocity", "1 cm/s", "0.1")
 BALL = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
 
 
@@ -69,9 +71,35 @@ def test_exports_a_table_over_the_velocity() -> None:
     np.testing.assert_allclose(outcome, [float(one) for one in found], rtol=1e-6)
 
 
+def test_exports_the_contact_law_with_memory() -> None:
+    law = rs.contact_law(BALL)
+    assert run("export", "ball.toml", "--to", "law.h").stdout.startswith("law.h: contact law of 2 terms, ")
+    law.to_c("own.h")
+    # The material of the file has a name.
+    text, own = (Path(name).read_text().partition("#ifndef")[2] for name in ("law.h", "own.h"))
+    assert text == own
+    assert run("export", "ball.toml", "--to", "law.json").exit_code == 0
+    content = json.loads(Path("law.json").read_text())
+    assert content["branch_moduli"] == law.modulus.branch_moduli.tolist()
+    assert content["equilibrium_modulus"] == law.modulus.equilibrium_modulus
+
+
+def test_exports_a_contact_law_of_few_terms_with_its_error() -> None:
+    assert run("export", "ball.toml", "--to", "law.json", "--terms", "1", *RANGE).exit_code == 0
+    impact = replace(BALL, velocity=np.geomspace(0.01, 0.1, 9))
+    law = rs.contact_law(impact).reduced(1)
+    content = json.loads(Path("law.json").read_text())
+    assert content["branch_moduli"] == pytest.approx(law.modulus.branch_moduli, rel=1e-6)
+    assert content["restitution_error"] == pytest.approx(law.restitution_error, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["--to", "a.h", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.h"),
+        (["--to", "a.inp", "--terms", "2"], "--terms 2: has no meaning for a.inp"),
+        (["--to", "a.h", "--terms", "0"], "Invalid value for '--terms'"),
+        (["--to", "a.h", "--terms", "2", "--velocity", "2", "1"], "velocity = (2.0, 1.0): must be the lowest"),
         (["--to", "a.csv"], "--to a.csv: give --velocity LOW HIGH as well"),
         (["--to", "a.inp", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.inp"),
         (["--to", "a.foo"], "--to a.foo: must end in "),
@@ -105,7 +133,6 @@ radius = "10 mm"
 """
 )
 BEAD = rs.Body(BALL.material, 0.01, 1100.0 * 4.0 / 3.0 * np.pi * 0.01**3)
-RANGE = ("--velocity", "1 cm/s", "0.1")
 
 
 def test_calibrates_two_bodies_and_prints_the_lines_to_paste() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,11 +11,13 @@ from restitution.cli import tables
 from restitution.cli.options import CaseFile, Json, Plot, Workers, check_target, option
 from restitution.cli.sweep import build_surrogate
 from restitution.cli.terminal import BadInput, compilation, report, user_input
-from restitution.files import TABLES, write_table
+from restitution.files import TABLES, whole_file, write_table
 
 if TYPE_CHECKING:
     from restitution.calibration.result import Calibration
 
+# Ends of the names of contact laws.
+_LAWS = (".h", ".json")
 # Ends of the names of cards, with the time at which their elastic constants hold.
 _CARDS = {".inp": "after a long time", ".txt": "at the first instant", ".mac": "at the first instant"}
 _RTOL = 1e-6
@@ -26,26 +30,72 @@ def export(
     to: Annotated[
         Path,
         option(
-            "File, whose end decides: .csv or .nc, a table of e, contact time and largest force over the velocity; "
-            ".inp, cards of Abaqus; .txt or .mac, cards of ANSYS.",
+            "File, whose end decides: .h or .json, the contact law with memory, in C or as numbers; .csv or .nc, a "
+            "table of e, contact time and largest force over the velocity; .inp, cards of Abaqus; .txt or .mac, cards "
+            "of ANSYS.",
             metavar="FILE",
-            callback=lambda path: check_target("--to", path, (*TABLES, *_CARDS)),
+            callback=lambda path: check_target("--to", path, (*_LAWS, *TABLES, *_CARDS)),
         ),
     ],
     velocity: Annotated[
-        tuple[str, str] | None, option("Velocities of a table, e.g. 1mm/s 10m/s.", metavar="LOW HIGH")
+        tuple[str, str] | None, option("Velocities of a table, or of --terms, e.g. 1mm/s 10m/s.", metavar="LOW HIGH")
+    ] = None,
+    terms: Annotated[
+        int | None, option("Terms of a contact law, fitted to the contacts; all if not given.", min=1)
     ] = None,
 ) -> None:
-    """Write an impact, or its materials, for another program."""
+    """Write an impact, its contact law or its materials for another program."""
     with user_input():
-        if to.suffix.lower() in TABLES:
+        suffix = to.suffix.lower()
+        if terms is not None and suffix not in _LAWS:
+            raise BadInput(f"--terms {terms}: has no meaning for {to}; it belongs to a contact law, .h or .json")
+        if suffix in TABLES:
             if velocity is None:
                 raise BadInput(f"--to {to}: give --velocity LOW HIGH as well")
             _write_outcomes(case, to, velocity)
             return
-        if velocity is not None:
-            raise BadInput(f"--velocity {' '.join(velocity)}: has no meaning for {to}; it belongs to a table")
-        _write_materials(case, to)
+        if velocity is not None and terms is None:
+            raise BadInput(
+                f"--velocity {' '.join(velocity)}: has no meaning for {to}; it belongs to a table or --terms"
+            )
+        _write_law(case, to, velocity, terms) if suffix in _LAWS else _write_materials(case, to)
+
+
+def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None) -> None:
+    """Write the contact law with memory."""
+    import numpy as np
+
+    from restitution.case.impact import read_case
+    from restitution.law.law import contact_law
+    from restitution.quantities import VELOCITY
+    from restitution.surrogates.velocity import velocity_range
+
+    problem = read_case(case)
+    impact = problem.impact
+    if velocity is not None:
+        low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
+        impact = problem.over((low, high))
+        speeds = np.geomspace(*velocity_range((low, high)), _ROWS)
+        impact = replace(impact, velocity=speeds)
+    law = contact_law(impact)
+    law = law if terms is None else law.reduced(terms)
+    if to.suffix.lower() == ".h":
+        law.to_c(to)
+    else:
+        series = law.modulus
+        content = {
+            "format": "restitution contact law", "version": tables.version(), "units": "SI",
+            "profile": repr(law.impact.profile), "max_nodes": law.max_nodes,
+            "equilibrium_modulus": series.equilibrium_modulus, "branch_moduli": series.branch_moduli.tolist(),
+            "relaxation_times": series.relaxation_times.tolist(), "parallel_viscosity": series.parallel_viscosity,
+            "restitution_error": law.restitution_error,
+        }  # fmt: skip
+        with whole_file(to) as partial:
+            partial.write_text(dumps(content, indent=1) + "\n", encoding="utf-8")
+    count = law.modulus.n_branches
+    error = f", error of e {law.restitution_error:.1e}" if terms else ""
+    print(f"{to}: contact law of {count} term{'s' * (count != 1)}, {law.state_size} numbers a contact{error}")
+    report("note", *problem.notes(impact))
 
 
 def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str]) -> None:
