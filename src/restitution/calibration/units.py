@@ -18,8 +18,6 @@ PRESSURE = Powers(1, -1, -2)
 SPEED = Powers(0, 1, -1)
 DURATION = Powers(0, 0, 1)
 
-_NAMES = {PRESSURE: "Pa"}
-
 
 class UnitSystem(NamedTuple):
     """Unit system of mechanics: its units of mass [kg], length [m] and time [s], and their names.
@@ -43,17 +41,18 @@ class UnitSystem(NamedTuple):
 
     def unit(self, powers: Powers) -> str:
         """Return the name of the unit of a quantity; empty for a plain number, and in reduced units."""
-        if self == SI and powers in _NAMES:
-            return _NAMES[powers]
-        parts = {
-            sign: [f"{name}^{abs(n)}" if abs(n) > 1 else name for name, n in zip(self.names, powers, strict=True)
-                   if name and n * sign > 0]
-            for sign in (1, -1)
-        }  # fmt: skip
-        above, below = " ".join(parts[1]), " ".join(parts[-1])
+        if self == SI and powers == PRESSURE:
+            return "Pa"
+        named = [(name, n) for name, n in zip(self.names, powers, strict=True) if name and n]
+        above = " ".join(_power(name, n) for name, n in named if n > 0)
+        below = [_power(name, -n) for name, n in named if n < 0]
         if not below:
             return above
-        return f"{above or '1'}/({below})" if len(parts[-1]) > 1 else f"{above or '1'}/{below}"
+        return f"{above or '1'}/" + (f"({' '.join(below)})" if len(below) > 1 else below[0])
+
+
+def _power(name: str, n: int) -> str:
+    return name if n == 1 else f"{name}^{n}"
 
 
 SI = UnitSystem("si", 1.0, 1.0, 1.0, ("kg", "m", "s"))
