@@ -145,7 +145,13 @@ class Calibration:
     @property
     def largest_error(self) -> float:
         """Largest relative error of e over velocity and radius."""
-        return float(np.abs(self.table["error"]).max())
+        return self._largest_error(f"calibrated_{_E}")
+
+    def _largest_error(self, name: str) -> float:
+        """Largest relative error of a variable of the table; NaN if the exact one or that of the code is not known."""
+        values, exact = self.table[name], self.table[name.partition("_")[2]]
+        known = np.isfinite(exact) & (values > 0.0)
+        return float(np.abs(values / exact - 1.0).max()) if known.any() else float("nan")
 
     @cached_property
     def within(self) -> dict[float, list[tuple[float, float]]]:
@@ -194,11 +200,13 @@ class Calibration:
         wide = max((len(name) for name in self.parameters), default=0)
         for name, (value, unit, words) in self.parameters.items():
             lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")
-        usual = float(np.abs(self.table[f"naive_{_E}"] / self.table[_E] - 1.0).max())
-        lines.append(f"  largest error of e: {_percent(self.largest_error)}; as usually typed: {_percent(usual)}")
+        for name, what in ((_E, "e"), (_TIME, "the contact time")):
+            ours, usual = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
+            if np.isfinite(ours):
+                lines.append(f"  largest error of {what}: {100 * ours:.2g} %; as usually typed: {100 * usual:.2g} %")
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
-            lines.append(f"  within {100 * level:g} %: {where}")
+            lines.append(f"  e within {100 * level:g} %: {where}")
         return "\n".join(lines)
 
 
@@ -213,7 +221,3 @@ def _plain(values: Array) -> Any:
     numbers = values.astype(object)
     numbers[~np.isfinite(values)] = None
     return numbers.tolist()
-
-
-def _percent(error: float) -> str:
-    return f"{100 * error:.2g} %"
