@@ -14,6 +14,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.law.law import ContactLaw, contact_law
 from restitution.law.nodes import COUNT
+from restitution.law.step import step
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from stepping import forces
@@ -46,17 +47,17 @@ def test_many_contacts_equal_single_ones(law):
 
 
 def test_steps_in_compiled_code_equal_those_in_python(law):
-    depths, dt, step, size = waves()[:, 0], TIMES[0], law.compiled, law.state_size
+    depths, dt, advance, size = waves()[:, 0], TIMES[0], law.compiled, law.state_size
 
     # Without the runtime that counts references numba refuses to allocate.
     @numba.njit(_nrt=False)
     def march(state, depths, total):
         for n in range(depths.size):
-            total[n] = step(state, depths[n], dt)
+            total[n] = advance(state, depths[n], dt)
 
     @numba.cfunc("float64(CPointer(float64), float64, float64)")
     def callback(state, depth, dt):
-        return step(numba.carray(state, size), depth, dt)
+        return advance(numba.carray(state, size), depth, dt)
 
     state, called, expected, total = law.start(), law.start(), law.start(), np.empty(depths.size)
     python = [law.step(expected, depth, dt) for depth in depths]
@@ -110,7 +111,7 @@ def test_largest_depth():
     largest = solve(Impact(RUBBER, Sphere(0.01), 0.005, 1.0)).max_indentation_depth
     assert deep.max_depth == pytest.approx(4.0 * largest, rel=1e-5)
     state = deep.start()
-    assert math.isnan(deep.compiled(state, 1.01 * deep.max_depth, 1e-5))
+    assert math.isnan(step(deep.constants, state, 1.01 * deep.max_depth, 1e-5))
     assert not state.any()
     assert contact_law(IMPACT, max_depth=1e-3).max_depth == 1e-3
     assert contact_law(IMPACT).max_depth == math.inf

@@ -299,8 +299,8 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
 
     For one approach and one rebound the force converges to that of `restitution.solve`, at second order in the time
     step; 50 steps per contact suffice for an error of the restitution coefficient of 0.001. Loading again before
-    separation is an MDR approximation: each element of the foundation is independent, as in the paper of Willert et
-    al.
+    separation is an MDR approximation: each element of the foundation is on its own, as in the paper of Willert et
+    al., but the body may touch it again.
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
