@@ -13,7 +13,7 @@ from restitution.calibration.codes import LAWS
 from restitution.calibration.collisions import Collisions, collisions
 from restitution.calibration.fit import nearest
 from restitution.calibration.laws import Law, Setting, TypedLaw
-from restitution.calibration.result import Calibration, Parameter
+from restitution.calibration.result import Calibration, TypedParameter
 from restitution.calibration.snippet import heading, snippet
 from restitution.calibration.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
 from restitution.checks import one_of, whole, within
@@ -115,9 +115,9 @@ def _of_law(law: Law, wanted: Collisions, units: str) -> Calibration:
     found, naive = nearest(law, wanted), TypedLaw(law, *law.naive(setting), law.naive_end)
     system = _system(wanted, units)
 
-    def numbers(one: TypedLaw) -> dict[str, Parameter]:
+    def numbers(one: TypedLaw) -> dict[str, TypedParameter]:
         return {
-            name: Parameter(system.convert(typed.value, typed.powers), system.unit(typed.powers), typed.words)
+            name: TypedParameter(system.convert(typed.value, typed.powers), system.unit(typed.powers), typed.words)
             for name, typed in law.typed(one.modulus, one.strength, setting).items()
         }
 
@@ -136,7 +136,7 @@ def _system(wanted: Collisions, units: str) -> UnitSystem:
 
 def _of_events(wanted: Collisions) -> Calibration:
     table, middle = events.table(wanted), wanted.middle_restitution
-    constant = events.Table(wanted.velocity[:1], np.array([middle]))
-    usual = {"e": Parameter(middle, "", "coefficient of restitution at all velocities")}
+    constant = events.TableLaw(wanted.velocity[:1], np.array([middle]))
+    usual = {"e": TypedParameter(middle, "", "coefficient of restitution at all velocities")}
     text = "\n".join([*(f"# {line}" for line in heading(events.WORDS, wanted, SI)), table.text])
     return Calibration(events.REBOUND, events.WORDS, events.SOURCE, "si", {}, usual, text, wanted, table, constant)

@@ -33,7 +33,7 @@ sim.coefficient_of_restitution = coefficient_of_restitution
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class TableLaw:
     """Coefficients of restitution over velocity [m/s], between which the code interpolates over log v."""
 
     velocity: Array
@@ -55,7 +55,7 @@ class Table:
         })  # fmt: skip
 
 
-def table(wanted: Collisions) -> Table:
+def table(wanted: Collisions) -> TableLaw:
     """Return the table nearest to collisions: for several radii the middle, by ratios, at each velocity."""
     e = wanted.restitution_coefficient
-    return Table(wanted.velocity, np.sqrt(e.min(axis=1) * e.max(axis=1)))
+    return TableLaw(wanted.velocity, np.sqrt(e.min(axis=1) * e.max(axis=1)))

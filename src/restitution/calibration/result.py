@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.calibration.collisions import Collisions
-from restitution.calibration.events import Table
+from restitution.calibration.events import TableLaw
 from restitution.calibration.laws import TypedLaw
 from restitution.files import whole_file
 from restitution.pictures import draw
@@ -36,7 +36,7 @@ _FINE = 2000
 _FORMAT = "restitution calibration"
 
 
-class Parameter(NamedTuple):
+class TypedParameter(NamedTuple):
     """A number that a user of a code types: value, unit (empty for a plain number) and meaning."""
 
     value: float
@@ -54,7 +54,7 @@ class Calibration:
         Name of the target, code and model, and the pages that define it.
     units : str
         Unit system of `parameters` and `snippet`.
-    parameters, naive_parameters : dict of str to Parameter
+    parameters, naive_parameters : dict of str to TypedParameter
         What to type, by the name in the code: value, unit and meaning; and what is usually typed: the storage modulus
         at the frequency pi/T of the middle collision, with the loss tangent there, or with its e.
     snippet : str
@@ -63,7 +63,7 @@ class Calibration:
         Whether the text is for a ball and a wall, not for two balls.
     collisions : Collisions
         Velocities, radii and the exact answers.
-    law, naive_law : TypedLaw or Table
+    law, naive_law : TypedLaw or TableLaw
         The laws with their numbers in SI; of an N-body code the coefficients over the velocity.
 
     Notes
@@ -75,12 +75,12 @@ class Calibration:
     words: str
     source: str
     units: str
-    parameters: Mapping[str, Parameter]
-    naive_parameters: Mapping[str, Parameter]
+    parameters: Mapping[str, TypedParameter]
+    naive_parameters: Mapping[str, TypedParameter]
     snippet: str
     collisions: Collisions
-    law: TypedLaw | Table
-    naive_law: TypedLaw | Table
+    law: TypedLaw | TableLaw
+    naive_law: TypedLaw | TableLaw
 
     @property
     def wall(self) -> bool:
