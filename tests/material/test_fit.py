@@ -238,3 +238,9 @@ def test_measured_relaxation_polymer_no_worse_than_the_other_fit(shared_referenc
     assert fit.misfit <= theirs
     assert fit.misfit == pytest.approx(rms(fit.series.relaxation_modulus(data.time) / data.modulus - 1), rel=1e-9)
     assert fit.n_terms <= 40
+
+
+def test_the_text_of_a_fit_leaves_out_the_data():
+    fit = fit_prony(RelaxationTable(np.logspace(-3, 3, 400), 1.0 + np.exp(-np.logspace(-3, 3, 400))))
+    assert len(repr(fit)) < 1000
+    assert "misfit=" in repr(fit)

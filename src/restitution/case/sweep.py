@@ -286,7 +286,7 @@ def put(case: dict[str, Any], place: str, value: Any) -> None:
     for name in tables:
         target = target.setdefault(name, {})
         if not isinstance(target, dict):
-            refuse(f"{name} is no table", place)
+            refuse(f"{name} is no table; a range is written {{ linear = [low, high], n = 5 }}", place)
     match = _ENTRY.fullmatch(key)
     if match is None:
         target[key] = value

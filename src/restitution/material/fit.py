@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,8 +101,8 @@ class PronyFit:
     series: PronySeries  # in the deformation of the data
     misfit: float  # root mean square of the relative residuals [-]
     window: tuple[float, float]  # shortest and longest time [s] that the data cover; 1/omega for dynamic data
-    residuals: NDArray[Any]  # (fit - data)/|data| [-], complex for dynamic data, shape (n,)
-    data: RelaxationTable | DynamicTable
+    residuals: NDArray[Any] = field(repr=False)  # (fit - data)/|data| [-], complex for dynamic data, shape (n,)
+    data: RelaxationTable | DynamicTable = field(repr=False)
 
     @property
     def n_terms(self) -> int:

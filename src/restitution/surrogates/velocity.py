@@ -74,7 +74,7 @@ class Surrogate:
     velocity: tuple[float, float]
     rtol: float
     error: dict[str, float]
-    validity: Validity
+    validity: Validity = field(repr=False)
     problem: dict[str, Any] = field(repr=False)
     pieces: Pieces = field(repr=False)
 
