@@ -326,7 +326,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + "[axes]\nvelocity = { linea = [1, 2], n = 2 }\n", "axes.velocity.linea: unknown key; did you mean linear?"),
         (BODY + SOLID + "[axes]\nimpact.velocity = { linea = [1, 2], n = 2 }\n", "axes.impact.velocity.linea: unknown key; did"),
         (
-            BODY + SOLID + IMPACT + "[axes]\nbody.radius = { from = '1 mm', to = '2 mm', n = 2 }\n",
+            BODY + SOLID + IMPACT + "[axes]\nbody.radius = { from = '1 mm', to = '2 mm' }\n",
             "axes.body.radius.from: radius is no table; a range is written { linear = [low, high], n = 5 }",
         ),
         (BODY + SOLID + AXES + "[samples]\nn = 4\nmas = { uniform = [1, 2] }\n", "samples.mas: unknown quantity; did you mean mass?"),
