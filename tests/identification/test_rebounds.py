@@ -138,3 +138,55 @@ def test_contact_times_collapse_on_kappa():
     """R = 10 mm at 1 m/s and R = 5 mm at 1/32 m/s have the same kappa = sqrt(R v)/m of balls of one density, so e."""
     balls = rebounds(standard_solid(1e8, 1e9, 1e-4), np.array([0.01, 0.005]), np.array([1.0, 1.0 / 32.0]))
     assert balls.restitution_coefficient[0] == pytest.approx(balls.restitution_coefficient[1], rel=1e-8)
+
+
+STIFF = rs.elastic(shear_modulus=3e8, poisson_ratio=0.3)
+LOSSY = standard_solid(2e8, 5e8, 3e-4)
+BOTH = ("same", STIFF, LOSSY)
+
+
+def _pair(material, counter, **options):
+    """Exact rebounds of two balls of 10 and 20 mm, and the impact."""
+    partner = material if counter == "same" else counter
+    radii, masses = np.array([[0.01], [0.02]]), np.array([[0.004], [0.03]])
+    radius, mass = (float(np.prod(one) / one.sum()) for one in (radii, masses))
+    velocity = np.geomspace(0.001, 0.3, 10)
+    exact = rs.solve(rs.Impact(material, rs.Parabola(radius), mass, velocity, counter_material=partner))
+    return exact, rs.Rebounds(
+        velocity, exact.restitution_coefficient, radius=radius, mass=mass, counter_material=counter,
+        **{name: getattr(exact, name) if value is True else value for name, value in options.items()},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("counter", BOTH, ids=["same", "elastic", "lossy"])
+@pytest.mark.parametrize("material", [SOLID, rs.kelvin_voigt(1e8, 1e4, poisson_ratio=0.4)], ids=["solid", "kelvin"])
+def test_two_bodies_are_those_of_solve(material, counter):
+    exact, balls = _pair(material, counter)
+    found = balls.predicted(_columns(material, LOSSY))
+    for name, values in found.items():
+        np.testing.assert_allclose(values[0], getattr(exact, name), rtol=1e-8)
+
+
+@pytest.mark.parametrize("counter", BOTH, ids=["same", "elastic", "lossy"])
+def test_the_material_of_one_of_two_bodies_is_found(counter):
+    noise = rs.Noise(restitution_coefficient="0.1 %", contact_time="0.1 %")
+    _, balls = _pair(SOLID, counter, contact_time=True, noise=noise)
+    found = rs.identify(balls, "standard_solid", fixed={"poisson_ratio": 0.5}, profiles=False)
+    values = [one.value for one in found.parameters.values()]
+    np.testing.assert_allclose(values, [1e8, 1e9, 1e5], rtol=1e-5)
+    with pytest.raises(InputError, match="counter_material: must be rigid"):
+        rs.effective_moduli(balls)
+
+
+@pytest.mark.parametrize(
+    ("model", "counter", "known"),
+    [("standard_solid", "same", False), ("standard_solid", STIFF, False), ("kelvin_voigt", STIFF, True)],
+)
+def test_restitution_with_a_known_body_determines_a_model_that_a_spring_in_series_changes(model, counter, known):
+    # A standard solid in series with a spring is a standard solid, a Kelvin-Voigt solid is not one of its kind.
+    material = SOLID if model == "standard_solid" else rs.kelvin_voigt(2e7, 3e4, poisson_ratio=0.5)
+    _, balls = _pair(material, counter, noise=rs.Noise(restitution_coefficient="0.1 %"))
+    found = rs.identify(balls, model, fixed={"poisson_ratio": 0.5}, profiles=False)
+    assert any(one.exact for one in found.flat_directions) is not known
+    if known:
+        np.testing.assert_allclose([one.value for one in found.parameters.values()], [2e7, 3e4], rtol=1e-4)

@@ -59,6 +59,16 @@ def test_dashpot_in_parallel_gives_one_branch():
         np.testing.assert_allclose(found[n].imag, one.loss_modulus(OMEGA), rtol=1e-12)
 
 
+def test_rows_with_a_dashpot_stand_beside_rows_with_branches():
+    kelvin = Material(PronySeries(1e8, parallel_viscosity=1e4), bulk=5e8)
+    solid = Material(PronySeries(1e8, [1e9], [1e-4]), bulk=5e8)
+    columns, omega = MaterialColumns.from_materials([kelvin, solid]), np.geomspace(1e2, 1e6, 9)
+    for n, one in enumerate((kelvin, solid)):
+        exact = reduced_modulus(one)
+        found = columns.reduced.complex_modulus(omega)[n]
+        np.testing.assert_allclose(found, exact.storage_modulus(omega) + 1j * exact.loss_modulus(omega), rtol=1e-12)
+
+
 @pytest.mark.parametrize("exponent", [0.05, 0.3, 0.6, 0.9])
 def test_fractional_models_are_valid_within_their_window(exponent):
     window = 1e-4, 1e-2

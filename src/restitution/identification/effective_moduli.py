@@ -152,7 +152,7 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
     Raises
     ------
     InputError
-        If the profile is not a parabola.
+        If the profile is not a parabola, or the other body is not rigid.
 
     Notes
     -----
@@ -173,6 +173,9 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
     >>> rs.effective_moduli(balls).loss_tangent.round(3)
     array([0.182, 0.202])
     """
+    if rebounds.counter_material is not None:
+        wanted = "must be rigid: the formulas give the modulus of the contact of both bodies; use identify"
+        raise InputError("counter_material", wanted=wanted)
     if rebounds.profile.path_exponent != 1.0:
         raise InputError("profile", wanted="must be a parabola: the formulas of one bounce are valid only for it")
     v, mass, radius = rebounds.velocity, rebounds.mass, np.asarray(rebounds.profile.path_coefficient) ** 2

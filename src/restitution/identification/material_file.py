@@ -35,7 +35,7 @@ def write_material(found: Identification, path: str | Path) -> Path:
         lines.append(f"window = [{1.0 / high!r}, {1.0 / low!r}]")
     lines += [f"{key} = {_value(value)}" for key, value in _section(found).items()]
     balls = next((one for one in found.data if isinstance(one, Rebounds)), None)
-    if balls is not None and balls.radius is not None:
+    if balls is not None and balls.radius is not None and balls.counter_material is None:
         radius, mass, velocity = (float(column[0]) for column in (balls.radius, balls.mass, balls.velocity))
         lines += ["", "[body]", f"radius = {radius!r}", f"mass = {mass!r}"]
         lines += ["", "[profile]", 'type = "parabola"', "", "[impact]", f"velocity = {velocity!r}"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from restitution.impact.batch import Batch
 from restitution.impact.status import Status
 from restitution.material.columns import MaterialColumns, PronyColumns
 from restitution.material.fit import DynamicTable
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material, reduced_modulus
 
 Array = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ _UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 
 
 
 class Rebounds(Observations):
-    """Rebounds of rigid bodies from a viscoelastic half-space.
+    """Rebounds of rigid bodies from a viscoelastic half-space, or of two bodies from each other.
 
     Parameters
     ----------
@@ -47,6 +49,9 @@ class Rebounds(Observations):
     contact_time, max_force : array_like, optional
         Measured contact times [s] and peak forces [N], NaN if not measured. At least one value is needed for moduli
         and times; see Notes.
+    counter_material : Material or "same", optional
+        Known material of the other body, or "same" if both are of the unknown material; rigid by default. As in
+        `Impact`, two balls have the radius R1 R2/(R1 + R2), their reduced mass and their relative velocity.
     temperature : float or array_like, optional
         Temperatures [K], for a model with a `shift`.
     external_force : float or array_like
@@ -66,7 +71,9 @@ class Rebounds(Observations):
     Notes
     -----
     All arrays broadcast to the shape (n,). For balls on a material at one temperature, without weight, e stays the
-    same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time.
+    same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time. A known
+    elastic `counter_material` does not change this for models with an instantaneous modulus: with a spring in series
+    they are models of the same kind.
 
     Examples
     --------
@@ -85,12 +92,16 @@ class Rebounds(Observations):
         profile: Profile | None = None,
         contact_time: Any = None,
         max_force: Any = None,
+        counter_material: Material | Literal["same"] | None = None,
         temperature: Any = None,
         external_force: Any = 0.0,
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
         self.label, self.noise = label, noise or Noise()
+        if not (counter_material is None or counter_material == "same" or isinstance(counter_material, Material)):
+            raise InputTypeError("counter_material", counter_material, 'must be a Material or "same"')
+        self.counter_material = counter_material
         given: dict[str, Any] = {
             name: quantities.check(name, value)
             for name, value in (("velocity", velocity), ("mass", mass), ("external_force", external_force))
@@ -161,10 +172,11 @@ class Rebounds(Observations):
         m, n = materials.size, self.velocity.size
         if self.temperature is None:
             # Shape (m, n, n_branch) and (m, n) without a copy.
-            series = [np.broadcast_to(part[:, None], (m, n, *part.shape[1:])) for part in materials.reduced]
+            contact = self._contact(materials.reduced)
+            series = [np.broadcast_to(part[:, None], (m, n, *part.shape[1:])) for part in contact]
         else:
             levels, where = np.unique(self.temperature, return_inverse=True)
-            each = [materials.at(float(level)).reduced for level in levels]
+            each = [self._contact(materials.at(float(level)).reduced) for level in levels]
             series = [np.stack(parts, axis=1)[:, where] for parts in zip(*each, strict=True)]
         equilibria, viscosities, moduli, times = series
         force = self.external_force if external_force is None else external_force
@@ -180,6 +192,20 @@ class Rebounds(Observations):
         found = batch.solve(_RTOL, workers=1)
         good = found["status"] == Status.SEPARATED
         return {name: np.where(good, found[name], np.nan).reshape(m, n) for name in _NAMES}
+
+    def _contact(self, reduced: PronyColumns) -> PronyColumns:
+        """Reduced moduli of the contacts of both bodies."""
+        if self.counter_material is None:
+            return reduced
+        if isinstance(self.counter_material, str):
+            return reduced.scaled(0.5)
+        return reduced.in_series(self._counter)
+
+    @cached_property
+    def _counter(self) -> PronySeries:
+        """Reduced modulus of the other body."""
+        assert isinstance(self.counter_material, Material)
+        return reduced_modulus(self.counter_material)
 
     def residuals(self, materials: MaterialColumns, nuisances: Array) -> Array:
         """Residuals of e, then of the contact times, then of the peak forces."""
@@ -254,12 +280,22 @@ class Rebounds(Observations):
         elastic = (self._elastic[0][known] / times[known]) ** self._power
         omega, storage, tangent = moduli_of_bounces(loss, elastic, times[known])
         order = np.argsort(omega)
-        return DynamicTable(omega[order], storage[order], (tangent * storage)[order], source=self.label)
+        omega, storage, loss = omega[order], storage[order], (tangent * storage)[order]
+        if self.counter_material == "same":
+            storage, loss = 2.0 * storage, 2.0 * loss
+        elif self.counter_material is not None:
+            pair = 1.0 / (storage + 1j * loss)
+            own = pair - 1.0 / (self._counter.storage_modulus(omega) + 1j * self._counter.loss_modulus(omega))
+            # By noise, the contact may be as stiff as the other body alone.
+            own = np.where(own.real > 0.1 * pair.real, own, 0.1 * pair)
+            storage, loss = np.real(1.0 / own), np.maximum(np.imag(1.0 / own), 0.0)
+        return DynamicTable(omega, storage, loss, source=self.label)
 
     @cached_property
     def _elastic(self) -> tuple[Array, Array]:
         """Contact times [s] and peak forces [N] on an elastic material of E* = 1 Pa without weight, shape (n,)."""
-        one = PronyColumns.springs(np.ones(1))
+        # Two bodies of 2 Pa are in contact like one of 1 Pa; any known one is much stiffer.
+        one = PronyColumns.springs(np.full(1, 2.0 if self.counter_material == "same" else 1.0))
         material = MaterialColumns(one, one, one, lambda temperature: np.ones(1))
         found = self.predicted(material, external_force=np.zeros(1))
         return found["contact_time"][0], found["max_force"][0]

@@ -290,11 +290,12 @@ def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str
     ]
     found: dict[str, Array] = {}
     for words, size, speed, noise in kinds:
+        body: dict[str, Any] = {"profile": impacts.profile}
         if impacts.radius is not None:
-            one = Rebounds(speed * velocity, [1.0], radius=size * float(impacts.radius[middle]), mass=size**3 * mass)
-        elif size == 1.0:
-            one = Rebounds(speed * velocity, [1.0], profile=impacts.profile, mass=mass)
-        else:
+            body = {"radius": size * float(impacts.radius[middle])}
+        elif size != 1.0:
             continue
+        body |= {"mass": size**3 * mass, "counter_material": impacts.counter_material}
+        one = Rebounds(speed * velocity, [1.0], **body)
         found[f"{words} (to 1 %)"] = sensitivities(one, columns, theta, noise)[1][0]
     return found

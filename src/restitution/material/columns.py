@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
-from restitution.material.conversion import bulk_factor, tension_from_shear
+from restitution.material.conversion import bulk_factor, series_connection, tension_from_shear
 from restitution.material.fractional import FractionalMaterial, FractionalModel, log_spectrum
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
@@ -117,6 +117,15 @@ class PronyColumns(NamedTuple):
             self.equilibria * modulus, self.viscosities * modulus * time,
             self.moduli * modulus[..., None], self.times * time[..., None],
         )  # fmt: skip
+
+    def in_series(self, other: PronySeries) -> PronyColumns:
+        """Columns of the contact with a body of the reduced modulus `other`: 1/E* is the sum of both 1/E*."""
+        if not (other.is_elastic and _is_plain(self)):
+            return PronyColumns.stacked([series_connection(self.row(n), other) for n in range(self.size)])
+        modulus = np.full(self.size, other.equilibrium_modulus)
+        moduli, times = _transformed(self, modulus, 1.0, 1.0, 1.0)
+        equilibria = self.equilibria / (1.0 + self.equilibria / modulus)
+        return PronyColumns(equilibria, np.zeros(self.size), moduli, times)
 
     def relaxation_modulus(self, time: Array) -> Array:
         """Moduli [Pa] at times > 0 [s] of shape (m,), shape (n, m)."""
@@ -269,15 +278,15 @@ def _transformed(shear: PronyColumns, bulk: Array, a: float, b: float, factor: f
     """Branch moduli and times of -factor K^2/(a K + b G): its poles are the roots of a K + b G."""
     stiff = np.where(np.isinf(bulk), 1.0, bulk)
     constant = a * stiff + b * shear.equilibria
-    if not shear.moduli.shape[1]:
-        if not shear.viscosities.any():
-            return shear.moduli, shear.times
-        moduli = np.where(shear.viscosities > 0.0, factor * stiff * (stiff / constant), 0.0)
-        times = np.where(shear.viscosities > 0.0, b * shear.viscosities / constant, 1.0)
-        return moduli[:, None], times[:, None]
-    moduli, times = np.zeros(shear.moduli.shape), np.ones(shear.times.shape)
-    soft = ~np.isinf(bulk)
-    if np.any(soft):
+    n, k = shear.moduli.shape
+    # A row with a dashpot has no branch.
+    damped, soft = shear.viscosities > 0.0, ~np.isinf(bulk)
+    moduli, times = np.zeros((n, max(k, int(damped.any())))), np.ones((n, max(k, int(damped.any()))))
+    if np.any(damped):
+        moduli[damped, 0] = (factor * stiff * (stiff / constant))[damped]
+        times[damped, 0] = (b * shear.viscosities / constant)[damped]
+    soft &= ~damped
+    if k and np.any(soft):
         times[soft], slopes = _roots(constant[soft], b * shear.moduli[soft], shear.times[soft])
         moduli[soft] = factor * stiff[soft, None] * (stiff[soft, None] / slopes)
     return moduli, times
