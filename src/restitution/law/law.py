@@ -47,6 +47,17 @@ class ContactLaw:
         Largest depth [m] that the law describes.
     restitution_error : float
         Largest change of the restitution coefficient of the impact by `reduced`; 0 for a law that is not reduced.
+
+    Examples
+    --------
+    Three contacts, each with its own depth; the first one is a gap:
+
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    >>> law = rs.contact_law(rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0))
+    >>> state = law.start(3)
+    >>> print(law.step(state, [-1e-6, 1e-5, 2e-5], dt=1e-5).round(3))
+    [0.    0.099 0.281]
     """
 
     impact: Impact
@@ -298,9 +309,9 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     Contact law of the theory derives the step.
 
     For one approach and one rebound the force converges to that of `restitution.solve`, at second order in the time
-    step; 50 steps per contact suffice for an error of the restitution coefficient of 0.001. Loading again before
-    separation is an MDR approximation: each element of the foundation is on its own, as in the paper of Willert et
-    al., but the body may touch it again.
+    step. At 50 steps per contact the error of the restitution coefficient is about 0.0001, and at most 0.002 in the
+    paper's plane. Loading again before separation is an MDR approximation: each element of the foundation is on its
+    own, as in the paper of Willert et al., but the body may touch it again.
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
