@@ -17,7 +17,7 @@ import restitution as rs
 
 speed, balls, duration = 0.5, 4_000, 5_000.0
 materials = {
-    "Kelvin-Voigt": rs.kelvin_voigt(1e6, 40.0, poisson_ratio=0.49, density=1100.0),
+    "Kelvin-Voigt": rs.kelvin_voigt(1e6, 40.0, poisson_ratio=0.5, density=1100.0),
     "standard solid": rs.standard_solid(1e6, 3e6, 800.0, poisson_ratio=0.49, density=1100.0),
 }
 
