@@ -125,6 +125,11 @@ def page() -> str:
     shared = list(material.MaterialSection.model_fields)
     lines = [INTRODUCTION.rstrip()]
     lines += ["", "The key `title` at the top of the file is printed above the results."]
+    lines += [
+        "",
+        "Names of files in a case file may lead to any place that you may read. A service that runs the files of",
+    ]
+    lines += ["others has to confine them."]
     lines += table("`[body]`", impact.BodySection)
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
