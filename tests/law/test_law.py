@@ -35,6 +35,7 @@ def waves(count: int = 1) -> np.ndarray:
     return 1e-4 * np.sin(2.0 * math.pi * (TIMES[:, None] / 2e-3 + phase)) * (1.0 + TIMES[:, None] / 4e-3)
 
 
+@pytest.mark.plain
 def test_many_contacts_equal_single_ones(law):
     depths, state, dt = waves(7), law.start(7), TIMES[0]
     together = np.array([law.step(state, depth, dt) for depth in depths])
@@ -76,6 +77,7 @@ def test_a_copy_of_the_state_is_a_copy_of_the_contact(law):
     assert [law.step(branch, depth, TIMES[0]) for depth in waves()[100:, 0]] == further
 
 
+@pytest.mark.plain
 def test_first_touch_within_a_step_continues_the_gap(law):
     # The same ramp, with steps that end at first touch and with steps that do not.
     speed, dt = 1.0, 1e-6
