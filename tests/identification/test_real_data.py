@@ -87,3 +87,22 @@ def test_isotherms_of_one_measurement_share_the_size_of_their_noise():
     # Without a common size, the isotherm that fits best would have almost no noise.
     own = np.array([np.mean(part**2) for part in found.residuals])
     assert own.min() < 0.5 < 1.2 < own.max()
+
+
+@pytest.mark.slow
+def test_the_spectrum_of_a_polymer_is_that_of_another_program(shared_reference):
+    # Relaxation in tension and Prony terms by NREL pyvisco, over 31 decades.
+    folder = shared_reference / "materials"
+    measured = rs.read_material(folder / "polymer_relaxation_master_curve.csv")
+    assert isinstance(measured, rs.RelaxationTable)
+    few = rs.RelaxationTable(measured.time[::10], measured.modulus[::10], "tension")
+    found = rs.identify(few, "spectrum", fixed=SOFT)
+    shares, times = np.loadtxt(folder / "polymer_relaxation_prony.csv", delimiter=",").T
+    between = measured.time[5:-5:10]
+    theirs = 1739.03e6 * (1.0 - shares.sum() + np.exp(-between[:, None] / times) @ shares)
+    ours = 3.0 * found.material.shear.relaxation_modulus(between)
+    # The terms of pyvisco have one time a decade, and deviate by up to 2.2 % from the data themselves.
+    assert (
+        np.abs(np.log(ours / measured.modulus[5:-5:10])).max() < 0.02
+    )  # a smooth curve through a tenth of the points
+    assert np.abs(np.log(ours / theirs)).max() < 0.02 + 0.022
