@@ -90,7 +90,7 @@ def _print(found: Identification, title: str) -> None:
     ):
         if group:
             tables.print_rows(words, _ESTIMATE, _rows(group))
-    print(f"{found.misfit}; runs test {found.runs_test:.2g}")
+    print(f"{found.goodness_of_fit}; runs test {found.runs_test:.2g}")
     print("A good chi2 does not prove the model: compare several with compare = [...] in [identification].")
 
 

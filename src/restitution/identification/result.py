@@ -155,7 +155,7 @@ class Identification:
         return self.chi2 / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
 
     @property
-    def misfit(self) -> str:
+    def goodness_of_fit(self) -> str:
         """Number of data and chi2, in words."""
         words = f"{self.problem.n_data} data, chi2 {self.chi2:.4g} of {self.degrees_of_freedom} degrees of freedom"
         return f"{words}, by an estimate of the noise from the scatter" if self.problem.unknown_sizes else words
@@ -388,7 +388,7 @@ class Identification:
         return write_material(self, path)
 
     def __str__(self) -> str:
-        lines = [f"{self.problem.space.model.__name__}: {self.misfit}"]
+        lines = [f"{self.problem.space.model.__name__}: {self.goodness_of_fit}"]
         lines += [*self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip
