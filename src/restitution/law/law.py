@@ -76,7 +76,8 @@ class ContactLaw:
             Number of contacts; a single one if left out.
         depth : float or array
             Depth [m] before the first step, <= 0, one or one for each contact: the gap between the bodies, with a
-            minus sign. The law then finds the instant of first touch within a step.
+            minus sign. The law then finds the instant of first touch within a step. A code that notices a contact at
+            its first overlap gives ``overlap - rate * dt``.
 
         Returns
         -------
