@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 from tests.identification import balls as steel
 from tests.identification.balls import RADII, STANDARD_SOLIDS, VELOCITIES, standard_solid
 
@@ -237,6 +238,38 @@ def test_temperatures_determine_the_shift():
     assert np.all(np.abs(known.coordinates - truth[:3]) < 3.5 * _errors(known))
     with pytest.raises(InputError, match="temperature"):
         rs.identify(sets, rs.standard_solid, fixed=FIXED)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_temperatures_of_one_set_determine_the_shift(seed):
+    """The effective moduli of each temperature are those of shifted times: else the descent ends elsewhere."""
+    law, levels = rs.WLF(300.0, 8.0, 100.0), [270.0, 285.0, 300.0, 320.0, 340.0]
+    solid = rs.Material(standard_solid(*STANDARD_SOLIDS["strong"]).shear, math.inf, shift=law, temperature=300.0)
+    velocity = np.geomspace(0.3, 3.0, 6)
+    sets = [steel.rebounds(solid.at(one), 0.01, velocity, seed=100 * seed + k) for k, one in enumerate(levels)]
+    columns = {name: np.concatenate([getattr(one, name) for one in sets])
+               for name in ("velocity", "restitution_coefficient", "mass", "contact_time")}  # fmt: skip
+    balls = rs.Rebounds(**columns, radius=0.01, temperature=np.repeat(levels, velocity.size), noise=sets[0].noise)
+    fixed = FIXED | {"reference_temperature": 300.0}
+    found = rs.identify(balls, rs.standard_solid, fixed=fixed, shift=rs.WLF, profiles=False)
+    truth = np.append(_truth("strong"), np.log([8.0, 100.0]))
+    assert np.all(np.abs(found.coordinates - truth) < 4.0 * _errors(found))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("bulk", "options"), [
+    ({"bulk_modulus": 2e7}, {}), ({}, {"fixed": FIXED}), ({}, {"fixed": FIXED, "loss": "cauchy"}),
+])  # fmt: skip
+def test_intervals_hold_the_truth_in_95_of_100_repetitions(bulk, options):
+    """Of 40 repetitions, no fewer than a binomial distribution has but once in 10 000."""
+    truth, n = np.append(_truth("strong"), np.log(list(bulk.values()))), 40
+    material = standard_solid(*STANDARD_SOLIDS["strong"], **bulk)
+    inside = np.zeros(truth.size)
+    for seed in range(n):
+        found = rs.identify(steel.rebounds(material, seed=2000 + seed), rs.standard_solid, profiles=True, **options)
+        low, high = np.transpose([one.interval for one in found.parameters.values()])
+        inside += (low <= np.exp(truth)) & (np.exp(truth) <= high)
+    assert np.all(inside >= binom.ppf(1e-4, n, 0.95))
 
 
 def test_priors_add_to_the_data():

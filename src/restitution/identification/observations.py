@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,6 +154,11 @@ class Observations(ABC):
     def effective_moduli(self) -> DynamicTable | None:
         """Approximate storage and loss part of E* from the data, for a start; None if unknown."""
         return None
+
+    def moduli_by_temperature(self) -> list[DynamicTable]:
+        """The effective moduli, a table for each temperature."""
+        table = self.effective_moduli()
+        return [] if table is None else [replace(table, temperature=getattr(self, "temperature", table.temperature))]
 
     def assumed_moduli(self, modulus: float) -> DynamicTable | None:
         """The same from a loss tangent alone, at an assumed magnitude [Pa]; None without a loss tangent."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -264,6 +265,17 @@ class Rebounds(Observations):
         """E* by the formulas of single bounces; None if neither time nor force was measured."""
         times = self._times()
         return self._moduli(times) if np.any(np.isfinite(times)) else None
+
+    def moduli_by_temperature(self) -> list[DynamicTable]:
+        """The effective moduli, a table for each temperature."""
+        if self.temperature is None:
+            return super().moduli_by_temperature()
+        times, found = self._times(), list[DynamicTable]()
+        for level in np.unique(self.temperature):
+            own = np.where(self.temperature == level, times, np.nan)
+            if np.any(np.isfinite(own)):
+                found.append(replace(self._moduli(own), temperature=float(level)))
+        return found
 
     def assumed_moduli(self, modulus: float) -> DynamicTable:
         """E* of an assumed size [Pa], by the same formulas."""

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-4
 # Descents to the effective moduli: largest change of a logarithm in a round, least gain, and rounds at most.
-_FURTHEST, _ENOUGH, _ROUNDS = 2.0, 1e-3, 25
+_FURTHEST, _ENOUGH, _ROUNDS = 2.0, 1e-2, 12
 _N_STARTS = 9
 # Starts lie within this factor above and below the effective modulus and time.
 _SPREAD = 1.5 * math.log(10.0)
@@ -37,7 +37,7 @@ _ARBITRARY, _ARBITRARY_FREQUENCY = 1e6, 1e3
 
 def effective_tables(data: Sequence[Observations], space: Parameters) -> list[DynamicTable]:
     """Effective moduli of the data; of an arbitrary size if the data contain none."""
-    found = [table for one in data if (table := one.effective_moduli()) is not None]
+    found = [table for one in data for table in one.moduli_by_temperature()]
     if not found:
         known = [float(np.nanmax(value)) for name, value in space.fixed.items()
                  if "modul" in name and name != "bulk_modulus" and np.any(np.isfinite(value))]  # fmt: skip
@@ -78,7 +78,8 @@ def starts(
         materials, parts = columns(coordinates), list[Array]()
         for table in tables:
             kind: Any = table.deformation
-            series = materials.reduced if kind is None else materials.modulus(kind)
+            own = materials if space.shift is None else materials.at(table.temperature)
+            series = own.reduced if kind is None else own.modulus(kind)
             model: Any = series.complex_modulus(table.angular_frequency)
             ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR, quantile
-from restitution.identification.estimation import Estimation, Fit
+from restitution.identification.estimation import Estimation, Fit, efficiency
 from restitution.identification.profiles import LikelihoodProfile, profile
 
 Array = NDArray[np.float64]
@@ -85,7 +85,13 @@ class Uncertainty:
     def covariance(self) -> Array:
         """Covariance of all coordinates; huge along directions that the data do not determine."""
         s, rows = self._decomposed
-        return (rows.T / self._least(s) ** 2) @ rows
+        return self._efficiency[0] * (rows.T / self._least(s) ** 2) @ rows
+
+    @cached_property
+    def _efficiency(self) -> tuple[float, float]:
+        """Factors of the variance, and of the excess in a profile, for the loss of the fit."""
+        estimation = self.estimation
+        return efficiency(estimation.problem.residuals(estimation.fit.coordinates[None])[0], estimation.loss)
 
     def _least(self, singular: Array) -> Array:
         """Singular values, not below the error of the Jacobian."""
@@ -130,14 +136,15 @@ class Uncertainty:
         # Along an exact direction the covariance is huge, and would enlarge the error of a derivative.
         exact = s <= EXACT * s[0]
         along[exact] = np.where(np.abs(along[exact]) < _NO_SLOPE, 0.0, along[exact])
-        return found[0], np.sqrt(np.tensordot(self._least(s) ** -2, along**2, axes=1))
+        variance = self._efficiency[0] * np.tensordot(self._least(s) ** -2, along**2, axes=1)
+        return found[0], np.sqrt(variance)
 
     def profile(self, k: int, level: float = _LEVEL) -> LikelihoodProfile:
         """Likelihood profile of one coordinate."""
         key = k, level
         if key not in self._profiles:
-            quantile = self.quantile(level)
-            self._profiles[key] = profile(self.estimation, k, self.standard_errors, self.covariance, quantile)
+            reach = self.quantile(level) * math.sqrt(self._efficiency[1])
+            self._profiles[key] = profile(self.estimation, k, self.standard_errors, self.covariance, reach)
         return self._profiles[key]
 
     @property
