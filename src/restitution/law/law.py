@@ -283,8 +283,9 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     Parameters
     ----------
     impact : Impact
-        Its materials and its profile define the law. Mass, velocity and external force do not matter, but that the
-        deepest of these impacts limits a profile given by a table; they may be arrays.
+        Its materials and its profile define the law; `collision` makes it from two bodies. Mass, velocity and
+        external force do not matter, except for a profile given by a table, whose depths end beyond the deepest of
+        these impacts. They may be arrays.
     max_nodes : int
         Largest number of nodes of a contact, >= 8. A contact gets one node for each step of its first approach;
         when there is no room, nodes that are near others in depth and time are dropped.
