@@ -92,9 +92,8 @@ def descend(
 def _slopes(residuals: Residuals, points: Array, places: Places, values: Array, steps: Array) -> Array:
     """Derivatives by forward differences, shape (s, q, n); 0 for steps of 0."""
     ahead = residuals(points[:, None] + np.diag(steps), places)
-    return np.nan_to_num(
-        (ahead - values[:, None]) / np.where(steps > 0.0, steps, 1.0)[:, None], posinf=0.0, neginf=0.0
-    )
+    slopes = (ahead - values[:, None]) / np.where(steps > 0.0, steps, 1.0)[:, None]
+    return np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
 
 
 def _squares(values: Array) -> Array:

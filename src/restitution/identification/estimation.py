@@ -27,8 +27,7 @@ _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 _BEST, _COMPRESSIBLE = 2, 4
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
 # step of a finished one would gain, for the search and for the minimum. Minima closer than this are the same.
-_FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME = 2.0, 100, 1e-3, 1e-8, 0.1
-_MARGIN = 1e-9
+_FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME, _MARGIN = 2.0, 100, 1e-3, 1e-8, 0.1, 1e-9
 EQUALLY_GOOD = 3.84
 """Difference of two sums of squares within which both fits lie in the region of 95 %."""
 # Fewer than one in 10 000 materials has a negative instantaneous Poisson ratio: twice the logarithm of these odds.
@@ -176,8 +175,7 @@ def _lossy(residuals: Array, loss: Loss) -> Array:
 def efficiency(residuals: Array, loss: Loss) -> tuple[float, float]:
     """Variance of estimates over that of least squares, and the excess of the sum of losses at one standard error.
 
-    For a loss rho(r) with the slope psi they are mean(psi^2)/mean(psi')^2 and mean(psi^2)/mean(psi'), from the
-    residuals r of a fit (Huber, Robust Statistics (1981), section 7.6).
+    mean(psi^2)/mean(psi')^2 and mean(psi^2)/mean(psi') for a loss of slope psi (Huber, Robust Statistics, 1981, 7.6).
     """
     if loss == "linear":
         return 1.0, 1.0

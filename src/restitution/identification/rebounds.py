@@ -270,12 +270,9 @@ class Rebounds(Observations):
         """The effective moduli, a table for each temperature."""
         if self.temperature is None:
             return super().moduli_by_temperature()
-        times, found = self._times(), list[DynamicTable]()
-        for level in np.unique(self.temperature):
-            own = np.where(self.temperature == level, times, np.nan)
-            if np.any(np.isfinite(own)):
-                found.append(replace(self._moduli(own), temperature=float(level)))
-        return found
+        times = self._times()
+        each = {float(one): np.where(self.temperature == one, times, np.nan) for one in np.unique(self.temperature)}
+        return [replace(self._moduli(own), temperature=one) for one, own in each.items() if np.any(np.isfinite(own))]
 
     def assumed_moduli(self, modulus: float) -> DynamicTable:
         """E* of an assumed size [Pa], by the same formulas."""

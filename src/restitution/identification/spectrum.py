@@ -123,15 +123,8 @@ class Spectrum:
     def to_dict(self) -> dict[str, Any]:
         """All numbers as plain Python objects, for JSON."""
         arrays = {name: getattr(self, name).tolist() for name in ("relaxation_times", "branch_moduli")}
-        names = (
-            "equilibrium_modulus",
-            "poisson_ratio",
-            "weight",
-            "chi2",
-            "effective_parameters",
-            "window",
-            "nuisances",
-        )
+        names = ("equilibrium_modulus", "poisson_ratio", "weight", "chi2", "effective_parameters", "window",
+                 "nuisances")  # fmt: skip
         plain = {name: getattr(self, name) for name in names}
         return {"model": "spectrum", **arrays, **plain, "statements": list(self.statements)}
 
@@ -218,10 +211,8 @@ class _Problem:
 
     def __init__(self, sets: Sequence[Observations], poisson_ratio: float) -> None:
         self.sets = sets
-        self.shear_factor, self.bulk_factor = (
-            0.5 * (1.0 - poisson_ratio),
-            float(bulk_factor(np.asarray(poisson_ratio))),
-        )
+        self.shear_factor = 0.5 * (1.0 - poisson_ratio)
+        self.bulk_factor = float(bulk_factor(np.asarray(poisson_ratio)))
         tables = [table for one in sets if (table := one.effective_moduli()) is not None]
         ends = [end for one in sets for end in one.window() if math.isfinite(end)]
         ends += [float(end) for table in tables for end in table.angular_frequency[[0, -1]]] if not ends else []

@@ -74,8 +74,9 @@ def starts(
             held, points[:, k] = k, one.inward(values)[np.arange(_N_STARTS) % values.size]
     points = np.clip(points, low + 1e-6, high - 1e-6)
 
-    def misfit(coordinates: Array, plausible: NDArray[np.bool_]) -> Array:
-        materials, parts = columns(coordinates), list[Array]()
+    def residuals(at: Array, places: NDArray[np.intp]) -> Array:
+        coordinates, parts = at.reshape(-1, at.shape[2]), list[Array]()
+        materials = columns(coordinates)
         for table in tables:
             kind: Any = table.deformation
             own = materials if space.shift is None else materials.at(table.temperature)
@@ -84,13 +85,11 @@ def starts(
             ratio: Any = np.log(model / (table.storage_modulus + 1j * table.loss_modulus))
             phase = np.arctan2(table.loss_modulus, table.storage_modulus)
             parts += [ratio.real / _MODULUS_ERROR, ratio.imag / (_PHASE_ERROR * phase + 1e-3)]
-        excess = np.log(np.maximum(instantaneous_ratio(materials) / _PLAUSIBLE, 1.0)) * plausible / _MODULUS_ERROR
-        return np.hstack([*parts, excess[:, None], penalties(space, coordinates[:, :n])])
-
-    def residuals(at: Array, places: NDArray[np.intp]) -> Array:
         # The other half may have a negative instantaneous Poisson ratio.
         plausible = np.repeat(places % 2 == 0, at.shape[1])
-        return misfit(at.reshape(-1, at.shape[2]), plausible).reshape(*at.shape[:2], -1)
+        excess = np.log(np.maximum(instantaneous_ratio(materials) / _PLAUSIBLE, 1.0)) * plausible / _MODULUS_ERROR
+        parts += [excess[:, None], penalties(space, coordinates[:, :n])]
+        return np.hstack(parts).reshape(*at.shape[:2], -1)
 
     steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), _STEP, 0.0)
     low, high = np.broadcast_to(low, points.shape), np.broadcast_to(high, points.shape)

@@ -176,9 +176,8 @@ class Uncertainty:
         step = 1e-6
         slope = float(parameter.outward(z + step) - parameter.outward(z - step)) / (2.0 * step)
         value = float(parameter.outward(z)) if determined else None
-        return Estimate(
-            value, error * slope if determined else None, interval, determined, parameter.quantity.unit, ends
-        )
+        size = error * slope if determined else None
+        return Estimate(value, size, interval, determined, parameter.quantity.unit, ends)
 
 
 def without(jacobian: Array, other: Array) -> Array:
