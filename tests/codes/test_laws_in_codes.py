@@ -1,7 +1,11 @@
-"""Calibrated laws and the law with memory in the codes they are for. Without the codes they are skipped, but not in `.ci/run`."""
+"""Calibrated laws and the law with memory in the codes they are for.
+
+Without the codes they are skipped, but not in `.ci/run`, where only LIGGGHTS may be absent.
+"""
 
 import importlib.util
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -93,6 +97,15 @@ def test_rebound_with_the_law_with_memory_converges_to_the_exact_restitution(cod
     # Of second order.
     assert abs(errors[0]) < 1e-3
     assert abs(errors[1]) < abs(errors[0]) / 10.0
+
+
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="needs LIGGGHTS")
+@pytest.mark.parametrize("wall", [False, True])
+def test_liggghts_gives_the_promise(codes, wall):
+    law, ball, v = codes.calibrated("liggghts", wall), codes.BALL, 0.5
+    _, time = codes.exact(v, wall)
+    e, _ = codes.by_liggghts(law.snippet, ball.radius, ball.material.density, v, time / 200.0, 3.0 * time, wall)
+    assert e == pytest.approx(law.restitution_coefficient(v), abs=3e-4)
 
 
 def test_mujoco_gives_the_promised_restitution_and_contact_time(codes):
