@@ -41,7 +41,8 @@ and the median of the deviation over the stated error, in units of that of a nor
 The impulse m v (1 + e) needs an absolute gain: without it one record of D determines the material about ten times
 less well. The modulus at the time scale of the contact is well determined. A Kelvin-Voigt solid (tau = 0) fits one of
 the {repetitions} records of D better, by 1.4 in chi2; intervals about the other solution do not show it. With an
-unknown velocity a record of A has a second minimum, and its chi2 is higher by 7.
+unknown velocity records of A have a second minimum near a Kelvin-Voigt solid, whose chi2 may be the lower one. A
+warning of `rs.identify` names the other minimum.
 """
 
 
