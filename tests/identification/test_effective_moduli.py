@@ -151,3 +151,10 @@ def test_the_table_is_printed_and_drawn_on_a_curve(bounces):
     lines = {data: moduli.plot(data).axes[0].lines[0].get_ydata() for data in (solid, table)}
     # Both are E* = 4 G of the same material.
     assert np.max(lines[solid]) == pytest.approx(np.max(lines[table]), rel=0.01)
+
+
+def test_numbers_beyond_the_floating_point_range_are_refused():
+    balls = Rebounds(velocity=[1.0, 1.0], mass=[0.005, 1e308], radius=0.01, restitution_coefficient=[0.5, 0.5],
+                        contact_time=[1e-3, 1e-3], noise=Noise(restitution_coefficient=0.01, contact_time=1e-5))  # fmt: skip
+    with pytest.raises(InputError, match=r"storage_modulus\[1\].*must be finite: compare the units"):
+        rs.effective_moduli(balls)

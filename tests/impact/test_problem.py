@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+import restitution as rs
 from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Parabola
+from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -76,3 +78,9 @@ def test_compliances_of_two_bodies_add():
     pair = Impact(Material(3.0, math.inf), BALL, 1.0, 1.0, counter_material=Material(3.0, math.inf)).reduced_modulus
     assert alone.equilibrium_modulus == 12.0
     assert pair.equilibrium_modulus == pytest.approx(6.0, rel=1e-15)
+
+
+def test_a_radius_whose_inverse_overflows_is_refused():
+    ball = rs.Body(rs.elastic(1e6, poisson_ratio=0.3), radius=1e-320, mass=0.005)
+    with pytest.raises(InputError, match="radius"):
+        rs.collision(ball, rs.Body(None, radius=0.005, mass=0.005), velocity=1.0)

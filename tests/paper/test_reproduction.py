@@ -116,6 +116,7 @@ def test_progress_grows_steadily_to_its_total(made, steps: list[tuple[int, int]]
     assert made.solves < totals[0]
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_bytes_and_workers_do_not_matter(made, tmp_path: Path) -> None:
     again = reproduce(tmp_path, quick=True, seed=11, workers=1)
     for path in again.files:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, StrictBool, StrictInt, model_validator
 
 from restitution.case.material import AnyMaterial
@@ -17,7 +16,7 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.profile import Parabola
 from restitution.files import path_of
-from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, fall_velocity, for_contact
+from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, fall_velocity, for_contact, reduced
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import LENGTH, NUMBER, TIME
@@ -56,11 +55,6 @@ class CounterBodySection(BodySection):
 
     material: AnyMaterial | None = None
     rigid: Annotated[StrictBool, Field(description="whether it does not deform")] = False
-
-
-def reduced(first: Any, second: Any) -> Any:
-    """Reduced mass or radius x, 1/x = 1/first + 1/second; the second may be infinite."""
-    return 1.0 / (1.0 / np.asarray(first) + 1.0 / np.asarray(second))
 
 
 class ImpactSection(Section):

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from pydantic import StrictInt, field_validator
 
 from restitution.case.axes import DRAWS, read_axes
-from restitution.case.impact import CaseFile, CounterBodySection, SolverSection, reduced
+from restitution.case.impact import CaseFile, CounterBodySection, SolverSection
 from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
 from restitution.errors import InputError
-from restitution.impact.problem import fall_velocity
+from restitution.impact.problem import fall_velocity, reduced
 from restitution.material.models import material_models
 from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
 from restitution.sweeps.grid import Linear, make_grid

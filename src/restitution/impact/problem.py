@@ -215,12 +215,17 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
 
 
 def _reduced(name: str, unit: str, problem: str, first: Any, second: Any) -> Any:
-    """Return x of 1/x = 1/first + 1/second; either may be infinite."""
-    total = 1.0 / np.asarray(first) + 1.0 / np.asarray(second)
-    if not np.all(total > 0.0):
+    """Return the reduced mass or radius; one of the two may be infinite."""
+    if np.any(np.isinf(first) & np.isinf(second)):
         raise InputError(name, math.inf, problem, unit)
-    combined = 1.0 / total
+    combined = reduced(first, second)
     return combined if combined.ndim else float(combined)
+
+
+def reduced(first: Any, second: Any) -> Any:
+    """Reduced mass or radius x, 1/x = 1/first + 1/second; either may be infinite. Zero where 1/x overflows."""
+    with np.errstate(over="ignore"):
+        return np.asarray(1.0 / (1.0 / np.asarray(first) + 1.0 / np.asarray(second)))
 
 
 def _positive_or_infinite(name: str, value: Any, unit: str) -> Numeric:
