@@ -81,6 +81,6 @@ def test_compliances_of_two_bodies_add():
 
 
 def test_a_radius_whose_inverse_overflows_is_refused():
-    ball = rs.Body(rs.elastic(1e6, poisson_ratio=0.3), radius=1e-320, mass=0.005)
+    ball = rs.Body(rs.elastic(shear_modulus=1e6, poisson_ratio=0.3), radius=1e-320, mass=0.005)
     with pytest.raises(InputError, match="radius"):
         rs.collision(ball, rs.Body(None, radius=0.005, mass=0.005), velocity=1.0)
