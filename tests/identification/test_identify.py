@@ -408,7 +408,9 @@ def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
 def test_comparison_prefers_the_model_of_the_data():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1)
     models = ["kelvin_voigt", rs.standard_solid, (rs.generalised_maxwell, {"terms": 2}), rs.maxwell]
-    found = rs.identify.compare(balls, models, fixed=FIXED, profiles=False)
+    steps = []
+    found = rs.identify.compare(balls, models, fixed=FIXED, profiles=False, progress=lambda *step: steps.append(step))
+    assert steps == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
     assert next(iter(found.results)) == "standard_solid"
     assert sum(found.weights.values()) == pytest.approx(1.0)
     assert found.results["generalised_maxwell"].chi2 <= found.results["standard_solid"].chi2 + 0.1
@@ -489,3 +491,19 @@ def test_sound_alone_determines_no_constant_of_a_compressible_model():
     found = rs.identify(sound, rs.kelvin_voigt)
     assert all(one.value is None for one in found.parameters.values())
     assert not any("nan" in line for line in found.statements)
+
+
+def test_a_search_that_ends_before_its_tolerance_is_named(monkeypatch):
+    solid = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
+    velocity = np.geomspace(0.01, 3.0, 12)
+    found = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, velocity))
+    noise = rs.Noise(restitution_coefficient=0.01, contact_time="1 %")
+    data = rs.Rebounds(
+        velocity=velocity, radius=0.01, mass=0.033, restitution_coefficient=found.restitution_coefficient,
+        contact_time=found.contact_time, noise=noise,
+    )  # fmt: skip
+    whole = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    assert not any("before its tolerance" in line for line in whole.warnings)
+    monkeypatch.setattr("restitution.identification.estimation._ROUNDS", 1)
+    ended = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    assert any("before its tolerance" in line for line in ended.warnings)

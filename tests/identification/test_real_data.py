@@ -1,4 +1,4 @@
-"""Real measurements: bouncing balls, of which only e is known, and rubber at several temperatures.
+"""Real measurements: bouncing balls with e alone, and rubber at several temperatures.
 
 The numbers and their sources are in `validation/real_data.py`.
 """
@@ -33,7 +33,7 @@ def test_a_power_law_has_the_same_restitution_at_all_velocities():
     # So that its sum of squares is that about the mean, and its error that of the mean.
     e = np.array(GOLF[1])
     found = rs.identify(golf(), "springpot", fixed=SOFT)
-    assert found.chi2 == pytest.approx(((e - e.mean()) ** 2).sum() / 0.015**2, rel=1e-5)
+    assert found.chi2 == pytest.approx(((e - e.mean()) ** 2).sum() / 0.015**2, rel=1e-6)
     stated = found.functionals["restitution_coefficient at 3.5 m/s"]
     assert stated.value == pytest.approx(e.mean(), abs=1e-6)
     assert stated.standard_error == pytest.approx(0.015 / math.sqrt(e.size), rel=1e-3)

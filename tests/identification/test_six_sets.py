@@ -180,3 +180,30 @@ def test_bounce_times():
     time = simulate(unknowns) + 0.77 + sd * np.random.default_rng(5).standard_normal(count)
     sound = rs.BounceTimes(time, radius=radius, mass=mass_of(radius), drag_coefficient=0.0, noise=rs.Noise(time=sd))
     check(rs.identify(sound, rs.standard_solid, fixed=NU), SOLID, truth, least)
+
+
+def test_bounce_times_of_a_short_relaxation():
+    radius, truth, sd, count = 0.01, np.log([1e6, 1e7, 300.0]), 1e-5, 9
+    body = rs.Body(None, radius=radius, mass=mass_of(radius))
+
+    def simulate(unknowns):
+        impact = rs.drop(body, rs.Body(standard_solid(unknowns)), height=0.3 * math.exp(unknowns[3]))
+        return rs.bounces(impact, max_bounces=count, min_height=0.0).touch_time + unknowns[4]
+
+    unknowns = np.append(truth, [0.0, 0.0])
+    least = least_errors(simulate, unknowns, np.array([1e-4, 1e-4, 1e-4, 1e-4, 1e-4]), sd)
+    time = simulate(unknowns) + 0.77 + sd * np.random.default_rng(5).standard_normal(count)
+    sound = rs.BounceTimes(time, radius=radius, mass=mass_of(radius), drag_coefficient=0.0, noise=rs.Noise(time=sd))
+    found = rs.identify(sound, rs.standard_solid, fixed=NU)
+    for name, value, bound in zip(SOLID, np.exp(truth), least, strict=False):
+        one = found.parameters[name]
+        if one.determined:
+            error = one.standard_error / one.value
+            assert abs(math.log(one.value / value)) < 3.0 * error
+            assert 0.8 < error / bound < 1.3
+        else:
+            # Parameters without a value are not determined.
+            assert bound > 0.5
+            assert one.interval[0] <= value <= one.interval[1]
+    tangent = next(one for name, one in found.functionals.items() if name.startswith("loss_tangent"))
+    assert tangent.determined

@@ -18,7 +18,7 @@ def test_no_module_is_longer_than_400_lines(path):
 
 
 # Features later than the solver, each with the most lines that it may have.
-LATER = {"identification": 6_900, "law": 1_500, "calibration": 2_000}
+LATER = {"identification": 6_700, "law": 1_500, "calibration": 2_000}
 
 
 @pytest.mark.parametrize("name", LATER)
@@ -26,6 +26,6 @@ def test_a_later_feature_has_no_more_lines_than_stated(name):
     assert sum(lines(path) for path in MODULES if name in (*path.parts, path.stem)) <= LATER[name]
 
 
-def test_the_rest_has_at_most_28_500_lines():
+def test_the_rest_has_at_most_28_000_lines():
     rest = [path for path in MODULES if not LATER.keys() & {*path.parts, path.stem}]
-    assert sum(map(lines, rest)) <= 28_500
+    assert sum(map(lines, rest)) <= 28_000

@@ -229,7 +229,7 @@ class IdentificationCase:
             options = self.section.options
             return identify(list(self.data), self.section.model, profiles=profiles, progress=progress, **options)
 
-    def compare(self) -> Comparison | None:
+    def compare(self, progress: Callable[[int, int], None] | None = None) -> Comparison | None:
         """Compare the model with those of the key `compare`; None without the key."""
         if not self.section.compare:
             return None
@@ -237,7 +237,7 @@ class IdentificationCase:
 
         models = list(dict.fromkeys((self.section.model, *self.section.compare)))
         with in_file(self.path, "identification"):
-            return compare(list(self.data), models, **self.section.options)
+            return compare(list(self.data), models, progress=progress, **self.section.options)
 
 
 def read_identification(path: str | Path) -> IdentificationCase:

@@ -14,9 +14,8 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
-from restitution.contact.profile import Parabola
 from restitution.files import path_of
-from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, fall_velocity, for_contact, reduced
+from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import LENGTH, NUMBER, TIME
@@ -163,17 +162,22 @@ class CaseFile(Section):
         """Impact in SI; fractional models hold in the window, which is that of the contact if left out."""
         if window is None and self.needs_window:
             return for_contact(self.build)
-        mass, profile = self.body.kilograms, self.profile.build(self.body.radius)
+        mass, velocity, material = self.body.kilograms, self.impact.impact_velocity, self.material.build(window)
         counter: Material | None = None if self.partner is None else self.partner.build(window)
         force = mass * self.impact.gravity if self.impact.weight else self.impact.external_force or 0.0
-        if self.counter_body is not None:
-            assert isinstance(profile, Parabola)
-            profile = Parabola(float(reduced(profile.radius, self.counter_body.radius or math.inf)))
-            mass = float(reduced(mass, self.counter_body.kilograms))
-        velocity = self.impact.impact_velocity
-        return Impact(
-            self.material.build(window), profile, mass, velocity, counter_material=counter, external_force=force
-        )
+        bodies = self.bodies(material, counter)
+        if bodies is not None:
+            return collision(*bodies, velocity, external_force=force)
+        profile = self.profile.build(self.body.radius)
+        return Impact(material, profile, mass, velocity, counter_material=counter, external_force=force)
+
+    def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
+        """The two free bodies, of these materials; None where the second is a half-space."""
+        first, second = self.body, self.counter_body
+        if second is None:
+            return None
+        other = Body(counter, second.radius or math.inf, second.kilograms)
+        return Body(material, first.radius or math.inf, first.kilograms), other
 
 
 @dataclass(frozen=True)
@@ -208,11 +212,7 @@ class Case:
 
     def bodies(self, impact: Impact) -> tuple[Body, Body] | None:
         """The two free bodies, of the materials of an impact; None where the second is a half-space."""
-        first, second = self.sections.body, self.sections.counter_body
-        if second is None:
-            return None
-        other = Body(impact.counter_material, second.radius or math.inf, second.kilograms)
-        return Body(impact.material, first.radius or math.inf, first.kilograms), other
+        return self.sections.bodies(impact.material, impact.counter_material)
 
     def solve(self) -> ImpactResult:
         """Solve the impact with the options of the file.

@@ -44,8 +44,9 @@ def identify(
             raise BadInput(f"--out {out}: a spectrum has no constants; give another model")
         with progress_bar("identifying", begin="identifying") as progress:
             found: Any = problem.solve(profiles=True if profile else None, progress=progress)
-            compared = problem.compare()
             content = found.to_dict()
+        with progress_bar("comparing models", begin="comparing models") as progress:
+            compared = problem.compare(progress)
     doubts = [*dict.fromkeys((*getattr(found, "warnings", ()), *warnings))]
     if json:
         content |= {"warnings": doubts} | ({} if compared is None else {"comparison": compared.to_dict()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -105,7 +105,10 @@ class Comparison:
     __repr__ = __str__
 
 
-def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any) -> Comparison:
+def compare(
+    data: Any, models: Sequence[Any] | Mapping[str, Any], *,
+    progress: Callable[[int, int], None] | None = None, **options: Any,
+) -> Comparison:  # fmt: skip
     """Fit several models to the same data.
 
     Parameters
@@ -115,6 +118,8 @@ def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any
     models : sequence or dict
         Models as in `restitution.identify`, also "spectrum"; pairs of a model and further options, such as
         ``(generalised_maxwell, {"terms": 3})``; or a dict of these by name.
+    progress : callable, optional
+        Called with (models done, all models).
     **options
         Options of `restitution.identify` for all models. Entries of `fixed`, `bounds`, `start` and `prior` are ignored
         for models that do not have the parameter.
@@ -142,8 +147,10 @@ def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any
     named = list(models.items()) if isinstance(models, Mapping) else [(None, one) for one in models]
     if not named:
         raise InputError("models", wanted="must name at least one model")
+    report = progress or (lambda done, models: None)
     results, criteria, refused = dict[str, Any](), dict[str, float](), dict[str, str]()
-    for name, given in named:
+    for n, (name, given) in enumerate(named):
+        report(n, len(named))
         model, more = given if isinstance(given, tuple) else (given, {})
         own = {key: value for key, value in {**options, **more}.items() if value is not None}
         known = parameter_names(model, own.get("shift"))
@@ -160,10 +167,10 @@ def compare(data: Any, models: Sequence[Any] | Mapping[str, Any], **options: Any
             continue
         results[label] = found
         criteria[label] = _criterion(found) if isinstance(found, Identification) else math.nan
+    report(len(named), len(named))
     if not results:
         raise InputError("models", list(refused), f"fit none of the data: {next(iter(refused.values()))}")
-    known_criteria = [one for one in criteria.values() if math.isfinite(one)]
-    least = min(known_criteria, default=0.0)
+    least = min(filter(math.isfinite, criteria.values()), default=0.0)
     shares = {
         name: math.exp(-0.5 * (one - least)) if math.isfinite(one) else math.nan for name, one in criteria.items()
     }

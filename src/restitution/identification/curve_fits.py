@@ -39,10 +39,7 @@ class CurveFits(NamedTuple):
 
 
 class Descent:
-    """Curves of one indenter at one temperature, fitted all at once.
-
-    The coordinates are those of `estimation.EstimationProblem`.
-    """
+    """Curves of one indenter at one temperature, fitted all at once; coordinates as in `EstimationProblem`."""
 
     def __init__(self, curves: list[IndentationCurve], seed: Estimation, space: Parameters) -> None:
         self.curves, self.seed, self.space = curves, seed, space

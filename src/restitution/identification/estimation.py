@@ -109,23 +109,14 @@ class EstimationProblem:
             ]
         return np.hstack([*parts, penalties(self.space, coordinates[:, : self.n_parameters])])
 
-    def jacobian(self, coordinates: Array, base: Array | None = None) -> Array:
-        """Derivatives of the residuals, shape (n, n_unknown): forward differences, or central ones without a base."""
-        step = np.diag(self.steps)
-        if base is None:
-            both = self.residuals(np.concatenate([coordinates + step, coordinates - step]))
-            up, down = both[: len(step)], both[len(step) :]
-            slopes = (up - down) / (2.0 * self.steps[:, None])
-            if not np.all(np.isfinite(slopes)):
-                here = self.residuals(coordinates[None])
-                one_sided = np.where(np.isfinite(up), up - here, here - down) / self.steps[:, None]
-                slopes = np.where(np.isfinite(slopes), slopes, one_sided)
-        else:
-            slopes = (self.residuals(coordinates + step) - base) / self.steps[:, None]
-            if not np.all(np.isfinite(slopes)):
-                backward = (base - self.residuals(coordinates - step)) / self.steps[:, None]
-                slopes = np.where(np.isfinite(slopes), slopes, backward)
-        return np.nan_to_num(slopes, posinf=0.0, neginf=0.0).T
+    def jacobian(self, coordinates: Array) -> Array:
+        """Derivatives of the residuals, shape (n, n_unknown): central differences, one-sided where one side fails."""
+        step, n = np.diag(self.steps), self.steps.size
+        found = self.residuals(np.concatenate([coordinates + step, coordinates - step, coordinates[None]]))
+        up, down, here = found[:n], found[n:-1], found[-1]
+        slopes = (up - down) / (2.0 * self.steps[:, None])
+        one_sided = np.where(np.isfinite(up), up - here, here - down) / self.steps[:, None]
+        return np.nan_to_num(np.where(np.isfinite(slopes), slopes, one_sided), posinf=0.0, neginf=0.0).T
 
 
 class Fit(NamedTuple):
@@ -133,6 +124,7 @@ class Fit(NamedTuple):
 
     coordinates: Array  # shape (n_unknown,)
     cost: float  # sum of the losses of all residuals, priors included
+    converged: bool = True  # whether the next step gains less than the tolerance
 
 
 def minimise(
@@ -156,8 +148,8 @@ def _minima(
     low, high = (np.broadcast_to(end, starts.shape) for end in (problem.low, problem.high))
     inside = np.where(steps > 0.0, np.clip(starts, low + _MARGIN, high - _MARGIN), starts)
     furthest = np.where(np.arange(steps.size) < problem.n_parameters, _FURTHEST, np.inf)
-    points, costs, _ = descend(residuals, inside, low, high, steps, furthest, tolerance, _ROUNDS)
-    return [Fit(point, float(cost)) for point, cost in zip(points, costs, strict=True)]
+    found = descend(residuals, inside, low, high, steps, furthest, tolerance, _ROUNDS)
+    return [Fit(point, float(cost), bool(ended)) for point, cost, ended in zip(*found, strict=True)]
 
 
 def _lossy(residuals: Array, loss: Loss) -> Array:
@@ -188,9 +180,8 @@ def efficiency(residuals: Array, loss: Loss) -> tuple[float, float]:
 def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[EstimationProblem, Array, list[DynamicTable]]:
     """EstimationProblem with its bounds, the start without data, and the effective moduli of the data."""
     tables = effective_tables(data, space)
-    modulus = float(
-        np.exp(np.mean([np.log(np.hypot(one.storage_modulus, one.loss_modulus)).mean() for one in tables]))
-    )
+    sizes = [np.log(np.hypot(one.storage_modulus, one.loss_modulus)).mean() for one in tables]
+    modulus = float(np.exp(np.mean(sizes)))
     ends = [end for one in data for end in one.window() if math.isfinite(end)]
     ends += [float(end) for one in tables for end in (one.angular_frequency[0], one.angular_frequency[-1])]
     low, high = min(ends), max(ends)

@@ -214,6 +214,8 @@ def _warnings(found: Identification) -> tuple[str, ...]:
             lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong")
         elif share < 0.005:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
+    if not estimation.fit.converged:
+        lines.append("the search ended before its tolerance: give start, or bounds")
     if found.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
     for one in problem.data:

@@ -155,11 +155,11 @@ class _Function(ast.NodeTransformer):
                 otherwise = f" else {{\n{self.block(node.orelse)}}}" if node.orelse else ""
                 return f"if ({self.expression(node.test)}) {{\n{self.block(node.body)}}}{otherwise}\n"
             case _:
-                raise NotImplementedError(ast.unparse(node))
+                raise TypeError(f"no translation to C: {ast.unparse(node)}")
 
     def declare(self, target: ast.expr, kind: str) -> None:
         if isinstance(target, ast.Name) and self.types.setdefault(target.id, kind) != kind:
-            raise NotImplementedError(f"{target.id} is {self.types[target.id]} and {kind}")
+            raise TypeError(f"{target.id} is {self.types[target.id]} and {kind}")
 
     def type_of(self, node: ast.expr) -> str:
         match node:
