@@ -11,10 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Numeric
-from restitution.contact.analytic import Sphere, sphere_mass
+from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import Contact
-from restitution.contact.profile import Parabola
 from restitution.contact.radiation import radiated
 from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import VALIDITY
@@ -87,6 +85,7 @@ class Validity:
 
     Examples
     --------
+    >>> from restitution.contact.profile import Parabola
     >>> from restitution.material.viscoelastic import Material
     >>> contact = Contact(Material(1e6, bulk=2e9, density=1100.0), Parabola(0.01))
     >>> columns = {"max_contact_radius": 1e-3, "max_indentation_depth": 1e-4, "velocity": 1.0, "contact_time": 3e-4}
@@ -191,11 +190,16 @@ def numbers(
     the target, such as the thickness of a layer. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
+    tips = (
+        contact.profile.tip_radius
+        if isinstance(contact, Contact)
+        else [float(one.profile.tip_radius) for one in contact]
+    )
     radius, depth, speed, time, mass, force, size, tip = (
         np.asarray(column, dtype=np.float64).reshape(-1)
         for column in np.broadcast_arrays(
             max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, body_size,
-            _tip_radius(contact) if isinstance(contact, Contact) else [float(_tip_radius(one)) for one in contact],
+            tips,
         )
     )  # fmt: skip
     # Impacts of the same materials share one row of numbers.
@@ -237,10 +241,6 @@ def _of_materials(contact: Contact) -> tuple[float, ...]:
     instantaneous, static = min((one.instantaneous_poisson_ratio, one.poisson_ratio) for one in contact.materials)
     missing = any(material.density is None for material in contact.materials)
     return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
-
-
-def _tip_radius(contact: Contact) -> Numeric:
-    return contact.profile.radius if isinstance(contact.profile, (Parabola, Sphere)) else math.nan
 
 
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:

@@ -52,7 +52,7 @@ def reference(impact: Impact) -> SampledSolution:
     """The reduced equations in SI units."""
     row = Batch.from_impact(impact).scaled().row(0)
     found = solve_reference(
-        row, rtol=1e-7, contact_radius=lambda s: impact.profile.contact_radius(s**2 * row.length) / row.radius
+        row, rtol=1e-7, stiffness_radius=lambda s: impact.profile.contact_radius(s**2 * row.length) / row.radius
     )
     return found._replace(
         contact_time=found.contact_time * row.time,

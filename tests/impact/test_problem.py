@@ -42,7 +42,7 @@ def test_numbers_out_of_range_are_refused(given, message):
     ("given", "message"),
     [
         ({"material": 1e6}, r"^material = 1e\+06: must be a Material$"),
-        ({"profile": 0.01}, r"^profile = 0\.01: must be a Profile$"),
+        ({"profile": 0.01}, r"^profile = 0\.01: must be a Geometry$"),
         ({"counter_material": "steel"}, r"^counter_material = 'steel': must be a Material$"),
         ({"mass": "1 kg"}, r"^mass = '1 kg': must be a real number"),
         ({"velocity": None}, r"^velocity = None: must be a real number"),

@@ -128,7 +128,7 @@ def test_radius_from_exponent_table_and_function():
     tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=path_table(Parabola(0.02), 3e-4))
     tabulated.length, tabulated.radius = 1e-4, math.sqrt(2e-6)
     given = scaled(1.0, [2.0], [0.5], exponent=-1.0)
-    for found in (solve_reference(tabulated), solve_reference(given, contact_radius=lambda s: s)):
+    for found in (solve_reference(tabulated), solve_reference(given, stiffness_radius=lambda s: s)):
         assert found.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)
         assert found.contact_time == pytest.approx(power.contact_time, rel=1e-10)
 

@@ -387,7 +387,7 @@ def test_wrong_profiles_and_materials():
             "within",
             lambda: indent(rs.FractionalMaterial(rs.springpot(1.0, 0.5), math.inf), TIP, **loading),
         ),
-        ("profile", "Profile", lambda: indent(GEL, 3, **loading)),
+        ("profile", "Geometry", lambda: indent(GEL, 3, **loading)),
         ("counter_material", "Material", lambda: indent(GEL, TIP, counter_material=3, **loading)),
         ("profile", "one profile", lambda: indent(GEL, Parabola([1.0, 2.0]), **loading)),
         ("profile", "one profile", lambda: indent(GEL, Parabola([1.0, 2.0]), force=ramp(1e-9, 1.0))),

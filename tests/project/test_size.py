@@ -5,20 +5,20 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
-MODULES = sorted(PACKAGE.rglob("*.py"))
+MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 
 
 def lines(path: Path) -> int:
-    return len(path.read_text(encoding="utf-8").splitlines())
+    return len((PACKAGE / path).read_text(encoding="utf-8").splitlines())
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+@pytest.mark.parametrize("path", MODULES, ids=str)
 def test_no_module_is_longer_than_400_lines(path):
     assert lines(path) <= 400
 
 
 # Features later than the solver, each with the most lines that it may have.
-LATER = {"identification": 6_700, "law": 1_500, "calibration": 2_000}
+LATER = {"geometry": 160, "layer": 1_200, "identification": 6_700, "law": 1_500, "calibration": 2_000}
 
 
 @pytest.mark.parametrize("name", LATER)

@@ -10,7 +10,7 @@ from typing import Any
 
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.impact.bounces import Bounces
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -59,7 +59,7 @@ def cite(*subjects: Any) -> str:
 
     Parameters
     ----------
-    *subjects : Impact, ImpactResult, IndentationResult, Bounces, Case, Material or Profile
+    *subjects : Impact, ImpactResult, IndentationResult, Bounces, Case, Material or Geometry
         Problems, results, or parts of them; what case files of impacts, indentations and sweeps become.
         Without any, the program and the paper that it reproduces.
 
@@ -155,7 +155,7 @@ def _(subject: Plan) -> Iterator[Reason]:
 
 
 @_reasons.register
-def _(subject: Profile) -> Iterator[Reason]:
+def _(subject: Geometry) -> Iterator[Reason]:
     yield from subject.sources
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.contact.profile import Array
+from restitution.contact.geometry import Array
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

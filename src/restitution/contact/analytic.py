@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric
-from restitution.contact.profile import Array, Profile, as_array, plain
+from restitution.contact.geometry import Array, as_array, plain
+from restitution.contact.profile import Profile
 from restitution.quantities import INPUTS, LENGTH, Quantity
 
 
@@ -87,6 +88,11 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
     @property
     def max_contact_radius(self) -> Numeric:
         """The radius R [m] of the equator, which is reached at infinite depth."""
+        return self.radius
+
+    @property
+    def tip_radius(self) -> Numeric:
+        """Radius R [m]."""
         return self.radius
 
     def _rapidity(self, depth: ArrayLike) -> Array:

@@ -1,4 +1,4 @@
-"""The contact of an indenter with a half-space: the profile and the materials of both bodies."""
+"""The contact of an indenter with a target: the geometry and the materials of both bodies."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputTypeError
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
@@ -15,21 +15,22 @@ from restitution.material.viscoelastic import Material, reduced_modulus
 
 @dataclass(frozen=True)
 class Contact:
-    """Frictionless contact of an axisymmetric indenter with a viscoelastic half-space.
+    """Frictionless contact of an indenter with a viscoelastic half-space, or another target.
 
     Parameters
     ----------
     material : Material
-        Material of the half-space.
-    profile : Profile
-        Profile of the indenter; for two curved bodies that of the gap between them.
+        Material of the target.
+    profile : Geometry
+        Profile of the indenter of a half-space, or another geometry, such as a layer; for two curved bodies that of
+        the gap between them.
     counter_material : Material, optional
         Material of the indenter; rigid if left out. The compliances of both bodies add.
 
     Raises
     ------
     InputError
-        If a material or the profile is of another type.
+        If a material or the profile is of another type, or the geometry does not hold for the materials.
 
     Examples
     --------
@@ -40,14 +41,15 @@ class Contact:
     """
 
     material: Material
-    profile: Profile
+    profile: Geometry
     counter_material: Material | None = None
 
     def __post_init__(self) -> None:
         _of_type("material", self.material, Material)
-        _of_type("profile", self.profile, Profile)
+        _of_type("profile", self.profile, Geometry)
         if self.counter_material is not None:
             _of_type("counter_material", self.counter_material, Material)
+        object.__setattr__(self, "profile", self.profile.between(self.material, self.counter_material))
 
     @property
     def materials(self) -> tuple[Material, ...]:

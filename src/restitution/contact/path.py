@@ -1,4 +1,4 @@
-"""The contact radius over the square root of the depth, a(s) with d = s^2, as a table for the kernel."""
+"""The stiffness radius over the square root of the depth, a(s) with d = s^2, as a table for the kernel."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import positive
-from restitution.contact.profile import Array, Profile, as_array
+from restitution.contact.geometry import Array, Geometry, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
@@ -79,14 +79,14 @@ class PathTable(NamedTuple):
 
 
 def path_table(
-    profile: Profile, depth_max: float, rtol: float = 1e-12, *, depth_min: float | None = None
+    profile: Geometry, depth_max: float, rtol: float = 1e-12, *, depth_min: float | None = None
 ) -> PathTable:
-    """Table of the contact radius a(s) over s = sqrt(depth) of a profile, up to a largest depth.
+    """Table of the stiffness radius a(s) over s = sqrt(depth) of a geometry, up to a largest depth.
 
     Parameters
     ----------
-    profile : Profile
-        Profile with scalar parameters.
+    profile : Geometry
+        Geometry with scalar parameters.
     depth_max : float
         Largest indentation depth [m], > 0, of the table.
     rtol : float
@@ -111,7 +111,7 @@ def path_table(
     rtol = float(positive("rtol", rtol))
     if depth_max > profile.max_depth:
         raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, where the profile ends")
-    if np.ndim(profile.contact_radius(depth_max)):
+    if np.ndim(profile.stiffness_radius(depth_max)):
         raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
     least_integral = float(profile.force_integral_at_depth(least))
@@ -151,7 +151,7 @@ def path_table(
         radius=np.ascontiguousarray(radius),
         force_integral=force_integral,
         errors=np.cumsum(missed) / np.sum(force_integral, axis=1),
-        radius_error=float(np.max(largest)) / float(profile.contact_radius(depth_max)),
+        radius_error=float(np.max(largest)) / float(profile.stiffness_radius(depth_max)),
         kinks=root * kinks,
         strengths=strengths / root**power,
         power=power,
@@ -159,7 +159,7 @@ def path_table(
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
-    """Contact radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in [0, s_max].
+    """Stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in [0, s_max].
 
     Examples
     --------
@@ -214,7 +214,7 @@ def _place(origin: Array, rho: Array) -> Array:
     return np.where(origin < 0.0, rho, origin + rho * rho)
 
 
-def _significant_kinks(profile: Profile, depth_max: float, rtol: float) -> tuple[Array, Array, float]:
+def _significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> tuple[Array, Array, float]:
     """Places in units of s_max, strengths and power of the kinks that a table of this tolerance resolves."""
     depth, strength, power = profile.kinks
     place = np.sqrt(depth / depth_max)
@@ -222,22 +222,22 @@ def _significant_kinks(profile: Profile, depth_max: float, rtol: float) -> tuple
     strength = strength * (2.0 * depth_max * place) ** power
     effect = np.abs(strength) * (_KINK_REACH * place) ** power
     apart = (place > 1e-6) & (place < 1.0 - 1e-6)
-    kept = apart & (effect > _KINK_SHARE * rtol * profile.contact_radius(depth))
+    kept = apart & (effect > _KINK_SHARE * rtol * profile.stiffness_radius(depth))
     return place[kept], strength[kept], power
 
 
-def _fitted(profile: Profile, depth_max: float, origin: Array, left: Array, width: Array) -> Array:
+def _fitted(profile: Geometry, depth_max: float, origin: Array, left: Array, width: Array) -> Array:
     """Coefficients of a in cells that begin at rho = left."""
     # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
     nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
     s = _place(origin[:, None], left[:, None] + width[:, None] * nodes)
-    values = profile.contact_radius(np.minimum(depth_max * s * s, depth_max))
+    values = profile.stiffness_radius(np.minimum(depth_max * s * s, depth_max))
     solved: Any = np.linalg.solve(np.vander(nodes, increasing=True), values.T)
     return solved.T
 
 
 def _missed(
-    profile: Profile, depth_max: float, origin: Array, left: Array, width: Array, radius: Array
+    profile: Geometry, depth_max: float, origin: Array, left: Array, width: Array, radius: Array
 ) -> tuple[Array, Array, Array]:
     """Integrals of a and of |delta a| over the depth for each cell, and the largest |delta a|."""
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
@@ -245,7 +245,7 @@ def _missed(
     rho = left[:, None] + width[:, None] * t
     s = _place(origin[:, None], rho)
     polynomial = _polynomial(radius.T[:, :, None], t)
-    difference = np.abs(polynomial - profile.contact_radius(np.minimum(depth_max * s * s, depth_max)))
+    difference = np.abs(polynomial - profile.stiffness_radius(np.minimum(depth_max * s * s, depth_max)))
     pace = s * np.where(origin[:, None] < 0.0, 1.0, 2.0 * rho)
     gain, missed = (depth_max * width * ((pace * a) @ weights) for a in (polynomial, difference))
     return gain, missed, np.max(difference, axis=1)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric
-from restitution.contact.profile import Array, Profile, as_array, plain
+from restitution.contact.geometry import Array, as_array, plain
+from restitution.contact.profile import Profile
 from restitution.quantities import INPUTS, NUMBER, Quantity
 
 

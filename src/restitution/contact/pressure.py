@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import positive
-from restitution.contact.profile import Array, as_array
+from restitution.contact.geometry import Array, as_array
 
 _DEGREE = 10
 _MAX_LEVEL = 60

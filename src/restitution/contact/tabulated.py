@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from restitution.checks import finite
 from restitution.contact.abel import AbelTransform
-from restitution.contact.profile import Array, Kinks, Profile, as_array
+from restitution.contact.geometry import Array, Kinks, as_array
+from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.quantities import LENGTH, Quantity
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.impact.exact import Progress, Stored, solve_forces, solve_scaled, solve_stored
@@ -33,8 +34,8 @@ class Batch:
     """Impacts of one kind of profile, one in each row, in SI units.
 
     The arrays have the shape (n,), moduli [Pa] and times [s] of the branches of E*(t) the shape (n, n_branch); a
-    modulus of 0 means no branch. The contact radius is a = c s^p, s = sqrt(d), with the coefficients c and the
-    exponent p; a profile without a power law replaces both.
+    modulus of 0 means no branch. The stiffness radius is a = c s^p, s = sqrt(d), with the coefficients c and the
+    exponent p; a geometry without a power law replaces both. The contact radius is a, or a times the ratios.
 
     Examples
     --------
@@ -53,7 +54,8 @@ class Batch:
     forces: Array
     coefficients: Array | None = None
     exponent: float | None = None
-    profile: Profile | None = None
+    profile: Geometry | None = None
+    ratios: Array | None = None
 
     @classmethod
     def from_impact(cls, impact: Impact) -> Batch:
@@ -68,7 +70,7 @@ class Batch:
         exponent = profile.path_exponent
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
-        if exponent is None and np.ndim(profile.contact_radius(0.0)):
+        if exponent is None and np.ndim(profile.stiffness_radius(0.0)):
             wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
             raise InputError("profile", wanted=wanted)
         power = exponent is not None
@@ -78,10 +80,11 @@ class Batch:
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
+            ratios=_ratios(profile, impact.shape) if power else None,
         )
 
     @classmethod
-    def from_columns(cls, series: PronyColumns, profile: Profile, masses: Any, velocities: Any, forces: Any) -> Batch:
+    def from_columns(cls, series: PronyColumns, profile: Geometry, masses: Any, velocities: Any, forces: Any) -> Batch:
         """Return a row for each reduced modulus; single numbers are for all rows, also those of a power law."""
         size, power = series.size, profile.path_exponent is not None
         return cls(
@@ -89,6 +92,7 @@ class Batch:
             coefficients=flat(profile.path_coefficient, (size,)) if power else None,
             exponent=float(np.asarray(profile.path_exponent)) if power else None,
             profile=None if power else profile,
+            ratios=_ratios(profile, (size,)) if power else None,
         )  # fmt: skip
 
     @classmethod
@@ -103,7 +107,8 @@ class Batch:
         kinds: dict[Any, list[tuple[Places, Batch]]] = {}
         for member in batches:
             batch = member[1]
-            same = kinds.setdefault((batch.exponent, batch.moduli.shape[1]), []) if batch.profile is None else alone
+            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None
+            same = kinds.setdefault(kind, []) if batch.profile is None else alone
             same.append(member)
         return [*(_join(members) for members in kinds.values()), *alone]
 
@@ -138,7 +143,7 @@ class Batch:
         dict of str to array, shape (n,)
             `restitution.quantities.OUTPUTS` by name, and `status`; NaN where there is no result.
         """
-        search = pressure and not bool(np.all(self.singular))
+        search = pressure and self.has_pressure and not bool(np.all(self.singular))
 
         def run(block: ScaledBlock) -> Array:
             return solve_scaled(block, rtol, workers=workers, progress=progress, budget=energy, pressure=search)
@@ -147,11 +152,17 @@ class Batch:
         return self.columns(block, outcomes, energy, pressure)
 
     @property
+    def has_pressure(self) -> bool:
+        """Whether all geometries are profiles on a half-space, whose pressure follows from the stiffness radius."""
+        return self.ratios is None and (self.profile is None or isinstance(self.profile, Profile))
+
+    @property
     def singular(self) -> NDArray[np.bool_]:
         """Whether the pressure of a row is infinite: with a dashpot, under a sharp tip, at the edge of a flat face."""
         if self.profile is None:
             return (self.viscosities > 0.0) | (not 0.0 < (self.exponent or 0.0) < 2.0)
         # At a sharp tip or a flat face of radius b, g - g(b) ~ (x - b)^m with m <= 1.
+        assert isinstance(self.profile, Profile)
         b = float(self.profile.contact_radius(0.0))
         near = b * (1.0 + 1e-6 * np.array([1.0, 4.0])) if b > 0.0 else np.array([1e-100, 4e-100])
         low, high = self.profile.transform(near)
@@ -170,7 +181,9 @@ class Batch:
         columns = self.columns(block, outcomes)
         if kept is None or outcomes[0, STATUS] != Status.SEPARATED:
             return columns, None
-        return columns, Solution(block.row(0), float(self.masses[0]), float(self.velocities[0]), kept)
+        return columns, Solution(
+            block.row(0), float(self.masses[0]), float(self.velocities[0]), kept, self.contact_radii
+        )
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
         """Forces [N] at ascending times [s] since first touch, shape (n, n_time).
@@ -227,7 +240,8 @@ class Batch:
         further = unknown & (residual > depth) & np.isfinite(residual)
         if np.any(further):
             depth = np.where(further, residual, depth)
-            radius = np.where(further, self._radius_at(np.where(further, depth, 0.0)), radius)
+            radius = np.where(further, self._stiffness_radius(np.where(further, depth, 0.0)), radius)
+        radius = self.contact_radii(radius, depth)
         result = {
             "restitution_coefficient": e,
             "contact_time": np.where(stays, np.inf, columns["contact_time"] * block.time),
@@ -244,16 +258,23 @@ class Batch:
             # If every pressure is infinite there is no such column, and the last one is replaced.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
-            peak = np.where(self.singular, np.inf, peak)
+            peak = np.where(self.singular, np.inf, peak) if self.has_pressure else np.full(self.size, np.nan)
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, peak)
         found = derived(result | dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True)))
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
 
-    def _radius_at(self, depth: Array) -> Array:
-        """Return the contact radius [m] at depths [m]."""
+    def contact_radii(self, stiffness_radius: Array, depth: Array) -> Array:
+        """Return the contact radii [m] for stiffness radii [m] and the depths [m] of the approach that have them."""
+        if self.profile is None or isinstance(self.profile, Profile):
+            return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
+        known = np.isfinite(depth) & np.isfinite(stiffness_radius)
+        return np.where(known, self.profile.contact_radius(np.where(known, depth, 0.0)), stiffness_radius)
+
+    def _stiffness_radius(self, depth: Array) -> Array:
+        """Return the stiffness radius [m] at depths [m]."""
         if self.profile is None:
             return np.asarray(self.coefficients) * depth ** (0.5 * (self.exponent or 0.0))
-        return self.profile.contact_radius(depth)
+        return self.profile.stiffness_radius(depth)
 
     def _rest_depth(self) -> Array:
         """Return the depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
@@ -305,10 +326,18 @@ def flat(value: Any, shape: tuple[int, ...]) -> Array:
     return (column if column.shape == shape else np.broadcast_to(column, shape)).reshape(-1)
 
 
+def _ratios(geometry: Geometry, shape: tuple[int, ...]) -> Array | None:
+    """Return the ratios of the contact radius to the stiffness radius of a power law; None where they are one."""
+    if isinstance(geometry, Profile):
+        return None
+    return flat(geometry.contact_radius(1.0) / geometry.stiffness_radius(1.0), shape)
+
+
 def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
     if len(members) == 1:
         return members[0]
     batches = [batch for _, batch in members]
-    names = [field.name for field in fields(Batch) if field.name not in ("exponent", "profile")]
+    kept = ("exponent", "profile") if batches[0].ratios is not None else ("exponent", "profile", "ratios")
+    names = [field.name for field in fields(Batch) if field.name not in kept]
     columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
     return np.concatenate([places for places, _ in members]), Batch(**columns, exponent=batches[0].exponent)

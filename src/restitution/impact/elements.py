@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import positive, whole
+from restitution.contact.profile import as_profile
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
@@ -178,6 +179,7 @@ class _Sizes(NamedTuple):
 
 class _Foundation:
     def __init__(self, impact: Impact) -> None:
+        self.profile = as_profile(impact.profile, "method 'elements'")
         self.impact, self.series = impact, impact.reduced_modulus
         self.mass, self.velocity = float(impact.mass), float(impact.velocity)
         self.load = float(impact.external_force)
@@ -193,7 +195,7 @@ class _Foundation:
         return self.sizes(coarse.max_indentation_depth, float(coarse.time[-1]))
 
     def sizes(self, depth: float, duration: float) -> _Sizes:
-        radius = float(self.impact.profile.contact_radius(depth))
+        radius = float(self.profile.contact_radius(depth))
         # Explicit Euler is stable below twice the shortest relaxation time and, with a dashpot, below 2/drag.
         drag = 2.0 * self.series.parallel_viscosity * radius / self.mass
         shortest = float(self.series.relaxation_times.min(initial=math.inf))
@@ -203,7 +205,7 @@ class _Foundation:
         self, spacing: float, step: float, snapshots: list[Snapshot] | None = None, every: int = 1
     ) -> SampledSolution:
         """March by explicit Euler; elements at (i + 1/2) dx, each for its mirror image too; keep `snapshots`."""
-        transform = self.impact.profile.transform
+        transform = self.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
         d, v, deepest, n, dissipated, stored = 0.0, self.velocity, 0.0, 0, 0.0, 0.0
@@ -213,7 +215,7 @@ class _Foundation:
             while g.size == 0 or g[-1] <= d:
                 size = max(2 * g.size, _SIZING)
                 g, x = np.full(size, np.inf), (np.arange(size) + 0.5) * spacing
-                described = x <= self.impact.profile.max_contact_radius
+                described = x <= self.profile.max_contact_radius
                 g[described] = transform(x[described])
                 u, contact = padded(u, size), padded(contact, size)
                 law.grow(size)
@@ -257,7 +259,7 @@ class _Foundation:
             contact_time=float(time[-1]) if left else math.inf,
             max_indentation_depth=float(depths.max()),
             max_force=float(forces.max()),
-            max_contact_radius=float(self.impact.profile.contact_radius(depths.max())),
+            max_contact_radius=float(self.profile.contact_radius(depths.max())),
             residual_indentation_depth=float(depths[-1]),
             dissipated=dissipated, stored=stored, status=status, time_step=step,
         )  # fmt: skip

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import nonnegative
 from restitution.contact.pressure import LineFunction, line_function, pressure, surface_displacement
+from restitution.contact.profile import as_profile
 from restitution.impact.problem import Impact
 from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.material.secular import secular_roots
@@ -45,7 +46,8 @@ class ImpactFields:
     """Fields over radius and time, in SI, of one impact that ended in separation, solved at the tolerance `rtol`."""
 
     def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
-        self._solution, self._profile, series = solution, impact.profile, impact.reduced_modulus
+        profile = as_profile(impact.profile, "pressure and surface displacement")
+        self._solution, self._profile, series = solution, profile, impact.reduced_modulus
         self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
         self._moduli, self._times = series.branch_moduli, series.relaxation_times
         roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])

@@ -15,7 +15,8 @@ from restitution import quantities
 from restitution.checks import Numeric, nonnegative, number, positive
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import Contact
-from restitution.contact.profile import Parabola, Profile
+from restitution.contact.geometry import Geometry
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
@@ -40,7 +41,7 @@ def fall_velocity(height: Any, gravity: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """Normal impact of a body on a viscoelastic half-space, in SI units.
+    """Normal impact of a body on a viscoelastic half-space, or on another target, in SI units.
 
     Numbers may be arrays that broadcast against each other, those of a power-type profile included: the results then
     are arrays of the common shape.
@@ -48,9 +49,10 @@ class Impact:
     Parameters
     ----------
     material : Material
-        Material of the half-space.
-    profile : Profile
-        Profile of the indenting body, such as `Parabola(radius)`; for two curved bodies that of the gap between them.
+        Material of the target.
+    profile : Geometry
+        Profile of the indenting body, such as `Parabola(radius)`, or another geometry; for two curved bodies that of
+        the gap between them.
     mass : float or array
         Mass m [kg], > 0; of two free bodies the reduced mass.
     velocity : float or array
@@ -80,14 +82,14 @@ class Impact:
     """
 
     material: Material
-    profile: Profile
+    profile: Geometry
     mass: Numeric
     velocity: Numeric
     counter_material: Material | None = field(default=None, kw_only=True)
     external_force: Numeric = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
-        _ = self.contact
+        object.__setattr__(self, "profile", self.contact.profile)
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         _ = self.shape

@@ -27,19 +27,25 @@ _MAX_EVALUATIONS = 1_000_000
 
 
 def solve_reference(
-    scaled: ScaledImpact, *, rtol: float = 1e-9, contact_radius: Callable[[Any], Any] | None = None
+    scaled: ScaledImpact,
+    *,
+    rtol: float = 1e-9,
+    stiffness_radius: Callable[[Any], Any] | None = None,
+    contact_radius: Callable[[Any], Any] | None = None,
 ) -> SampledSolution:
     """Solve approach and rebound of one impact by an implicit Runge-Kutta method of order 5 (Radau IIA).
 
     Parameters
     ----------
     scaled : ScaledImpact
-        The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, contact radius `a(s)` at the
+        The impact without units: force `F = E_inf Pi + viscosity a v + sum E_k Y_k`, stiffness radius `a(s)` at the
         depth `d = s^2`, motion `v' = -(F - external_force)`, `v(0) = 1`.
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`; in [1e-12, 1e-2].
+    stiffness_radius : callable, optional
+        Scaled stiffness radius a(s), s >= 0, instead of the one in `scaled`, to bypass the table of a geometry.
     contact_radius : callable, optional
-        Scaled contact radius a(s), s >= 0, instead of the one in `scaled`, to bypass the table of a profile.
+        Scaled contact radius over s >= 0 of the result, where it is not the stiffness radius.
 
     Returns
     -------
@@ -78,11 +84,11 @@ def solve_reference(
     1.0
     """
     SOLVER_RTOL.check(rtol)
-    return _Equations(scaled, rtol, contact_radius or _contact_radius(scaled)).solve()
+    return _Equations(scaled, rtol, stiffness_radius or _stiffness_radius(scaled), contact_radius).solve()
 
 
-def _contact_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
-    """Return the contact radius a(s) over the square root of the depth."""
+def _stiffness_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
+    """Return the stiffness radius a(s) over the square root of the depth."""
     if scaled.table is None:
         return lambda s: s**scaled.exponent
     table, root = scaled.table, np.sqrt(scaled.length)
@@ -92,12 +98,15 @@ def _contact_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
 class _Equations:
     """States y = (s, t, v, Pi, Y_k, W_k) of the approach and z = (t, v, d, W_k) of the rebound."""
 
-    def __init__(self, scaled: ScaledImpact, rtol: float, radius: Callable[[Any], Any]) -> None:
+    def __init__(
+        self, scaled: ScaledImpact, rtol: float, radius: Callable[[Any], Any], edge: Callable[[Any], Any] | None
+    ) -> None:
         self.equilibrium, self.viscosity = scaled.equilibrium, scaled.viscosity
         self.external_force = scaled.external_force
         self.moduli, self.times = scaled.moduli, scaled.times
         # Inner stages of the integrator may try s < 0.
         self.radius = lambda s: radius(np.maximum(s, 0.0))
+        self.edge = (lambda s: edge(np.maximum(s, 0.0))) if edge else self.radius
         self.glass = self.equilibrium + float(self.moduli.sum())
         n = self.moduli.size
         self.forces, self.lags = slice(4, 4 + n), slice(4 + n, 4 + 2 * n)
@@ -117,13 +126,13 @@ class _Equations:
     def solve(self) -> SampledSolution:
         approach = self.integrate_approach()
         s, t, v = approach.y[:3]
-        history = (t, s**2, v, self.approach_force(approach.y), self.radius(s))
+        history = (t, s**2, v, self.approach_force(approach.y), self.edge(s))
         if not self.turned(approach):
             rests = Status.CAPTURED if self.equilibrium > 0.0 else Status.SINKS_IN
             return self.result(history, approach, rests)
         way, z, separated = self.integrate_rebound(approach)
         walked, (t, v, d) = approach.sol(approach.t[-1] - way), z[:3]
-        later = (t, d, v, self.rebound_force(t, walked), self.radius(walked[0]))
+        later = (t, d, v, self.rebound_force(t, walked), self.edge(walked[0]))
         history = [np.concatenate(pair) for pair in zip(history, later, strict=True)]
         return self.result(history, approach, Status.SEPARATED if separated else Status.CAPTURED)
 

@@ -15,8 +15,8 @@ from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:
+    from restitution.contact.geometry import Geometry
     from restitution.contact.path import PathTable
-    from restitution.contact.profile import Profile
 
 Array = NDArray[np.float64]
 
@@ -203,7 +203,7 @@ _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 
 
 def table_block(
-    profile: Profile, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
+    profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, depth_factor: float = 4.0, rtol: float = 0.0,
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of one profile without a power law, by a table that suffices for the tolerance `rtol` of e.
@@ -225,7 +225,7 @@ def table_block(
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
     table = _of_profile(_path_table, profile, length, least, error)
     size, n_modes = moduli.shape
-    lengths, radii = np.full(size, length), np.full(size, float(profile.contact_radius(length)))
+    lengths, radii = np.full(size, length), np.full(size, float(profile.stiffness_radius(length)))
     time, factor = _units(lengths, radii, masses, velocities)
     with np.errstate(all="ignore"):
         return ScaledBlock(
@@ -235,7 +235,7 @@ def table_block(
         )  # fmt: skip
 
 
-def _of_profile(function: Any, profile: Profile, *arguments: float) -> Any:
+def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
     """Call a function with a cache, or without its cache for a profile that has no hash."""
     try:
         hash(profile)
@@ -245,14 +245,14 @@ def _of_profile(function: Any, profile: Profile, *arguments: float) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _path_table(profile: Profile, depth_max: float, depth_min: float, rtol: float) -> PathTable:
+def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> PathTable:
     from restitution.contact.path import path_table
 
     return path_table(profile, depth_max, rtol, depth_min=depth_min)
 
 
 @lru_cache(maxsize=32)
-def _force_integrals(profile: Profile) -> tuple[Array, Array]:
+def _force_integrals(profile: Geometry) -> tuple[Array, Array]:
     """Return logarithms of depths [m], at most a factor of e apart, and of the force integrals there."""
     most = min(float(profile.max_depth), 1e100)
     knots = np.linspace(-300.0, math.log(most), math.ceil(300.0 + math.log(most)) + 1)

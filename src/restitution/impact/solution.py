@@ -8,6 +8,7 @@ energies are integrated once, in `restitution.kernel.energy`, for the budget, th
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -70,6 +71,7 @@ class Solution:
     mass: float
     velocity: float
     stored: Stored
+    contact_radii: Callable[[Array, Array], Array]
 
     @property
     def energy_unit(self) -> float:
@@ -188,7 +190,8 @@ class Solution:
         return Trajectory(
             np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
             np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
-            self.radius(motion[:, 3]) * self.units.radius, 0.5 * self.mass * velocity * velocity,
+            self.contact_radii(self.radius(motion[:, 3]) * self.units.radius, motion[:, 3] ** 2 * self.units.length),
+            0.5 * self.mass * velocity * velocity,
             energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
         )  # fmt: skip
 
@@ -248,7 +251,7 @@ class Solution:
         return half.starts[element] + x * half.lengths[element]
 
     def radius(self, s: Array) -> Array:
-        """Return the scaled contact radius at s, the square root of the scaled depth, any shape."""
+        """Return the scaled stiffness radius at s, the square root of the scaled depth, any shape."""
         units = self.units
         if units.table is None:
             return np.maximum(s, 0.0) ** units.exponent

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import one_of, whole
+from restitution.contact.profile import Profile
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
@@ -276,9 +277,15 @@ def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Trajecto
     row, profile, velocity = Batch.from_impact(impact).scaled().row(0), impact.profile, float(impact.velocity)
 
     def radius(s: Any) -> Any:
+        return profile.stiffness_radius(np.asarray(s) ** 2 * row.length) / row.radius
+
+    def edge(s: Any) -> Any:
         return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
 
-    solution = solve_reference(row, rtol=rtol, contact_radius=None if row.table is None else radius)
+    solution = solve_reference(
+        row, rtol=rtol, stiffness_radius=None if row.table is None else radius,
+        contact_radius=None if isinstance(profile, Profile) else edge,
+    )  # fmt: skip
     force = float(impact.mass) * velocity / row.time
     return _in_si(solution, (row.time, row.length, velocity, force, row.radius))
 

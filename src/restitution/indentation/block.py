@@ -8,8 +8,8 @@ from threading import local
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.contact.geometry import Geometry
 from restitution.contact.path import path_table, scaled
-from restitution.contact.profile import Profile
 from restitution.indentation.evolution import room_for, scratch
 from restitution.indentation.history import without_collinear
 from restitution.kernel.indentation import Recovery
@@ -32,7 +32,7 @@ class IndentationBlock:
 
     Parameters
     ----------
-    profile : Profile
+    profile : Geometry
         Profile of the indenter, with scalar parameters.
     histories : sequence of (time, depth, samples)
         For each curve: times [s] and depths [m] of points joined by straight lines, and the ascending times [s] of the
@@ -41,7 +41,7 @@ class IndentationBlock:
         Largest depth [m] below a contact point that a table of the profile must cover.
     """
 
-    def __init__(self, profile: Profile, histories: Sequence[tuple[Array, Array, Array]], deepest: float) -> None:
+    def __init__(self, profile: Geometry, histories: Sequence[tuple[Array, Array, Array]], deepest: float) -> None:
         points = [without_collinear(time, depth) for time, depth, _ in histories]
         samples = [times for _, _, times in histories]
         self.n_samples = np.array([one.size for one in samples])
@@ -58,7 +58,7 @@ class IndentationBlock:
             self._unit = min(deepest, self._deepest)
             self._deepest = self._unit
             table = path_table(profile, self._unit)
-            self._radius = float(profile.contact_radius(self._unit))
+            self._radius = float(profile.stiffness_radius(self._unit))
             self._path = table_path(scaled(table, self._unit, self._radius))
 
     def forces(
@@ -125,7 +125,7 @@ class IndentationBlock:
         checks = m * (9 + 2 * modes)
         return Room(
             contact, segments, past, scratch(modes), np.empty(checks, dtype=np.int64), np.empty(checks),
-            np.empty(samples), np.empty((4, samples)),
+            np.empty(samples), np.empty((5, samples)),
         )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, whole
 from restitution.contact.contact import Contact
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
@@ -120,7 +120,7 @@ class IndentationResult:
 
     @property
     def material(self) -> Material:
-        """Material of the half-space."""
+        """Material of the target."""
         return self.contact.material
 
     @property
@@ -129,8 +129,8 @@ class IndentationResult:
         return self.contact.counter_material
 
     @property
-    def profile(self) -> Profile:
-        """Profile of the indenter."""
+    def profile(self) -> Geometry:
+        """Profile of the indenter, or another geometry."""
         return self.contact.profile
 
     @cached_property

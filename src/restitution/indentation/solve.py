@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, positive, within
 from restitution.contact.contact import Contact
+from restitution.contact.geometry import Geometry
 from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
@@ -42,7 +43,7 @@ _POINTS = 401
 
 def indent(
     material: Material,
-    profile: Profile,
+    profile: Geometry,
     *,
     depth: Prescribed | None = None,
     force: Prescribed | None = None,
@@ -55,9 +56,9 @@ def indent(
     Parameters
     ----------
     material : Material
-        Material of the half-space.
-    profile : Profile
-        Profile of the indenter, with scalar parameters.
+        Material of the target.
+    profile : Geometry
+        Profile of the indenter, or another geometry, with scalar parameters.
     depth : History, array, callable or float
         Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`,
         `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
@@ -103,7 +104,7 @@ def indent(
     1.38541713e-09 N, contact ends at 1.407006 s
     """
     contact = _contact(material, profile, counter_material)
-    if np.ndim(profile.contact_radius(0.0)):
+    if np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", wanted="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
         raise InputError("depth, force", wanted="exactly one of the two must be given: depth= or force=")
@@ -128,7 +129,7 @@ def indent(
 
 # A user indents one material many times, and its reduced modulus takes longer than one indentation.
 @lru_cache(maxsize=32)
-def _contact(material: Material, profile: Profile, counter_material: Material | None) -> Contact:
+def _contact(material: Material, profile: Geometry, counter_material: Material | None) -> Contact:
     return Contact(material, profile, counter_material)
 
 
@@ -160,7 +161,7 @@ class Units(NamedTuple):
     touch: float  # Time of first touch [s]
     time: float  # Duration of the history from there on [s]
     length: float  # Largest depth [m], or a bound of it
-    radius: float  # Contact radius there [m]
+    radius: float  # Stiffness radius there [m]
     force: float  # 2 E radius length [N], with a modulus E typical of the duration
     error: float  # Error of forces by the table of the profile, over the largest one; 0 for power laws
 
@@ -202,7 +203,7 @@ class Solution:
     @property
     def max_contact_radius(self) -> float:
         """Contact radius at the end of growth [m]."""
-        if self._contact.path.exponent == 0.0:
+        if self._contact.path.exponent == 0.0 and isinstance(self._profile, Profile):
             return self.units.radius
         return float(self._profile.contact_radius(self.units.length * self._past.elements.depths[-1]))
 
@@ -255,21 +256,23 @@ class Solution:
         order = np.argsort(t, kind="stable")
         t, units = t[order], self.units
         early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))
-        sampled = np.empty((4, t.size - early))
+        sampled = np.empty((5, t.size - early))
         inside = np.minimum((t[early:] - units.touch) / units.time, 1.0)
         if before:
             inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact.moduli.size), inside, sampled)
-        sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius]])
+        sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius], [1.0]])
         # A force near zero may have either sign by rounding; the theory has no adhesion.
         np.maximum(sampled[2], 0.0, out=sampled[2])
         if early:
-            free = np.zeros((4, early))
+            free = np.zeros((5, early))
             if self.by_depth:
                 free[0], free[1] = self.history(t[:early]), self.history.rate(t[:early])
                 free[:, t[:early] == units.touch] = 0.0
             sampled = np.concatenate([free, sampled], axis=1)
-        depth, rate, force, radius = sampled[:, np.argsort(order)]
+        depth, rate, force, radius, place = sampled[:, np.argsort(order)]
+        if not isinstance(self._profile, Profile):
+            radius = np.where(radius > 0.0, self._profile.contact_radius(place**2 * units.length), 0.0)
         return depth, rate, force, radius
 
     def _moment(self, scaled: float) -> float:
@@ -296,7 +299,7 @@ def _check_depth(part: History, deepest: float, dashpot: float) -> None:
         raise InputError("depth", wanted=wanted)
 
 
-def _largest_depth(series: PronySeries, profile: Profile, force: float, duration: float) -> float:
+def _largest_depth(series: PronySeries, profile: Geometry, force: float, duration: float) -> float:
     """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
     integral = 0.5 * force * float(series.creep_compliance(duration))
     exponent, coefficient = profile.path_exponent, profile.path_coefficient
@@ -368,9 +371,9 @@ def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
     )
 
 
-def _path(profile: Profile, depth: float) -> tuple[Path, float, float]:
-    """Profile in units of the depth, the contact radius there [m], and the error of the table."""
-    radius = float(profile.contact_radius(depth))
+def _path(profile: Geometry, depth: float) -> tuple[Path, float, float]:
+    """Path in units of the depth, the stiffness radius there [m], and the error of the table."""
+    radius = float(profile.stiffness_radius(depth))
     if profile.path_exponent is not None:
         return power_path(float(profile.path_exponent)), radius, 0.0
     table = path_table(profile, depth)

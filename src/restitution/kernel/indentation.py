@@ -150,7 +150,10 @@ def _creep(
 
 @entry_point
 def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch, times: Any, columns: Any) -> None:
-    """Write depth, its rate, force and contact radius at ascending times of the history; behind a jump at its time."""
+    """Write depth, its rate, force, stiffness radius and s of the approach with that radius at ascending times.
+
+    At the time of a jump they are those behind it.
+    """
     m = contact.values.shape[0]
     by_depth = contact.control == DEPTH
     punch = contact.path.exponent == 0.0
@@ -206,6 +209,7 @@ def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch
         separated = t >= past.end
         columns[2, n] = 0.0 if separated else force
         columns[3, n] = 0.0 if separated else radius_and_integral(contact.path, s1)[0]
+        columns[4, n] = s1
 
 
 @entry_point

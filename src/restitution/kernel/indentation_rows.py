@@ -35,7 +35,7 @@ class Room(NamedTuple):
     places: Any  # Segments of the checks
     times: Any  # Times of the checks
     moments: Any  # (N,): scaled times of the samples
-    columns: Any  # (4, N)
+    columns: Any  # (5, N)
 
 
 class Rows(NamedTuple):

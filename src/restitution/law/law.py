@@ -342,7 +342,7 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
     limit, given = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
     exponent, coefficient = profile.path_exponent, profile.path_coefficient
-    if np.ndim(limit) or np.ndim(profile.contact_radius(0.0)):
+    if np.ndim(limit) or np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", profile, "must have single numbers as parameters: a law describes one profile")
     if given is not None and given > limit:
         raise InputError("max_depth", given, f"must be <= {limit:g} m, where the profile ends", "m")

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.contact.profile import Parabola
+from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
@@ -236,7 +236,7 @@ def _impacts(
     """Yield impacts of one pair of materials each, arrays of other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     columns = {"mass": np.full(n, impact.mass)} | columns
-    is_power_law = impact.profile.path_exponent is not None and "exponent" not in columns
+    is_power_law = _is_power_law(impact) and "exponent" not in columns
     grouped = {k: v for k, v in columns.items() if k not in BODY and not (is_power_law and k in names)}
     materials = list(combinations(grouped, n))
     sample = _sample(materials, most)
@@ -260,13 +260,18 @@ def _impacts(
         yield places, changed, is_own
 
 
+def _is_power_law(impact: Impact) -> bool:
+    """Whether the geometry is a profile whose contact radius is a power of the depth, whatever the materials are."""
+    return isinstance(impact.profile, Profile) and impact.profile.path_exponent is not None
+
+
 def _batches(
     prepared: Prepared, columns: Columns, n: int, tick: Tick, *, strict: bool
 ) -> Iterator[tuple[Places, Batch]]:
     """Yield batches of the impacts that differ from one by columns."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     exponent = impact.profile.path_exponent
-    if exponent is None or "exponent" in columns:
+    if not _is_power_law(impact) or "exponent" in columns:
         for places, changed, _ in _impacts(prepared, columns, n, tick, strict=strict):
             yield places, Batch.from_impact(changed)
         return
