@@ -15,6 +15,8 @@ from .contact.power_law import PowerLaw as PowerLaw
 from .contact.profile import Parabola as Parabola
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
+from .explorer.notebook import Explorer as Explorer
+from .explorer.notebook import explore as explore
 from .files import write_table as write_table
 from .identification.afm_files import read_curves as read_curves
 from .identification.bounce_times import BounceTimes as BounceTimes

@@ -1,0 +1,68 @@
+"""The command `explore`: the page with sliders, or its static build."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from restitution.cli.options import argument, option
+from restitution.cli.terminal import BadInput, report, user_input
+
+_LOCAL = ("127.0.0.1", "localhost", "::1")
+
+
+def explore(
+    case: Annotated[Path | None, argument("[CASE.toml]", "Case file from which the page starts.")] = None,
+    host: Annotated[
+        str, option("Address to listen on. 0.0.0.0 opens the page to everyone who can reach this machine.")
+    ] = "127.0.0.1",
+    port: Annotated[int | None, option("Port to listen on, 8737 if not given; 0 for any free one.", min=0)] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+    static: Annotated[
+        Path | None, option("Write a page on the paper's problem that needs no server, and end.", metavar="DIR")
+    ] = None,
+) -> None:
+    """Open a page in the browser on which every input is a slider and every picture follows."""
+    if static is not None:
+        _write(static, case)
+        return
+    with user_input():
+        from restitution.explorer.launch import PORT, listen, warm_up
+        from restitution.explorer.state import of_case
+
+        state, title = {}, None
+        if case is not None:
+            from restitution.case.impact import read_case
+
+            problem = read_case(case)
+            state, title = of_case(problem), problem.title
+        running = listen(state, title, host=host, port=PORT if port is None else port)
+        print("preparing the solver ...", file=sys.stderr, flush=True)
+        warm_up()
+    if host not in _LOCAL:
+        report("note", f"--host {host}: everyone who can reach this machine and has the address can use the page")
+    print(running.address, flush=True)
+    print("Ctrl-C ends the server", file=sys.stderr, flush=True)
+    if not no_browser:
+        import webbrowser
+
+        # The browser may take a while to return.
+        threading.Thread(target=webbrowser.open, args=(running.address,), daemon=True).start()
+    # The way in which a server ends is no error.
+    with suppress(KeyboardInterrupt):
+        running.serve()
+
+
+def _write(folder: Path, case: Path | None) -> None:
+    with user_input():
+        from restitution.explorer.static import write_static
+
+        if case is not None:
+            raise BadInput(f"--static {folder}: has the paper's problem alone; leave {case} out")
+        written = write_static(folder)
+    print(f"{len(written)} files in {folder}; any web server, or the documentation, can hold them")

@@ -1,0 +1,322 @@
+"""The answers of the explorer: numbers and curves of an impact, of bounces and of an indentation."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import validity
+from restitution.case.impact import Case, CaseFile, notes_on
+from restitution.case.indentation import IndentationCase, IndentationFile
+from restitution.case.section import read_sections
+from restitution.errors import InputError
+from restitution.explorer.inputs import inputs
+from restitution.explorer.state import State, case_content, indentation_content
+from restitution.impact.batch import Batch
+from restitution.impact.bounces import bounces as series_of_bounces
+from restitution.impact.problem import window_around
+from restitution.impact.result import ImpactResult
+from restitution.impact.scaling import dimensionless_groups
+from restitution.impact.solve import solve
+from restitution.impact.status import Status
+from restitution.indentation.result import IndentationStatus
+from restitution.indentation.solve import indent
+from restitution.material.fractional import Window
+from restitution.quantities import HISTORY
+
+Array = NDArray[np.float64]
+Answer = dict[str, Any]
+
+BUDGET = 0.1
+"""Time [s] that one answer may take; longer curves get fewer points."""
+
+# Tolerance of curves. Single impacts have the default of `solve`.
+_RTOL = 1e-6
+_POINTS = 201
+# Points of a curve over the velocity, and times and radii of a surface; coarse curves have every nth point.
+_SPEEDS, _STRIDE = 61, 4
+_TIMES, _TIME_STRIDE, _RADII = 25, 8, 25
+# Decades of time on each side of the contact time, and points of a curve of moduli.
+_DECADES, _MODULI = 3.0, 61
+_MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
+_FLIGHT_POINTS = 17
+
+_OUTPUTS = (
+    "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
+    "residual_indentation_depth", "rebound_velocity", "zero_overlap_time", "turning_time",
+)  # fmt: skip
+_CURVE = ("restitution_coefficient", "contact_time", "max_force", "max_indentation_depth")
+_HISTORY = tuple(HISTORY)
+
+
+def _path() -> Path:
+    """Path of a case that stands in no file."""
+    return Path()
+
+
+@lru_cache(maxsize=64)
+def _case(text: str) -> Case:
+    sections = read_sections(CaseFile, _path(), json.loads(text))
+    return Case(_path(), None, sections.build(), {}, sections)
+
+
+def case_of(state: Mapping[str, Any]) -> Case:
+    """Return the case of a state."""
+    return _case(json.dumps(case_content(state)))
+
+
+def plain(values: Any) -> Any:
+    """Return numbers as JSON has them; an infinite or unknown one becomes None."""
+    if isinstance(values, Mapping):
+        return {key: plain(value) for key, value in values.items()}
+    if isinstance(values, np.ndarray):
+        if np.all(np.isfinite(values)):
+            return values.tolist()
+        return [plain(value) for value in values]
+    if isinstance(values, list | tuple):
+        return [plain(value) for value in values]
+    if isinstance(values, float | np.floating):
+        return float(values) if math.isfinite(values) else None
+    return int(values) if isinstance(values, np.integer) else values
+
+
+@lru_cache(maxsize=16)
+def _solved(text: str) -> ImpactResult:
+    return solve(_case(text).impact)
+
+
+def _result(state: Mapping[str, Any]) -> ImpactResult:
+    return _solved(json.dumps(case_content(state)))
+
+
+def impact(state: Mapping[str, Any]) -> Answer:
+    """Numbers of an impact, its history, and the moduli of the contact."""
+    result = _result(state)
+    numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
+    separated = result.status == Status.SEPARATED
+    energy = result.energy
+    names = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
+    numbers |= dict(zip(names, energy, strict=True))
+    problem = cast("Any", result.impact)
+    material, series = problem.material, problem.reduced_modulus
+    numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
+    numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
+    with suppress(InputError):  # which any other problem than the paper's causes
+        numbers |= dict(zip(("nu", "p2", "p3"), map(float, dimensionless_groups(problem)), strict=True))
+    contact_time = float(result.contact_time)
+    omega = math.pi / contact_time
+    curves: dict[str, Any] = {"history": None, "shape": _shape(problem.profile, result)}
+    # A captured body has no contact time; its oscillation has a scale of time.
+    scale = contact_time
+    if separated:
+        history = result.sample(n_points=_POINTS)
+        curves["history"] = {name: history[name].values for name in _HISTORY if name in history}
+        numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
+    else:
+        scale = float(result.max_indentation_depth) / float(result.velocity)
+    if math.isfinite(scale) and scale > 0.0:
+        curves |= _moduli(series, material.shear, scale)
+    return {
+        "numbers": plain(numbers),
+        "status": _ending(cast("Status", result.status)),
+        "validity": [_row(check) for check in result.validity],
+        "notes": [*result.notes, *notes_on(material, None)],
+        "curves": plain(curves),
+        "marks": plain({"contact_time": contact_time, "angular_frequency": omega if separated else math.nan}),
+    }  # fmt: skip
+
+
+def _ending(status: Status | IndentationStatus) -> dict[str, str]:
+    return {"name": status.name, "message": status.message}
+
+
+def _row(check: validity.Check) -> dict[str, Any]:
+    title, _, message = check.message.partition(": ")
+    state = "doubtful" if check.exceeded else "ok" if check.value is not None else "unknown"
+    numbers = plain({"value": check.value, "limit": check.threshold})
+    return {"kind": check.kind, "title": title, "state": state, "message": message, "advice": check.advice} | numbers
+
+
+def _moduli(series: Any, shear: Any, scale: float) -> dict[str, Any]:
+    """Relaxation moduli over time and complex moduli over frequency, about a time [s]."""
+    times = scale * np.logspace(-_DECADES, _DECADES, _MODULI)
+    omega = math.pi / times[::-1]
+    storage, loss = series.storage_modulus(omega), series.loss_modulus(omega)
+    relaxation = {
+        "time": times, "relaxation_modulus": series.relaxation_modulus(times),
+        "shear_modulus": shear.relaxation_modulus(times),
+    }  # fmt: skip
+    moduli = {"angular_frequency": omega, "storage_modulus": storage, "loss_modulus": loss}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return {"relaxation": relaxation, "moduli": moduli | {"loss_tangent": loss / storage}}
+
+
+def _shape(profile: Any, result: ImpactResult) -> dict[str, Array]:
+    """Surface of the body, to somewhat beyond the largest contact."""
+    most = 3.0 * float(result.max_contact_radius)
+    if not (math.isfinite(most) and most > 0.0):
+        most = 1.0
+    radius = np.linspace(0.0, most, 61)
+    with np.errstate(all="ignore"):
+        return {"radius": radius, "height": np.asarray(profile.shape(radius), dtype=np.float64)}
+
+
+def velocity(state: Mapping[str, Any]) -> Answer:
+    """Restitution, contact time and peaks over the velocities of the slider."""
+    slider = inputs()["impact.velocity"].slider
+    assert slider is not None
+    speeds = np.geomspace(slider.low, slider.high, _SPEEDS)
+    problem = _wide(state)
+    places = np.arange(0, _SPEEDS, _STRIDE)
+
+    def evaluate(new: NDArray[np.int64]) -> dict[str, Array]:
+        return _columns(problem, speeds[new])
+
+    places, columns = _refined(evaluate, places, 0.5 * BUDGET)
+    return {"curves": {"velocity": plain({"velocity": speeds[places]} | columns)}}
+
+
+def _refined(
+    evaluate: Callable[[NDArray[np.int64]], dict[str, Array]], places: NDArray[np.int64], budget: float
+) -> tuple[NDArray[np.int64], dict[str, Array]]:
+    """Evaluate columns at even places, and half-way between them as long as the time [s] suffices."""
+    started = time.thread_time()
+    columns = evaluate(places)
+    while (step := int(places[1] - places[0])) > 1 and 2.0 * (time.thread_time() - started) < budget:
+        between = places[:-1] + step // 2
+        further = evaluate(between)
+        order = np.argsort(np.concatenate([places, between]))
+        places = np.concatenate([places, between])[order]
+        columns = {name: np.concatenate([one, further[name]])[order] for name, one in columns.items()}
+    return places, columns
+
+
+def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
+    """Impact of a state, with fractional materials that hold for all velocities of the slider."""
+    case = case_of(state)
+    if not case.sections.needs_window:
+        return case.impact
+    low, high = cast("Any", case.impact.material.window)
+    # The contact time changes by less than this over the slider.
+    return case.sections.build(Window(0.1 * low, max(10.0 * high, longest)))
+
+
+def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
+    impacts = replace(problem, velocity=speeds)
+    found = Batch.from_impact(impacts).solve(_RTOL, workers=1)
+    found = {name: np.array(values, dtype=np.float64) for name, values in found.items()}
+    failed = found["status"] >= Status.TOO_MANY_STEPS
+    numbers = validity.numbers(
+        problem.contact, **{name: found[name] for name in validity.COLUMNS}, velocity=speeds, mass=problem.mass
+    )
+    doubtful = np.zeros(speeds.size)
+    for values in validity.excess(numbers).values():
+        doubtful = np.maximum(doubtful, np.nan_to_num(values) > 1.0)
+    return {name: np.where(failed, np.nan, found[name]) for name in _CURVE} | {"doubtful": doubtful}
+
+
+def surface(state: Mapping[str, Any]) -> Answer:
+    """Surface of the half-space over time, during the contact and after it, and the largest pressure."""
+    result = _result(state)
+    if result.status != Status.SEPARATED:
+        return {"numbers": {"max_pressure": None}, "curves": {"surface": None}}
+    contact_time = float(result.contact_time)
+    times = 2.0 * contact_time * np.linspace(0.0, 1.0, _TIMES)
+    radius = np.linspace(0.0, 3.0 * float(result.max_contact_radius), _RADII)
+
+    def evaluate(new: NDArray[np.int64]) -> dict[str, Array]:
+        return {"displacement": result.surface_displacement(radius[None, :], times[new, None])}
+
+    places, columns = _refined(evaluate, np.arange(0, _TIMES, _TIME_STRIDE), 0.5 * BUDGET)
+    times = times[places]
+    columns |= {name: np.full(times.size, np.nan) for name in ("indentation_depth", "contact_radius")}
+    inside = times <= contact_time
+    history = result.sample(times[inside])
+    for name in ("indentation_depth", "contact_radius"):
+        columns[name][inside] = history[name].values
+    curve = {"time": times, "radius": radius} | columns
+    return {"numbers": plain({"max_pressure": result.max_pressure}), "curves": {"surface": plain(curve)}}
+
+
+def bounces(state: Mapping[str, Any]) -> Answer:
+    """Bounces until the body rests, and its height over time."""
+    state = {key: value for key, value in state.items() if key != "impact.external_force"}
+    motion = case_of(state).sections.impact
+    problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
+    started = time.thread_time()
+    solve(problem, rtol=_RTOL)
+    each = max(time.thread_time() - started, 1e-4)
+    most = int(min(max(0.5 * BUDGET / each, 5), _MOST_BOUNCES))
+    height = motion.impact_velocity**2 / (2.0 * motion.gravity)
+    floor = _LEAST_RISE * height
+    found = series_of_bounces(problem, gravity=motion.gravity, max_bounces=most, min_height=floor, rtol=_RTOL)
+    table = found.to_dataset()
+    columns = {str(name): table[name].values for name in table.variables}
+    numbers = {"n_bounces": found.n_bounces, "drop_height": found.drop_height, "total_time": found.touch_time[-1]}
+    return {
+        "numbers": plain(numbers),
+        "status": {"name": str(found.ended), "message": found.ended.message},
+        "warnings": found.warnings,
+        "curves": plain({"bounces": columns, "flight": _flight(found)}),
+    }
+
+
+def _flight(found: Any) -> dict[str, Array]:
+    """Height of the lowest point over time: parabolas between the touches, which last no time here."""
+    gravity, share = found.gravity, np.linspace(0.0, 1.0, _FLIGHT_POINTS)
+    fall = share * found.touch_time[0]
+    times, heights = [fall], [found.drop_height - 0.5 * gravity * fall**2]
+    for n in range(found.n_bounces - 1):
+        start = found.touch_time[n] + found.contact_time[n]
+        end = found.touch_time[n + 1]
+        flight = share * (end - start)
+        depth, speed = found.residual_indentation_depth[n], found.rebound_velocity[n]
+        times.append(start + flight)
+        heights.append(-depth + speed * flight - 0.5 * gravity * flight**2)
+    return {"time": np.concatenate(times), "height": np.concatenate(heights)}
+
+
+_INDENTATION = (
+    "max_force", "max_indentation_depth", "max_contact_radius", "turning_time", "contact_end_time",
+    "residual_indentation_depth", "work",
+)  # fmt: skip
+
+
+def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
+    """Return the case of the indentation of a state."""
+    sections = read_sections(IndentationFile, _path(), indentation_content(state))
+    name, history = sections.indentation.read(_path())
+    window = window_around(history.stop - history.start)
+    material, profile = sections.material.build(window), sections.profile.build(None)
+    return IndentationCase(_path(), None, material, profile, None, name, history, _POINTS, {})
+
+
+def indentation(state: Mapping[str, Any]) -> Answer:
+    """Numbers of an indentation and its history."""
+    case = indentation_case(state)
+    options: Any = {case.prescribed: case.history}
+    result = indent(case.material, case.profile, **options)
+    history = result.sample(n_points=_POINTS)
+    names = ("time", "indentation_depth", "force", "contact_radius")
+    return {
+        "numbers": plain({name: getattr(result, name) for name in _INDENTATION}),
+        "status": _ending(result.status),
+        "warnings": result.warnings,
+        "curves": {"history": plain({name: history[name].values for name in names})},
+    }
+
+
+KINDS: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
+    one.__name__: one for one in (impact, velocity, surface, bounces, indentation)
+}
+"""Answers that follow from the state alone."""
