@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Any
 
 import pytest
 
@@ -134,6 +135,23 @@ def test_nested_powers_are_refused_at_once(text: str) -> None:
 @pytest.mark.parametrize("file", [CaseFile, IndentationFile, IdentificationFile, DesignFile])
 def test_case_files_have_a_json_schema(file: type[Section]) -> None:
     assert file.model_json_schema()["type"] == "object"
+
+
+def test_json_schema_has_every_form_of_profile_and_material() -> None:
+    schema = CaseFile.model_json_schema()
+
+    def keys(one: dict[str, Any]) -> set[str]:
+        return set(
+            schema["$defs"][one["$ref"].rpartition("/")[2]]["properties"] if "$ref" in one else one["properties"]
+        )
+
+    profiles, materials = (
+        [keys(one) for one in schema["properties"][name]["anyOf"]] for name in ("profile", "material")
+    )
+    assert {"type", "half_angle"} <= next(one for one in profiles if "half_angle" in one)
+    assert [one for one in profiles if "file" in one and {"r", "f"} <= one]
+    assert [one for one in materials if {"model", "equilibrium_modulus", "viscosity", "density"} <= one]
+    assert [one for one in materials if "library" in one]
 
 
 def test_json_schema_has_units() -> None:

@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
-from restitution.case.section import FROM_FILE, Section, refuse, toml_value
+from restitution.case.section import FROM_FILE, Forms, Section, refuse, toml_value
 from restitution.case.shift import AnyShift, ShiftSection, Temperature, read_file
 from restitution.errors import InputError
 from restitution.material import library
@@ -360,4 +360,8 @@ def _without_model(value: dict[str, Any], known: dict[str, type[ModelSection]]) 
             refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 
-AnyMaterial = Annotated[SerializeAsAny[MaterialSection], BeforeValidator(_chosen)]
+AnyMaterial = Annotated[
+    SerializeAsAny[MaterialSection],
+    BeforeValidator(_chosen),
+    Forms(lambda: (*models().values(), *_FORMS.values())),
+]

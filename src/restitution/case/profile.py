@@ -21,7 +21,7 @@ from pydantic import (
 
 from restitution.case.columns import read_columns
 from restitution.case.quantity import fields_of, to_si
-from restitution.case.section import FROM_FILE, Section, folder_of, refuse, toml_value
+from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
 from restitution.contact import analytic, power_law, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
@@ -122,7 +122,8 @@ def _section(name: str, profile: type[Profile]) -> type[ProfileSection]:
     for key in keys:
         if key in _TABLE or (key == "radius" and profile.body_radius):
             keys[key] = (keys[key][0] | None, None)
-    section = create_model(f"{profile.__name__}Section", __base__=base, __doc__=profile.__doc__, **keys)
+    first_line = (profile.__doc__ or "").partition("\n")[0]
+    section = create_model(f"{profile.__name__}Section", __base__=base, __doc__=first_line, **keys)
     section.profile = profile
     return section
 
@@ -142,4 +143,4 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
     return known[name].model_validate(value, context=info.context)
 
 
-AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen)]
+AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen), Forms(lambda: sections().values())]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -28,6 +29,16 @@ S = TypeVar("S", bound="Section")
 
 FROM_FILE = WithJsonSchema({"type": "string", "format": "path"})
 """Annotation of a field whose key names a file, and whose value is the content of this file."""
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Annotation of a section that has one of several forms; the JSON schema lists them."""
+
+    sections: Callable[[], Iterable[type[BaseModel]]]
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        return {"anyOf": [handler(one.__pydantic_core_schema__) for one in self.sections()]}
 
 
 class CaseError(InputError):
