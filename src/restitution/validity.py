@@ -19,7 +19,10 @@ from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
 Threshold = float | tuple[float, float]
-COLUMNS = ("max_contact_radius", "max_indentation_depth", "contact_time", "max_force")
+COLUMNS = (
+    "max_contact_radius", "max_indentation_depth", "contact_time", "max_force",
+    "restitution_coefficient", "residual_indentation_depth",
+)  # fmt: skip
 """Outputs of an impact that the report takes; it also takes the velocity and the mass."""
 
 _TITLES = {
@@ -99,7 +102,7 @@ class Validity:
     Poisson ratio          0.5             0  ok
     density                  -    1 to 30000  not checked
     waves: velocity over shear wave speed is 0.0332, above the limit 0.01; c = 30.2 m/s
-      Expect a lower rebound where the target is deep; take a lower velocity.
+      Expect a lower rebound where the target is that deep, or state its size; take a lower velocity.
     >>> report["waves"].value > report["waves"].threshold
     True
     """
@@ -181,25 +184,22 @@ def numbers(
     contact_time: ArrayLike,
     mass: ArrayLike = math.nan,
     max_force: ArrayLike = math.nan,
+    restitution_coefficient: ArrayLike = math.nan,
+    residual_indentation_depth: ArrayLike = math.nan,
     body_size: ArrayLike = math.nan,
 ) -> Numbers:
     """Return the numbers that the report compares, for contacts of one kind or each of its own.
 
     The contact radius and the depth [m] are NaN if a contact was not solved. The velocity [m/s] of an indentation is
     its largest, and the contact time [s] is infinite if it has no end. `body_size` is the smallest dimension [m] of
-    the target, such as the thickness of a layer. The window must contain the times from a third of d/v0 (T/10) to T.
+    the target; that of the contact counts too. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    tips = (
-        contact.profile.tip_radius
-        if isinstance(contact, Contact)
-        else [float(one.profile.tip_radius) for one in contact]
-    )
-    radius, depth, speed, time, mass, force, size, tip = (
+    radius, depth, speed, time, mass, force, e, residual, tip, size, thickness = (
         np.asarray(column, dtype=np.float64).reshape(-1)
         for column in np.broadcast_arrays(
-            max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, body_size,
-            tips,
+            max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force,
+            restitution_coefficient, residual_indentation_depth, *_sizes(contacts, body_size),
         )
     )  # fmt: skip
     # Impacts of the same materials share one row of numbers.
@@ -213,12 +213,16 @@ def numbers(
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
         shortest = np.fmin(_RISE_SHARE * rise, time)
-        wave_speed, wave_energy = radiated([one.materials for one in kinds.values()], kind, time, force)
+        # The change of momentum and the last depth give the centroid of the force.
+        skewness = (1.0 - residual / (speed * time)) / (1.0 + e) - 0.5
+        wave_speed, wave_energy = radiated([one.materials for one in kinds.values()], kind, time, force, skewness)
+        # Waves that come back before the contact ends bring their energy back.
+        kept = 2.0 * thickness <= wave_speed * time
         return Numbers(
             strain_number=np.fmax(radius / tip, depth / radius),
             contact_size_ratio=radius / size,
             mach_number=speed / wave_speed,
-            radiated_energy_ratio=np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0),
+            radiated_energy_ratio=np.where(kept, 0.0, np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0)),
             window_ratio=np.maximum(low / shortest, time / high),
             instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, instantaneous),
             mean_density=mass / sphere_mass(1.0, tip),
@@ -241,6 +245,14 @@ def _of_materials(contact: Contact) -> tuple[float, ...]:
     instantaneous, static = min((one.instantaneous_poisson_ratio, one.poisson_ratio) for one in contact.materials)
     missing = any(material.density is None for material in contact.materials)
     return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
+
+
+def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> tuple[Any, Any, Any]:
+    """Radius of the tip, size of the target, and its thickness for waves, for each contact."""
+    tips = [one.profile.tip_radius for one in contacts]
+    size = np.fmin(body_size, [one.body_size or math.nan for one in contacts])
+    layers = [getattr(one.profile, "thickness", math.nan) for one in contacts]
+    return tips if len(tips) > 1 else tips[0], size, np.fmin(size, layers)
 
 
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
@@ -329,13 +341,16 @@ def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
 
 
 def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
-    speed, share = f"c = {one.wave_speed:.3g} m/s", one.radiated_energy_ratio
+    share, deep = one.radiated_energy_ratio, f"{0.5 * one.wave_speed * one.contact_time:.3g} m"
+    if share == 0.0:
+        return f"they return before the contact ends, as the target is not deeper than {deep}", ""
     if math.isnan(share):
-        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}; {speed}"
+        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}"
     else:
-        words = VALIDITY["radiated_energy_ratio"].words
-        text = f"{words} is {_beside(share, RADIATION_LIMIT)}; v0/c = {one.mach_number:.3g} with {speed}"
-    return text, "Expect a lower rebound where the target is deep; take a lower velocity."
+        text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, "
+        text += f"in a target deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
+    advice = "Expect a lower rebound where the target is that deep, or state its size; take a lower velocity."
+    return f"{text}; c = {one.wave_speed:.3g} m/s", advice
 
 
 def _window(one: Any, exceeded: bool) -> tuple[str, str]:

@@ -64,6 +64,7 @@ class ImpactSection(Section):
     gravity: Annotated[float, of("gravity")] = STANDARD_GRAVITY
     external_force: Annotated[float, of("external_force")] | None = None
     weight: Annotated[StrictBool | None, Field(description="whether the weight acts during contact")] = None
+    body_size: Annotated[float, positive(LENGTH, "smallest dimension of the target, for warnings")] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
@@ -165,11 +166,13 @@ class CaseFile(Section):
         mass, velocity, material = self.body.kilograms, self.impact.impact_velocity, self.material.build(window)
         counter: Material | None = None if self.partner is None else self.partner.build(window)
         force = mass * self.impact.gravity if self.impact.weight else self.impact.external_force or 0.0
-        bodies = self.bodies(material, counter)
+        bodies, size = self.bodies(material, counter), self.impact.body_size
         if bodies is not None:
-            return collision(*bodies, velocity, external_force=force)
+            return replace(collision(*bodies, velocity, external_force=force), body_size=size)
         profile = self.profile.build(self.body.radius)
-        return Impact(material, profile, mass, velocity, counter_material=counter, external_force=force)
+        return Impact(
+            material, profile, mass, velocity, counter_material=counter, external_force=force, body_size=size
+        )
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
         """The two free bodies, of these materials; None where the second is a half-space."""

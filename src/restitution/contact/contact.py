@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from restitution.checks import single_positive
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputTypeError
 from restitution.material.fractional import FractionalMaterial
@@ -26,6 +27,8 @@ class Contact:
         the gap between them.
     counter_material : Material, optional
         Material of the indenter; rigid if left out. The compliances of both bodies add.
+    body_size : float, optional
+        Smallest dimension of the half-space [m], which is no half-space then; only the validity report uses it.
 
     Raises
     ------
@@ -43,6 +46,7 @@ class Contact:
     material: Material
     profile: Geometry
     counter_material: Material | None = None
+    body_size: float | None = None
 
     def __post_init__(self) -> None:
         _of_type("material", self.material, Material)
@@ -50,6 +54,8 @@ class Contact:
         if self.counter_material is not None:
             _of_type("counter_material", self.counter_material, Material)
         object.__setattr__(self, "profile", self.profile.between(self.material, self.counter_material))
+        if self.body_size is not None:
+            object.__setattr__(self, "body_size", single_positive("body_size", self.body_size, "m"))
 
     @property
     def materials(self) -> tuple[Material, ...]:

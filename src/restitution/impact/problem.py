@@ -61,6 +61,9 @@ class Impact:
         Material of the indenting body, which is rigid by default. The compliances of both bodies add.
     external_force : float or array
         Constant force [N] on the body towards the half-space during contact, such as its weight m g; >= 0.
+    body_size : float, optional
+        Smallest dimension [m] of the body that is taken as a half-space, such as its thickness, > 0. It does not
+        change the solution: the validity report compares it with the contact radius and with the path of waves.
 
     Raises
     ------
@@ -87,6 +90,7 @@ class Impact:
     velocity: Numeric
     counter_material: Material | None = field(default=None, kw_only=True)
     external_force: Numeric = field(default=0.0, kw_only=True)
+    body_size: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "profile", self.contact.profile)
@@ -97,7 +101,7 @@ class Impact:
     @cached_property
     def contact(self) -> Contact:
         """The profile and the materials of both bodies."""
-        return Contact(self.material, self.profile, self.counter_material)
+        return Contact(self.material, self.profile, self.counter_material, self.body_size)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

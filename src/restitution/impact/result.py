@@ -143,7 +143,7 @@ class ImpactResult:
         Parameters
         ----------
         body_size : float or array
-            Smallest dimension of the target [m], such as the thickness of a layer.
+            Smallest dimension of the target [m], such as its thickness; the `body_size` of the impact counts too.
 
         Examples
         --------
