@@ -16,13 +16,16 @@ import numpy as np
 
 import restitution as rs
 from restitution.impact.batch import Batch
+from restitution.law.reloading import element_forces
 from restitution.law.step import step
 
 ROWS = [(0.5, 0.1, 1.0), (0.3, 0.1, 1.0), (0.3, 0.01, 1.0), (0.45, 0.01, 0.1), (0.49, 0.001, 10.0), (0.3, 0.1, 100.0)]
 STEPS = [25, 50, 100, 200, 400]
 # Shares of a step by which first touch comes after the end of a step.
 GAPS = [0.0, 0.25, 0.5, 0.75]
-FINE, AGAIN = 12800, [100, 200, 400, 1600]
+# Motions that load again: their kinds and number, steps of the law, numbers of elements and their steps.
+KINDS, MOTIONS = ("solid of the paper", "two branches", "two branches and a dashpot"), 20
+AGAIN, ELEMENTS, STEPS_PER_ELEMENT, FINEST = [100, 200, 400, 800, 1600], [200, 400, 800, 1600], 8, 12800
 COUNTS, POINTS = [50, 100, 400], 1000
 
 TEXT = """\
@@ -41,13 +44,18 @@ Over {points} random points of the paper's plane ($\\nu$ from -0.9 to 0.5, $p_2$
 |---|---|---|---|
 {plane}
 
-Loading again before separation: root mean square of the error of the force over its largest value, for a motion of
-five waves in 1.2 of the longest period, against 1500 independent elements in {fine} steps. The numbers in the heading
-are the steps.
+Loading again before separation, against independent elements that the body may touch again
+(`restitution.law.reloading.element_forces`): {motions} random motions of five waves in 1.2 of the longest period for
+each kind of material, under a paraboloid, a cone or a flat punch. The entries are the root mean square of the
+difference of the force over its largest value, median / largest. The reference is extrapolated from {most} elements in
+{finest} steps and from half as many. The elements have {per} steps for each element; their first-order error is that of
+explicit Euler.
 
-| material | nodes | {again} |
+| material | method | {again} |
 |---|---|{lines_again}
 {reloading}
+
+The columns are steps of the law; of the elements they are {elements} elements.
 
 Time of a step with velocity Verlet, in ns, mean over one contact, on one core. A contact without memory, Hertz with a
 damping force, takes {plain:.0f} ns in the same loop.
@@ -124,26 +132,6 @@ def plane_lines() -> list[str]:
 
 
 @numba.njit
-def elements(
-    series: tuple[float, np.ndarray, np.ndarray, float], g: np.ndarray, width: float, depths: np.ndarray, dt: float
-) -> np.ndarray:
-    """Force on independent elements, each in contact or free, by the implicit Euler scheme."""
-    spring, moduli, times, viscosity = series
-    left = 1.0 / (1.0 + dt / times)
-    stiffness = spring + viscosity / dt + np.sum(moduli * left)
-    u, stretch, forces = np.zeros(g.size), np.zeros((g.size, times.size)), np.zeros(depths.size)
-    for n in range(depths.size):
-        for i in range(g.size):
-            relaxed = spring * u[i] + np.sum(moduli * left * stretch[i])
-            follows = relaxed + stiffness * (depths[n] - g[i] - u[i])
-            change = depths[n] - g[i] - u[i] if follows > 0.0 else -relaxed / stiffness
-            u[i] += change
-            stretch[i] = left * (stretch[i] + change)
-            forces[n] += 2.0 * width * max(follows, 0.0)
-    return forces
-
-
-@numba.njit
 def law_forces(law: np.ndarray, state: np.ndarray, depths: np.ndarray, dt: float) -> np.ndarray:
     forces = np.empty(depths.size)
     for n in range(depths.size):
@@ -151,32 +139,59 @@ def law_forces(law: np.ndarray, state: np.ndarray, depths: np.ndarray, dt: float
     return forces
 
 
-def reloading_lines() -> list[str]:
-    """Errors of a motion that loads, unloads and loads again, for a solid and for one with a dashpot."""
-    lines: list[str] = []
-    times = np.linspace(0.0, 1.2, FINE + 1)[1:]
-    phases, weights = np.array([0.5, 2.0, 4.0, 1.0, 3.0]), np.array([1.0, -0.7, 0.5, 0.4, -0.3])
+def random_depths(rng: np.random.Generator, times: np.ndarray) -> np.ndarray:
+    """Depths of a motion from first touch, with five waves of random sizes and phases."""
+    phases, weights = rng.uniform(0.0, 2.0 * math.pi, 5), rng.normal(size=5) / np.arange(1, 6)
     waves = np.sin(2.0 * math.pi * np.arange(1, 6) * times[:, None] + phases) - np.sin(phases)
     depths = waves @ weights
-    radius = math.sqrt(depths.max())
-    g = (radius * (np.arange(1500) + 0.5) / 1500) ** 2
-    for words, viscosity in (("two branches", 0.0), ("two branches and a dashpot", 0.02)):
-        series = rs.PronySeries(1.0, [4.0, 2.0], [0.1, 0.005], parallel_viscosity=viscosity)
-        numbers = (1.0, series.branch_moduli, series.relaxation_times, viscosity)
-        # Two numbers of steps, extrapolated: implicit Euler is of first order.
-        fine, coarse = (elements(numbers, g, radius / 1500, depths[n - 1 :: n], times[n - 1]) for n in (1, 2))
-        exact = 2.0 * fine[1::2] - coarse
-        impact = unit_impact(rs.Material(series.scaled(0.25), math.inf))
-        for nodes in (32, 1000):
-            law = rs.contact_law(impact, max_nodes=nodes)
-            cells: list[str] = []
-            for steps in AGAIN:
-                every = FINE // steps
-                found = law_forces(law.constants, law.start(), depths[every - 1 :: every], times[every - 1])
-                difference = found - exact[every // 2 - 1 :: every // 2]
-                cells.append(f"{np.sqrt(np.mean(difference**2)) / fine.max():.0e}")
-            lines.append(f"| {words} | {nodes} | {' | '.join(cells)} |")
-            print(lines[-1], flush=True)
+    return depths if depths.max() > 0.5 * np.abs(depths).max() else -depths
+
+
+def random_impact(rng: np.random.Generator, kind: str) -> rs.Impact:
+    profile = (rs.Parabola(1.0), rs.Cone(1.0), rs.FlatPunch(1.0))[rng.integers(3)]
+    if kind == "solid of the paper":
+        nu, branch, tau = rng.uniform(-0.5, 0.5), 10.0 ** rng.uniform(-1.0, 1.5), 10.0 ** rng.uniform(-2.5, 0.0)
+        return rs.Impact(rs.standard_solid(1.0, branch, tau * branch, poisson_ratio=nu), profile, 1.0, 1.0)
+    series = rs.PronySeries(
+        rng.choice([0.0, 1.0]), 10.0 ** rng.uniform(-1.0, 1.0, 2), 10.0 ** rng.uniform(-2.0, 0.0, 2),
+        parallel_viscosity=0.02 * (kind != "two branches"),
+    )  # fmt: skip
+    return rs.Impact(rs.Material(series.scaled(0.25), math.inf), profile, 1.0, 1.0)
+
+
+def reloading_lines() -> list[str]:
+    """Differences between the law and the elements over random motions that load again; median and largest."""
+    lines: list[str] = []
+    times, places = np.linspace(0.0, 1.2, FINEST + 1), FINEST // AGAIN[0]
+    for kind in KINDS:
+        rng, found = np.random.default_rng(7), []
+        for _ in range(MOTIONS):
+            impact, depths = random_impact(rng, kind), random_depths(rng, times)
+
+            def seen(forces: np.ndarray) -> np.ndarray:
+                """Forces at the times that all of the runs have."""
+                return forces[forces.size // AGAIN[0] - 1 :: forces.size // AGAIN[0]]
+
+            runs = [
+                seen(element_forces(impact, times[k::k], depths[k::k], n_elements=n))
+                for n, k in ((n, FINEST // (STEPS_PER_ELEMENT * n)) for n in ELEMENTS)
+            ]
+            exact, scale = 2.0 * runs[-1] - runs[-2], float(np.max(runs[-1]))
+            for nodes in (2000, 32):
+                law = rs.contact_law(impact, max_nodes=nodes)
+                runs += [
+                    seen(law_forces(law.constants, law.start(), depths[k::k], times[k]))
+                    for k in (FINEST // n for n in AGAIN)
+                ]
+            found.append([float(np.sqrt(np.mean((one - exact) ** 2))) / scale for one in runs])
+        middle, most = np.median(found, axis=0), np.max(found, axis=0)
+        cells = [f"{x:.0e} / {y:.0e}" for x, y in zip(middle, most, strict=True)]
+        e, n = len(ELEMENTS), len(AGAIN)
+        rows = [
+            ["elements", *cells[:e], *[""] * (n - e)], ["law", *cells[e : e + n]], ["law, 32 nodes", *cells[e + n :]]
+        ]  # fmt: skip
+        lines += [f"| {kind} | {' | '.join(row)} |" for row in rows]
+        print(*lines[-3:], sep="\n", flush=True)
     return lines
 
 
@@ -217,8 +232,9 @@ def main() -> None:
     text = TEXT.format(
         heads=" | ".join(f"{n} steps" for n in STEPS), lines="---|" * len(STEPS), errors="\n".join(error_lines()),
         points=POINTS, plane="\n".join(plane_lines()),
-        fine=FINE, again=" | ".join(map(str, AGAIN)), lines_again="---|" * len(AGAIN),
-        reloading="\n".join(reloading_lines()), plain=plain, cost="\n".join(costs),
+        motions=MOTIONS, most=ELEMENTS[-1], finest=FINEST, per=STEPS_PER_ELEMENT,
+        again=" | ".join(map(str, AGAIN)), lines_again="---|" * len(AGAIN), reloading="\n".join(reloading_lines()),
+        elements=", ".join(map(str, ELEMENTS)), plain=plain, cost="\n".join(costs),
         counts=" | ".join(f"{n} steps a contact" for n in COUNTS), lines_cost="---|" * len(COUNTS),
     )  # fmt: skip
     Path(__file__).with_suffix(".md").write_text(text)

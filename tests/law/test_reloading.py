@@ -8,29 +8,17 @@ import pytest
 from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
+from restitution.errors import InputError
+from restitution.impact.elements import solve_elements
 from restitution.impact.problem import Impact
 from restitution.law.law import contact_law
+from restitution.law.reloading import element_forces
+from restitution.material.classical import standard_solid
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from stepping import forces
 
-
-def elements(series: PronySeries, profile, times, depths, count: int = 400):
-    """Force on independent elements of equal width, each in contact or free, by the implicit Euler scheme."""
-    width = float(profile.contact_radius(np.max(depths))) / count
-    g = profile.transform((np.arange(count) + 0.5) * width)
-    moduli, tau = series.branch_moduli[:, None], series.relaxation_times[:, None]
-    u, stretch, force = np.zeros(count), np.zeros((tau.size, count)), []
-    for d, dt in zip(depths, np.diff(times, prepend=0.0), strict=True):
-        left = 1.0 / (1.0 + dt / tau)
-        relaxed = series.equilibrium_modulus * u + np.sum(moduli * left * stretch, axis=0)
-        stiffness = series.equilibrium_modulus + series.parallel_viscosity / dt + np.sum(moduli * left)
-        follows = relaxed + stiffness * (d - g - u)
-        # An element that the body has not touched yet is at rest, and so has no load to lose.
-        du = np.where(follows > 0.0, d - g - u, -relaxed / stiffness)
-        u, stretch = u + du, left * (stretch + du)
-        force.append(2.0 * width * np.sum(np.maximum(follows, 0.0)))
-    return np.array(force)
+PARABOLA = Parabola(1.0)
 
 
 def random_series(rng) -> PronySeries:
@@ -50,34 +38,59 @@ def random_depths(rng, times):
     return depths if depths.max() > 0.5 * np.abs(depths).max() else -depths
 
 
-def law_of(series: PronySeries, profile, max_nodes: int, max_depth: float | None = None):
+def unit_impact(series: PronySeries, profile=PARABOLA) -> Impact:
     # A reduced modulus of 4 G: an incompressible body.
-    impact = Impact(Material(series.scaled(0.25), math.inf), profile, 1.0, 1.0)
-    return contact_law(impact, max_nodes=max_nodes, max_depth=max_depth)
+    return Impact(Material(series.scaled(0.25), math.inf), profile, 1.0, 1.0)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(9))
 def test_any_motion_converges_to_independent_elements(seed):
     rng = np.random.default_rng(seed)
-    series, profile = random_series(rng), (Parabola(1.0), Cone(1.0), Sphere(30.0), FlatPunch(1.0))[seed % 4]
-    times = np.linspace(0.0, 1.2, 6401)[1:]
-    depths = random_depths(rng, np.concatenate([[0.0], times]))[1:]
-    # Halved steps, extrapolated: implicit Euler is of first order.
-    fine, coarse = (elements(series, profile, times[n - 1 :: n], depths[n - 1 :: n]) for n in (1, 2))
+    impact = unit_impact(random_series(rng), (PARABOLA, Cone(1.0), Sphere(30.0), FlatPunch(1.0))[seed % 4])
+    if seed == 8:
+        # Four coupled displacements in each element, as in the paper.
+        impact = Impact(standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3), PARABOLA, 1.0, 1.0)
+    times = np.linspace(0.0, 1.2, 6401)
+    depths, times = random_depths(rng, times)[1:], times[1:]
+    # Halved steps, extrapolated: explicit Euler is of first order.
+    fine, coarse = (element_forces(impact, times[n - 1 :: n], depths[n - 1 :: n]) for n in (1, 2))
     exact, scale = 2.0 * fine[1::2] - coarse, fine.max()
 
     def error(steps: int, max_nodes: int) -> float:
         every = 6400 // steps
-        law = law_of(series, profile, max_nodes, 2.0 * depths.max())
+        law = contact_law(impact, max_nodes=max_nodes, max_depth=2.0 * depths.max())
         found = forces(law, times[every - 1 :: every], depths[every - 1 :: every])
         return np.sqrt(np.mean((found - exact[every // 2 - 1 :: every // 2]) ** 2)) / scale
 
     # Twenty steps for the shortest wave. The force of a dashpot jumps where the body touches an imprint again.
-    dashpot = series.parallel_viscosity > 0.0
+    dashpot = impact.reduced_modulus.parallel_viscosity > 0.0
     assert error(100, 32) < 2e-2
     assert error(400, 400) < error(100, 400) / (3.0 if dashpot else 9.0) + 1e-4
     assert error(1600, 400) < (1.5e-3 if dashpot else 1e-4)
     assert error(1600, 32) < 5e-3
+
+
+def test_elements_are_those_of_the_impact():
+    # The depth of the method "elements" is driven: one approach, one rebound.
+    impact = Impact(standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3), PARABOLA, 1.0, 1.0)
+    sampled = solve_elements(impact, n_elements=200)
+    driven = element_forces(impact, sampled.time[1:], sampled.indentation_depth[1:], n_elements=200)
+    assert driven == pytest.approx(sampled.force[1:], abs=2e-2 * sampled.max_force)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        (([0.0, 1.0], [0.0, 1.0]), "time, depth"),
+        (([1.0, 2.0], [1.0]), "time, depth"),
+        (([1.0], [math.nan]), "depth"),
+        (([0.01, 1.0], [0.1, 0.2]), "time"),
+    ],
+)
+def test_refusals_of_elements(arguments, field):
+    with pytest.raises(InputError) as found:
+        element_forces(unit_impact(PronySeries(1.0, [1.0], [0.1])), *arguments)
+    assert found.value.field == field
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -85,7 +98,7 @@ def test_a_closed_cycle_never_yields_energy(seed):
     rng = np.random.default_rng(100 + seed)
     times = np.linspace(0.0, 1.0, 2001)
     depths = random_depths(rng, times)
-    law = law_of(random_series(rng), Parabola(1.0), int(rng.choice([10, 32])))
+    law = contact_law(unit_impact(random_series(rng)), max_nodes=int(rng.choice([10, 32])))
     force = np.concatenate([[0.0], forces(law, times[1:], depths[1:])])
     work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(depths))])
     # The cycle closes where the body leaves; until then the foundation may return what it holds, but no more.
@@ -96,6 +109,6 @@ def test_the_force_never_pulls():
     rng = np.random.default_rng(8)
     times, depths = np.cumsum(rng.uniform(1e-3, 1e-1, 2000)), rng.normal(size=2000)
     for max_nodes in (10, 32):
-        force = forces(law_of(random_series(rng), Parabola(1.0), max_nodes), times, depths)
+        force = forces(contact_law(unit_impact(random_series(rng)), max_nodes=max_nodes), times, depths)
         assert np.all(np.isfinite(force))
         assert np.all(force >= 0.0)
