@@ -10,7 +10,7 @@ from restitution.contact.analytic import Sphere
 from restitution.contact.power_law import Cone
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Body, Impact, collision
 from restitution.impact.solve import solve
 from restitution.law.law import ContactLaw, contact_law
 from restitution.law.nodes import COUNT
@@ -20,6 +20,7 @@ from restitution.material.viscoelastic import Material
 from stepping import forces
 
 RUBBER = Material(PronySeries(1e6, [3e6, 5e6], [1e-4, 2e-3]), 2e7)
+BALL = Body(RUBBER, 0.01, 0.005)
 IMPACT = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
 TIMES = np.linspace(0.0, 4e-3, 301)[1:]
 
@@ -33,6 +34,16 @@ def waves(count: int = 1) -> np.ndarray:
     """Depths of contacts that load, unload and load again, each in its own way; shape (300, count)."""
     phase = np.arange(count) / count
     return 1e-4 * np.sin(2.0 * math.pi * (TIMES[:, None] / 2e-3 + phase)) * (1.0 + TIMES[:, None] / 4e-3)
+
+
+def test_two_bodies_and_their_impact_have_one_law():
+    other = Body(Material(1e6, 4e6), 0.02, 0.01)
+    law, same = contact_law((BALL, other)), contact_law(collision(BALL, other, velocity=3.0))
+    assert law.constants.tolist() == same.constants.tolist()
+    # 1/E* of both materials, 1/R of both radii.
+    modulus = contact_law(Impact(RUBBER, Parabola(1.0), 1.0, 1.0, counter_material=other.material)).modulus
+    assert law.modulus.relaxation_modulus(1e-3) == modulus.relaxation_modulus(1e-3)
+    assert law.impact.profile.contact_radius(1e-6) == pytest.approx(math.sqrt(1e-6 / 150.0), rel=1e-14)
 
 
 @pytest.mark.plain
@@ -122,7 +133,10 @@ def test_largest_depth():
 @pytest.mark.parametrize(
     ("call", "field"),
     [
-        (lambda law: contact_law(RUBBER), "impact"),
+        (lambda law: contact_law(RUBBER), "problem"),
+        (lambda law: contact_law((BALL, RUBBER)), "problem"),
+        (lambda law: contact_law((BALL, BALL, BALL)), "problem"),
+        (lambda law: contact_law((Body(RUBBER), Body(RUBBER))), "radius"),
         (lambda law: contact_law(IMPACT, max_nodes=7), "max_nodes"),
         (lambda law: contact_law(IMPACT, max_depth=0.0), "max_depth"),
         (lambda law: contact_law(Impact(RUBBER, Cone([1.2, 1.3]), 0.005, 1.0)), "profile"),

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, cast
 
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.problem import Body, Impact, collision
+from restitution.impact.problem import Impact, collision, two_bodies
 
 
 class Pair(NamedTuple):
@@ -26,7 +26,7 @@ def pair(problem: Any, contact: str | None) -> Pair:
         impact = _single(problem)
         radius, mass, wall = reduced_radius(impact), float(impact.mass), impact.counter_material is None
     else:
-        first, second = _two_bodies(problem)
+        first, second = two_bodies(problem)
         impact = _single(collision(first, second, velocity=1.0))
         ball, other = (second, first) if math.isinf(float(first.radius)) else (first, second)
         radius, wall = float(ball.radius), math.isinf(float(other.radius))
@@ -39,13 +39,6 @@ def pair(problem: Any, contact: str | None) -> Pair:
 def reduced_radius(impact: Impact) -> float:
     """Radius [m] of the parabola of an impact."""
     return float(cast("Parabola", impact.profile).radius)
-
-
-def _two_bodies(problem: Any) -> tuple[Body, Body]:
-    members: list[Any] = list(problem) if isinstance(problem, (tuple, list)) else []
-    if len(members) != 2 or not all(isinstance(one, Body) for one in members):
-        raise InputTypeError("problem", problem, "must be an Impact or a pair of Body")
-    return members[0], members[1]
 
 
 def _single(impact: Impact) -> Impact:

@@ -220,6 +220,14 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
     return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, external_force=external_force)
 
 
+def two_bodies(problem: Any) -> tuple[Body, Body]:
+    """Return the members of a pair of bodies, which stands for an impact where the velocity does not matter."""
+    members: list[Any] = list(problem) if isinstance(problem, (tuple, list)) else []
+    if len(members) != 2 or not all(isinstance(one, Body) for one in members):
+        raise InputTypeError("problem", problem, "must be an Impact or a pair of Body")
+    return members[0], members[1]
+
+
 def _reduced(name: str, unit: str, problem: str, first: Any, second: Any) -> Any:
     """Return the reduced mass or radius; one of the two may be infinite."""
     if np.any(np.isinf(first) & np.isinf(second)):

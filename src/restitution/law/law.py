@@ -18,7 +18,7 @@ from restitution.contact.path import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, whole_file
 from restitution.impact.batch import Batch
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Body, Impact, collision, two_bodies
 from restitution.law.nodes import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -277,15 +277,16 @@ class ContactLaw:
         return constants
 
 
-def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None = None) -> ContactLaw:
+def contact_law(
+    problem: Impact | tuple[Body, Body], *, max_nodes: int = 32, max_depth: float | None = None
+) -> ContactLaw:
     """Contact law with memory for codes that step in time, such as discrete-element and multibody codes.
 
     Parameters
     ----------
-    impact : Impact
-        Its materials and its profile define the law; `collision` makes it from two bodies. Mass, velocity and
-        external force do not matter, except for a profile given by a table, whose depths end beyond the deepest of
-        these impacts. They may be arrays.
+    problem : Impact, or pair of Body
+        Its materials and its profile define the law. Mass, velocity and external force do not matter, except for a
+        profile given by a table, whose depths end beyond the deepest of these impacts. They may be arrays.
     max_nodes : int
         Largest number of nodes of a contact, >= 8. A contact gets one node for each step of its first approach;
         when there is no room, nodes that are near others in depth and time are dropped.
@@ -301,7 +302,8 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     Raises
     ------
     InputError
-        If `impact` is no `Impact`, its profile has arrays of numbers, or a number is out of range.
+        If `problem` is neither an `Impact` nor a pair of `Body`, the profile has arrays of numbers, or a number is out
+        of range.
 
     Notes
     -----
@@ -336,9 +338,13 @@ def contact_law(impact: Impact, *, max_nodes: int = 32, max_depth: float | None 
     ...         break
     >>> abs(-velocity - exact.restitution_coefficient) < 2e-4
     True
+
+    Two balls, whose depth is the overlap:
+
+    >>> ball = rs.Body(rubber, radius=0.02, mass=0.01)
+    >>> law = rs.contact_law((ball, ball))
     """
-    if not isinstance(impact, Impact):
-        raise InputTypeError("impact", impact, "must be an Impact")
+    impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
     profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
     limit, given = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
     exponent, coefficient = profile.path_exponent, profile.path_coefficient

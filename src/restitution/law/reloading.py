@@ -11,9 +11,7 @@ from restitution.impact.elements import element_law
 from restitution.impact.problem import Impact
 
 
-def element_forces(
-    impact: Impact, time: ArrayLike, depth: ArrayLike, *, n_elements: int = 800
-) -> NDArray[np.float64]:
+def element_forces(impact: Impact, time: ArrayLike, depth: ArrayLike, *, n_elements: int = 800) -> NDArray[np.float64]:
     """Force of the elements of `method="elements"` under a prescribed depth.
 
     Parameters
@@ -68,12 +66,15 @@ def element_forces(
     g, u = profile.transform((np.arange(count) + 0.5) * spacing), np.zeros(count)
     law = element_law(impact.material, impact.counter_material, series)
     law.grow(count)
-    force = np.empty(times.size)
+    force, before = np.empty(times.size), 0.0
     for n, (d, step) in enumerate(zip(depths.tolist(), steps.tolist(), strict=True)):
         growth = d - g - u
         u += growth
         law.advance(u, growth, step)
         load = law.line_load(u, growth / step)
         u += law.release(load, step)
-        force[n] = 2.0 * spacing * float(np.maximum(load, 0.0).sum())
+        # A dashpot that was touched within the step has the velocity of the body at its end.
+        later = series.parallel_viscosity * (d - before - growth) / step
+        force[n] = 2.0 * spacing * float((load + later)[load > 0.0].sum())
+        before = d
     return force

@@ -112,6 +112,7 @@ def touch_again(law: NDArray, state: NDArray, count: int, contact: int, depth: f
     decay = state[NUMBERS + DECAY * branches :]
     gain = state[NUMBERS + GAIN * branches :]
     bulge = state[NUMBERS + BULGE * branches :]
+    beyond = state[NUMBERS + BEYOND * branches :]
     nodes = state[NUMBERS + BRANCH * branches :]
     place = nodes[PLACE * room :]
     integral = nodes[INTEGRAL * room :]
@@ -136,6 +137,10 @@ def touch_again(law: NDArray, state: NDArray, count: int, contact: int, depth: f
         displacement[n] += change
         for k in range(branches):
             loads[k * room + n] = decay[k] * loads[k * room + n] + gain[k] * change + TINY
+            if decay[k] == 0.0 and n < touched:
+                # A dashpot that is touched within the step has the velocity of the body at its end.
+                trial[n] += beyond[k] - loads[k * room + n]
+                loads[k * room + n] = beyond[k]
     if touched > contact:
         for k in range(branches):
             load = loads[k * room :]
