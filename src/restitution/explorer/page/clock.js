@@ -1,0 +1,79 @@
+// The time of the animation: flight, contact in slow motion, flight back. All pictures follow it.
+import { calm } from "./theme.js";
+
+const DURATION = 6500;
+const FALL = 0.2;
+const REBOUND = 0.8;
+
+export class Clock {
+  constructor() {
+    this.share = 0.46;
+    this.length = 1;
+    this.playing = false;
+    this.listeners = [];
+  }
+
+  onTick(listener) {
+    this.listeners.push(listener);
+  }
+
+  // The contact lasts `length` seconds.
+  span(length) {
+    this.length = length;
+    this.tell();
+  }
+
+  // Time since first touch over the contact time: below 0 in the fall, above 1 after separation.
+  get phase() {
+    if (this.share < FALL) return (this.share - FALL) / FALL;
+    if (this.share <= REBOUND) return (this.share - FALL) / (REBOUND - FALL);
+    return 1 + (this.share - REBOUND) / (1 - REBOUND);
+  }
+
+  get time() {
+    return Math.min(Math.max(this.phase, 0), 1) * this.length;
+  }
+
+  // How much slower than reality the contact is.
+  get slowness() {
+    return (DURATION / 1000) * (REBOUND - FALL) / this.length;
+  }
+
+  toTime(time) {
+    this.to(FALL + (REBOUND - FALL) * Math.min(Math.max(time / this.length, 0), 1));
+  }
+
+  to(share) {
+    this.pause();
+    this.share = Math.min(Math.max(share, 0), 1);
+    this.tell();
+  }
+
+  play() {
+    if (this.playing) return;
+    this.playing = true;
+    let before = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      this.share = (this.share + Math.min(now - before, 100) / DURATION) % 1;
+      before = now;
+      this.tell();
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+    this.tell();
+  }
+
+  pause() {
+    this.playing = false;
+  }
+
+  start() {
+    if (!calm()) this.play();
+    else this.tell();
+  }
+
+  tell() {
+    for (const listener of this.listeners) listener(this);
+  }
+}

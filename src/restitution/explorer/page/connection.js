@@ -1,0 +1,75 @@
+// The WebSocket. One request of a kind is on its way at a time; the newest input waits and replaces older ones.
+const PAUSES = [250, 500, 1000, 2000, 4000];
+
+export class Connection {
+  // receive(answer, message) gets every answer with its request; report(word) gets "open", "closed" or "refused".
+  constructor(receive, report) {
+    this.receive = receive;
+    this.report = report;
+    this.id = 0;
+    this.tries = 0;
+    this.sent = new Map();
+    this.waiting = new Map();
+    this.open();
+  }
+
+  open() {
+    const address = new URL("ws", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    address.search = location.search;
+    address.hash = "";
+    this.opened = false;
+    this.socket = new WebSocket(address);
+    this.socket.onopen = () => {
+      this.opened = true;
+      this.tries = 0;
+      this.report("open");
+      for (const kind of this.waiting.keys()) this.next(kind);
+    };
+    this.socket.onmessage = (event) => this.answered(JSON.parse(event.data));
+    this.socket.onclose = (event) => this.closed(event);
+  }
+
+  // What was on its way is asked again, unless something newer waits.
+  closed(event) {
+    for (const message of this.sent.values()) {
+      if (!this.queue(message.kind).has(message.channel)) this.queue(message.kind).set(message.channel, message);
+    }
+    this.sent.clear();
+    const refused = event.code === 1008 || (!this.opened && this.tries > 2);
+    this.report(refused ? "refused" : "closed");
+    setTimeout(() => this.open(), PAUSES[Math.min(this.tries++, PAUSES.length - 1)]);
+  }
+
+  queue(kind) {
+    if (!this.waiting.has(kind)) this.waiting.set(kind, new Map());
+    return this.waiting.get(kind);
+  }
+
+  // The channel "main" goes first; others, such as those of pinned settings, follow when nothing newer waits.
+  ask(kind, message, channel = "main") {
+    this.id += 1;
+    this.queue(kind).set(channel, { id: this.id, kind, channel, ...message });
+    this.next(kind);
+  }
+
+  next(kind) {
+    const queue = this.queue(kind);
+    if (this.sent.has(kind) || !queue.size || this.socket.readyState !== WebSocket.OPEN) return;
+    const channel = queue.has("main") ? "main" : queue.keys().next().value;
+    const message = queue.get(channel);
+    queue.delete(channel);
+    this.sent.set(kind, message);
+    const { channel: own, ...request } = message;
+    this.socket.send(JSON.stringify(request));
+  }
+
+  answered(answer) {
+    const asked = [...this.sent.values()].find((message) => message.id === answer.id);
+    if (asked) {
+      this.sent.delete(asked.kind);
+      this.next(asked.kind);
+    }
+    this.receive(answer, asked);
+  }
+}

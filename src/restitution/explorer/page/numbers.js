@@ -1,0 +1,66 @@
+// The numbers of the present setting, and the assumptions of the theory with theirs.
+import { element, sentence } from "./inputs.js";
+import { symbolNodes, withUnit } from "./units.js";
+
+const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"] };
+
+export class Numbers {
+  constructor(root, names, outputs) {
+    this.outputs = outputs;
+    this.tiles = new Map();
+    const list = element("dl", { className: "tiles" });
+    for (const name of names) {
+      const value = element("dd");
+      value.dataset.output = name;
+      const { words, symbol } = outputs[name] ?? { words: name };
+      const tile = element("div", { className: "tile" },
+        element("dt", {}, `${sentence(words)} `, ...(symbol ? symbolNodes(symbol) : [])), value);
+      this.tiles.set(name, { tile, value });
+      list.append(tile);
+    }
+    root.append(list);
+  }
+
+  show(numbers) {
+    for (const [name, { tile, value }] of this.tiles) {
+      const found = numbers[name];
+      tile.hidden = found === undefined;
+      if (found === undefined) continue;
+      const { text, unit } = withUnit(found, this.outputs[name] ?? { unit: "" });
+      value.dataset.value = found ?? "";
+      value.replaceChildren(text, ...(unit ? [element("span", { className: "unit" }, ` ${unit}`)] : []));
+    }
+  }
+}
+
+export class Assumptions {
+  constructor(root) {
+    this.summary = element("summary");
+    this.list = element("ul", { className: "assumptions" });
+    this.box = element("details", { className: "card checks" }, this.summary, this.list);
+    this.box.open = true;
+    root.append(this.box);
+  }
+
+  show(validity, notes = []) {
+    const doubtful = validity.filter((one) => one.state === "doubtful").length + notes.length;
+    const words = doubtful ? `${doubtful} of the assumptions ${doubtful === 1 ? "is" : "are"} doubtful` : "No assumption is doubtful";
+    if (this.summary.textContent !== words) this.summary.textContent = words;
+    this.box.dataset.state = doubtful ? "doubtful" : "ok";
+    this.list.replaceChildren(
+      ...validity.map((one) => row(one.state, withTitle(one), one.state === "doubtful" ? one.advice : "", one.kind)),
+      ...notes.map((note) => row("doubtful", note)));
+  }
+}
+
+const withTitle = ({ title, message }) => (message.startsWith(title) ? message : `${title}: ${message}`);
+
+function row(state, message, advice = "", kind = "") {
+  const [sign, words] = STATES[state] ?? STATES.unknown;
+  const mark = element("span", { className: `sign ${state}` }, sign);
+  mark.setAttribute("role", "img");
+  mark.setAttribute("aria-label", words);
+  const item = element("li", {}, mark, element("span", {}, sentence(message), advice ? element("em", {}, ` ${advice}`) : ""));
+  if (kind) item.dataset.check = kind;
+  return item;
+}

@@ -1,0 +1,180 @@
+// Puts the page together: schema, state, requests, tabs.
+import { BounceTab } from "./bounce.js";
+import { Connection } from "./connection.js";
+import { Dropped } from "./dropped.js";
+import { ImpactTab } from "./impact.js";
+import { IndentationTab } from "./indentation.js";
+import { Inputs } from "./inputs.js";
+import { load } from "./interpolant.js";
+import { Offline } from "./offline.js";
+import { PaperTab } from "./paper.js";
+import { Pins } from "./pins.js";
+import { State } from "./state.js";
+import { bindTools } from "./tools.js";
+import { onTheme } from "./theme.js";
+import { phrase, setSystem, setSystems } from "./units.js";
+import * as ways from "./ways.js";
+
+const $ = (id) => document.getElementById(id);
+const LIVE = document.querySelector('meta[name="restitution"]').content === "live";
+const NEEDED = { impact: ["impact"], paper: ["impact", "paper"], bounce: ["bounces"], indentation: ["indentation"] };
+const REST = 140;
+
+class App {
+  constructor() {
+    this.last = {};
+    this.asked = {};
+    this.problems = {};
+    this.numbers = null;
+    document.documentElement.dataset.mode = LIVE ? "live" : "static";
+    if (LIVE) this.backend = new Connection((answer, asked) => this.receive(answer, asked), (word) => this.report(word));
+    else this.startOffline();
+  }
+
+  async startOffline() {
+    const [schema, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
+    this.paper = await load("static/interpolant.json");
+    this.backend = new Offline(schema, this.paper, claims, (answer, asked) => this.receive(answer, asked));
+    this.start(schema);
+  }
+
+  start(schema) {
+    this.schema = schema;
+    setSystems(schema.units);
+    this.state = new State(schema);
+    setSystem(this.state.get("page.units"));
+    ways.attach(this);
+    this.pins = new Pins($("compare"), this.state, schema.outputs, (kind, values, channel) =>
+      this.backend.ask(kind, { state: this.state.case(values) }, channel));
+    $("pin-place").replaceWith(this.pins.button);
+    this.tabs = {
+      impact: new ImpactTab($("view-impact"), this),
+      paper: new PaperTab($("view-paper"), this),
+      ...(LIVE ? { bounce: new BounceTab($("view-bounce"), this), indentation: new IndentationTab($("view-indentation"), this) } : {}),
+    };
+    this.inputs = new Inputs(schema, this.state, $("settings"));
+    if (LIVE) {
+      this.files = new Dropped(this, $("open-file"), $("file-message"));
+      load("static/interpolant.json").then((paper) => {
+        this.paper = paper;
+        this.redraw();
+      });
+    }
+    bindTools(this);
+    onTheme(() => this.redraw());
+    this.state.onChange(() => this.changed());
+    this.changed();
+  }
+
+  get tab() {
+    const name = this.state.get("page.tab");
+    return name in this.tabs ? name : "impact";
+  }
+
+  // Asks for what the tab shows, if the case is another one; the page's own keys only draw again.
+  changed() {
+    const own = ["page.units", "page.pins", "page.tab"].map((key) => this.state.get(key)).join();
+    const values = this.state.case();
+    const text = JSON.stringify(values);
+    for (const kind of NEEDED[this.tab]) {
+      if (kind === "paper" ? this.last.paper : this.asked[kind] === text) continue;
+      this.asked[kind] = text;
+      this.backend.ask(kind, { state: values });
+    }
+    if (own !== this.own) {
+      this.own = own;
+      setSystem(this.state.get("page.units"));
+      this.inputs.update();
+      this.redraw();
+    }
+    this.showProblem();
+  }
+
+  receive(answer, asked) {
+    if (answer.kind === "schema") {
+      if (!this.schema) this.start(answer);
+      return;
+    }
+    if (!asked) return;
+    if (answer.kind === "file") this.files.receive(answer);
+    else if (answer.kind === "download") this.downloaded?.(answer);
+    else if (asked.channel !== "main") {
+      if (this.pins.receive(answer, asked.channel)) this.redraw();
+    } else this.receiveOwn(answer, asked);
+  }
+
+  receiveOwn(answer, asked) {
+    this.problems[answer.kind] = answer.ok ? null : answer;
+    if (answer.ok) {
+      this.last[answer.kind] = answer;
+      this.draw(answer);
+    }
+    if (answer.kind === "impact") this.further(answer, asked);
+    this.showProblem();
+  }
+
+  draw(answer) {
+    if (answer.kind === "impact") {
+      this.numbers = answer.numbers;
+      if (this.tab === "paper") this.tabs.paper.draw();
+      else if (this.tab === "impact") this.tabs.impact.receive(answer);
+      this.pins.table(this.numbers);
+      this.showStrip();
+    } else if (answer.kind === "velocity" || answer.kind === "surface") this.tabs.impact.receive(answer);
+    else if (answer.kind === "paper") this.tabs.paper.receive(answer);
+    else if (answer.kind === "bounces") this.tabs.bounce.receive(answer);
+    else if (answer.kind === "indentation") this.tabs.indentation.receive(answer);
+  }
+
+  // What costs more follows the numbers: e over velocity at once, the surface when the sliders rest.
+  further(answer, asked) {
+    clearTimeout(this.resting);
+    if (!answer.ok || this.tab !== "impact") return;
+    const { "impact.velocity": velocity, ...others } = asked.state;
+    const text = JSON.stringify(others);
+    if (text !== this.asked.velocity) {
+      this.asked.velocity = text;
+      this.backend.ask("velocity", { state: asked.state });
+    }
+    if (LIVE) this.resting = setTimeout(() => answer.curves.history && this.backend.ask("surface", { state: asked.state }), REST);
+  }
+
+  redraw() {
+    for (const kind of ["impact", "velocity", "surface", "bounces", "indentation"]) {
+      const answer = this.last[kind];
+      if (answer && (NEEDED[this.tab].includes(kind) || (this.tab === "impact" && kind !== "bounces" && kind !== "indentation"))) this.draw(answer);
+    }
+    if (this.tab === "paper") this.tabs.paper.draw();
+  }
+
+  // A solve that fails shows its one line; the last good picture stays, greyed.
+  showProblem() {
+    const bad = [...NEEDED[this.tab], "velocity"].map((kind) => this.problems[kind]).find(Boolean);
+    const box = $("problem");
+    box.hidden = !bad;
+    if (bad && box.textContent !== bad.error) box.textContent = bad.error;
+    $(`view-${this.tab}`).classList.toggle("stale", Boolean(bad));
+    this.inputs.fault(bad?.field, bad?.error);
+  }
+
+  showStrip() {
+    const { outputs } = this.schema;
+    const shown = ["restitution_coefficient", "contact_time", "max_force"].filter((name) => this.numbers[name] !== undefined);
+    $("strip").hidden = false;
+    $("strip").textContent = shown.map((name) => `${outputs[name].symbol.replace("_max", "")} = ${phrase(this.numbers[name], outputs[name])}`).join("   ");
+  }
+
+  report(word) {
+    const box = $("connection");
+    const words = {
+      open: "",
+      closed: "The server does not answer. The page tries again; the pictures show the last answers.",
+      refused: "The server does not answer this page. If it was started anew, open the address that the terminal shows.",
+    }[word];
+    box.textContent = words;
+    box.hidden = !words;
+    document.documentElement.dataset.connection = word;
+  }
+}
+
+window.explorer = new App();

@@ -1,0 +1,137 @@
+// The state: one flat object of inputs. The address of the page holds it, so that a link is a case.
+const PAUSE = 350;
+
+export class State {
+  constructor(schema) {
+    this.inputs = schema.inputs;
+    this.byKey = new Map(schema.inputs.map((input) => [input.key, input]));
+    this.defaults = Object.fromEntries(schema.inputs.map((input) => [input.key, input.default]));
+    this.given = schema.state ?? {};
+    this.listeners = [];
+    this.values = this.read(location.hash);
+    this.index = history.state?.index ?? 0;
+    this.last = Math.max(this.index, Number(sessionStorage.getItem("last") ?? 0));
+    history.replaceState({ index: this.index }, "", this.link());
+    addEventListener("popstate", () => this.moved());
+    addEventListener("hashchange", () => this.moved());
+  }
+
+  // An address without a state is the case of the command line.
+  read(hash) {
+    const given = [...new URLSearchParams(hash.replace(/^#/, ""))];
+    const values = { ...this.defaults, ...(given.length ? {} : this.given) };
+    for (const [key, text] of given) {
+      const value = this.parse(key, text);
+      if (value !== undefined) values[key] = value;
+    }
+    return this.settled(values);
+  }
+
+  parse(key, text) {
+    if (key.startsWith("page.")) return text;
+    const input = this.byKey.get(key);
+    if (!input) return undefined;
+    if (input.type === "choice") return text;
+    if (input.type === "list") return text ? text.split(",").map(Number) : [];
+    const value = Number(text);
+    return text !== "" && Number.isFinite(value) ? value : undefined;
+  }
+
+  link(values = this.values) {
+    const parts = new URLSearchParams();
+    parts.set("page.tab", values["page.tab"] ?? "impact");
+    for (const [key, value] of Object.entries(values)) {
+      if (key === "page.tab" || value === undefined || value === null || String(value) === String(this.defaults[key] ?? "")) continue;
+      parts.set(key, Array.isArray(value) ? value.join(",") : value);
+    }
+    return `#${parts}`;
+  }
+
+  // A choice whose option is not available takes the first that is.
+  settled(values) {
+    const settled = { ...values };
+    for (const input of this.inputs) {
+      if (input.type !== "choice") continue;
+      const free = this.options(input, settled);
+      if (free.length && !free.some((option) => option.value === settled[input.key])) settled[input.key] = free[0].value;
+    }
+    return settled;
+  }
+
+  options(input, values = this.values) {
+    return input.options.filter((option) => holds(option.when, values));
+  }
+
+  shown(input) {
+    return holds(input.when, this.values);
+  }
+
+  get(key) {
+    return this.values[key];
+  }
+
+  // What the server takes: everything but the page's own keys.
+  case(values = this.values) {
+    return Object.fromEntries(Object.entries(values).filter(([key]) => !key.startsWith("page.")));
+  }
+
+  // `done` ends a step of undo at once; otherwise a pause ends it.
+  set(patch, done = false) {
+    if (Object.entries(patch).every(([key, value]) => String(this.values[key] ?? "") === String(value ?? ""))) {
+      if (done) this.commit();
+      return;
+    }
+    this.values = this.settled({ ...this.values, ...patch });
+    this.tell();
+    clearTimeout(this.timer);
+    if (done) this.commit();
+    else this.timer = setTimeout(() => this.commit(), PAUSE);
+  }
+
+  commit() {
+    clearTimeout(this.timer);
+    const link = this.link();
+    if (link === location.hash) return;
+    this.index += 1;
+    this.last = this.index;
+    sessionStorage.setItem("last", this.last);
+    history.pushState({ index: this.index }, "", link);
+    this.tell();
+  }
+
+  moved() {
+    clearTimeout(this.timer);
+    this.index = history.state?.index ?? 0;
+    this.values = this.read(location.hash);
+    this.tell();
+  }
+
+  get canUndo() {
+    return this.index > 0;
+  }
+
+  get canRedo() {
+    return this.index < this.last;
+  }
+
+  undo() {
+    this.commit();
+    if (this.canUndo) history.back();
+  }
+
+  redo() {
+    if (this.canRedo) history.forward();
+  }
+
+  onChange(listener) {
+    this.listeners.push(listener);
+  }
+
+  tell() {
+    for (const listener of this.listeners) listener(this);
+  }
+}
+
+function holds(when, values) {
+  return Object.entries(when ?? {}).every(([key, wanted]) => wanted.includes(values[key]));
+}

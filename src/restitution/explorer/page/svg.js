@@ -1,0 +1,80 @@
+// A picture as SVG, with the curves, ticks and labels of the one on the screen.
+import { dashOf } from "./figure.js";
+import { colours } from "./theme.js";
+import { tickLabels, ticks } from "./ticks.js";
+
+const escaped = (text) => String(text).replace(/[&<>"]/g, (one) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[one]);
+const round = (value) => Math.round(value * 100) / 100;
+
+export function svgOf(figure, title) {
+  const palette = colours();
+  const { plot, options, ranges, size } = figure;
+  const em = palette.em;
+  const top = 2 * em;
+  const box = { left: plot.over.offsetLeft, top: plot.over.offsetTop + top, width: plot.over.clientWidth, height: plot.over.clientHeight };
+  const at = (x, y) => [round(plot.valToPos(x, "x") + box.left), round(plot.valToPos(y, "y") + box.top)];
+  const parts = [];
+  const text = (x, y, words, extra = "") => parts.push(`<text x="${round(x)}" y="${round(y)}" ${extra}>${escaped(words)}</text>`);
+  const stroke = (x1, y1, x2, y2, colour, extra = "") =>
+    parts.push(`<line x1="${round(x1)}" y1="${round(y1)}" x2="${round(x2)}" y2="${round(y2)}" stroke="${colour}" ${extra}/>`);
+
+  if (figure.bands) {
+    parts.push(`<image x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}" preserveAspectRatio="none" `
+      + `opacity="${figure.bands.alpha ?? 1}" href="${figure.bands.image.toDataURL()}"/>`);
+  }
+  for (const key of ["x", "y"]) {
+    const [low, high] = ranges[key];
+    const marks = ticks(low, high, options[key], figure.count(key, em));
+    tickLabels(marks, options[key].log).forEach((label, n) => {
+      if (key === "x") {
+        const [x] = at(marks[n], ranges.y[0]);
+        stroke(x, box.top, x, box.top + box.height, palette.grid);
+        text(x, box.top + box.height + 1.2 * em, label, 'text-anchor="middle"');
+      } else {
+        const [, y] = at(ranges.x[0], marks[n]);
+        stroke(box.left, y, box.left + box.width, y, palette.grid);
+        text(box.left - 0.4 * em, y + 0.3 * em, label, 'text-anchor="end"');
+      }
+    });
+  }
+  text(box.left + box.width / 2, box.top + box.height + 2.7 * em, figure.label("x", em), 'text-anchor="middle"');
+  const [across, middle] = [0.9 * em, box.top + box.height / 2];
+  text(across, middle, figure.label("y", em), `text-anchor="middle" transform="rotate(-90 ${round(across)} ${round(middle)})"`);
+
+  parts.push(`<g clip-path="url(#inside)" fill="none" stroke-linejoin="round" stroke-linecap="round">`);
+  for (const curve of figure.curves) {
+    const path = [];
+    let pen = "M";
+    curve.x.forEach((x, n) => {
+      const y = curve.y[n];
+      const drawn = Number.isFinite(x) && Number.isFinite(y) && x !== null && y !== null
+        && !(options.x.log && x <= 0) && !(options.y.log && y <= 0);
+      if (drawn) path.push(`${pen}${at(x, y).join(" ")}`);
+      pen = drawn ? "L" : "M";
+    });
+    parts.push(`<path d="${path.join("")}" stroke="${palette[curve.colour ?? "accent"]}" stroke-width="${curve.width ?? 2}" `
+      + `stroke-dasharray="${dashOf(curve).join(" ")}"><title>${escaped(curve.label ?? curve.letter ?? "")}</title></path>`);
+  }
+  parts.push("</g>");
+  for (const curve of figure.curves) {
+    if (!curve.letter || curve.placed === undefined) continue;
+    const [x, y] = at(curve.x[curve.placed], curve.y[curve.placed]);
+    text(x, y + 0.3 * em, curve.letter, `text-anchor="middle" stroke="${palette.card}" stroke-width="4" paint-order="stroke"`);
+  }
+  for (const mark of figure.marks) {
+    if (mark.y === undefined) {
+      const [x] = at(mark.x, ranges.y[0]);
+      stroke(x, box.top, x, box.top + box.height, palette.ink, 'stroke-dasharray="4 3"');
+      text(x + 5, box.top + em, mark.label ?? "");
+    } else {
+      const [x, y] = at(mark.x, mark.y);
+      parts.push(`<circle cx="${x}" cy="${y}" r="5.5" fill="${palette.card}" stroke="${palette[mark.colour ?? "ink"]}" stroke-width="2.5"/>`);
+    }
+  }
+  const [width, height] = [size.width, size.height + top];
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" `
+    + `font-family="${escaped(palette.font)}" font-size="${0.88 * em}" fill="${palette.ink}">`
+    + `<rect width="${width}" height="${height}" fill="${palette.card}"/>`
+    + `<clipPath id="inside"><rect x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}"/></clipPath>`
+    + `<text x="${em}" y="${1.2 * em}" font-size="${em}" font-weight="600">${escaped(title)}</text>${parts.join("\n")}</svg>\n`;
+}

@@ -1,0 +1,100 @@
+// The tools above the pictures, the tabs, and the keys for undo and redo.
+import { element } from "./inputs.js";
+import { closing, download } from "./save.js";
+import { setTheme } from "./theme.js";
+import { systemNames } from "./units.js";
+
+const $ = (id) => document.getElementById(id);
+
+export function bindTools(app) {
+  const { state, schema } = app;
+  $("case-title").textContent = schema.title ?? "";
+  $("case-title").hidden = !schema.title;
+  $("undo").addEventListener("click", () => state.undo());
+  $("redo").addEventListener("click", () => state.redo());
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text], textarea")) return;
+    const key = event.key.toLowerCase();
+    if (key === "z" && !event.shiftKey) state.undo();
+    else if (key === "y" || (key === "z" && event.shiftKey)) state.redo();
+    else return;
+    event.preventDefault();
+  });
+  $("skip").addEventListener("click", (event) => {
+    event.preventDefault();
+    $("pictures").focus();
+  });
+
+  $("presets").append(...schema.presets.map((preset) => element("option", { value: preset.name }, preset.words)));
+  $("presets").addEventListener("change", (event) => {
+    const preset = schema.presets.find((one) => one.name === event.target.value);
+    const indents = Object.keys(preset?.state ?? {}).some((key) => key.startsWith("indentation."));
+    if (preset) state.set({ ...state.defaults, ...preset.state, ...(indents ? { "page.tab": "indentation" } : {}) }, true);
+    event.target.value = "";
+  });
+  $("units").append(...systemNames().map((name) => element("option", { value: name }, name)));
+  $("units").addEventListener("change", (event) => state.set({ "page.units": event.target.value }, true));
+  const chosen = localStorage.getItem("colours") ?? "auto";
+  $("theme").value = chosen;
+  setTheme(chosen);
+  $("theme").addEventListener("change", (event) => {
+    localStorage.setItem("colours", event.target.value);
+    setTheme(event.target.value);
+  });
+
+  const said = (button, words) => {
+    const before = button.textContent;
+    button.textContent = words;
+    setTimeout(() => {
+      button.textContent = before;
+    }, 1500);
+  };
+  const copied = (button, text) => navigator.clipboard.writeText(text).then(() => said(button, "Copied"), () => said(button, "Not allowed"));
+  $("copy-link").addEventListener("click", () => {
+    state.commit();
+    copied($("copy-link"), location.href);
+  });
+  const fetched = (what, act) => {
+    app.downloaded = (answer) => (answer.ok ? act(answer) : app.files.say(answer.error, true));
+    app.backend.ask("download", { what, state: state.case() });
+  };
+  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copied($("copy-python"), text)));
+  $("download-case").addEventListener("click", () => {
+    fetched(app.tab === "indentation" ? "indentation" : "case", ({ name, type, text }) => download(name, type, text));
+  });
+  closing($("save-menu"));
+  bindTabs(app);
+  const update = () => {
+    $("undo").disabled = !state.canUndo;
+    $("redo").disabled = !state.canRedo;
+    $("units").value = state.get("page.units") ?? "SI";
+  };
+  state.onChange(update);
+  update();
+}
+
+function bindTabs(app) {
+  const tabs = [...document.querySelectorAll("[role=tab]")].filter((tab) => tab.id.slice(4) in app.tabs);
+  const show = () => {
+    for (const tab of tabs) {
+      const name = tab.id.slice(4);
+      const chosen = name === app.tab;
+      tab.setAttribute("aria-selected", chosen);
+      tab.tabIndex = chosen ? 0 : -1;
+      $(`view-${name}`).hidden = !chosen;
+      if (chosen) $("heading").textContent = tab.textContent;
+    }
+  };
+  for (const tab of tabs) tab.addEventListener("click", () => app.state.set({ "page.tab": tab.id.slice(4) }, true));
+  $("tabs").addEventListener("keydown", (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    const at = tabs.indexOf(document.activeElement);
+    const next = event.key === "Home" ? 0 : event.key === "End" ? tabs.length - 1 : step ? (at + step + tabs.length) % tabs.length : -1;
+    if (at < 0 || next < 0) return;
+    event.preventDefault();
+    tabs[next].focus();
+    tabs[next].click();
+  });
+  app.state.onChange(show);
+  show();
+}

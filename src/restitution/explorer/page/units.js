@@ -1,0 +1,106 @@
+// Numbers as a reader wants them: units of a system, prefixes, digits, subscripts.
+const PREFIXES = [[-15, "f"], [-12, "p"], [-9, "n"], [-6, "µ"], [-3, "m"], [0, ""], [3, "k"], [6, "M"], [9, "G"], [12, "T"]];
+const PREFIXED = new Set(["m", "s", "N", "J", "Pa", "Pa s", "m/s", "rad/s"]);
+const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
+let systems = { SI: {} };
+let system = "SI";
+
+export function setSystems(found) {
+  systems = found;
+}
+
+export function setSystem(name) {
+  system = name in systems ? name : "SI";
+}
+
+export const systemNames = () => Object.keys(systems);
+
+export const superscript = (number) => [...String(number)].map((one) => RAISED[one] ?? one).join("");
+
+export const unitText = (unit) => unit
+  .replace(/\^(-?\d+)/g, (_, power) => superscript(power))
+  .replace(/([a-zµ])(\d)$/i, (_, letter, power) => letter + superscript(power))
+  .replace(/\bu(?=[msgNJ])/g, "µ");
+
+// The unit in which a quantity is shown, as {unit, factor, offset}: shown = SI factor + offset.
+export function shownIn(quantity) {
+  return systems[system]?.[quantity.dimension] ?? { unit: quantity.unit ?? "", factor: 1 };
+}
+
+// The same for values of about this size: in SI a prefix makes them readable.
+export function unitFor(quantity, size) {
+  const own = shownIn(quantity);
+  const value = Math.abs(size);
+  if (system !== "SI" || own.offset || !Number.isFinite(value) || value === 0) return own;
+  if (own.unit === "kg") return massUnit(value, own);
+  if (!PREFIXED.has(own.unit)) return own;
+  const power = Math.floor(Math.log10(value) / 3 + 1e-9) * 3;
+  const kept = ["m/s", "rad/s"].includes(own.unit) && power >= 0 ? 0 : power;
+  const prefix = PREFIXES.find(([one]) => one === kept);
+  return prefix ? { unit: prefix[1] + own.unit, factor: own.factor / Math.pow(10, kept) } : own;
+}
+
+function massUnit(value, own) {
+  const [factor, unit] = value >= 1 ? [1, "kg"] : value >= 1e-3 ? [1e3, "g"] : value >= 1e-6 ? [1e6, "mg"]
+    : value >= 1e-9 ? [1e9, "µg"] : [1e12, "ng"];
+  return { ...own, unit, factor };
+}
+
+export const convert = (value, unit) => value * unit.factor + (unit.offset ?? 0);
+export const back = (shown, unit) => (shown - (unit.offset ?? 0)) / unit.factor;
+
+// A number with a few digits, with a true minus sign and no trailing zeros that mean nothing.
+export function digits(value, count = 4) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  let text;
+  if (size >= 1e6 || size < 1e-4) {
+    const [mantissa, power] = value.toExponential(count - 1).split("e");
+    text = `${mantissa}·10${superscript(Number(power))}`;
+  } else if (size >= Math.pow(10, count)) text = value.toFixed(0);
+  else text = value.toPrecision(count);
+  if (text.includes("e")) text = String(Number(text));
+  return text.replace("-", "−");
+}
+
+// A value in SI with the unit in which it is shown, such as "0.954 ms".
+export function withUnit(value, quantity, count = 4) {
+  const unit = unitFor(quantity, value);
+  const shown = value === null || value === undefined ? null : convert(value, unit);
+  if (!unit.unit && Number.isInteger(shown)) return { text: String(shown).replace("-", "−"), unit: "" };
+  return { text: digits(shown, count), unit: shown === null ? "" : unitText(unit.unit) };
+}
+
+export function phrase(value, quantity, count = 4) {
+  const { text, unit } = withUnit(value, quantity, count);
+  return unit ? `${text} ${unit}` : text;
+}
+
+// A column of values in one unit: the values as shown and the unit.
+export function column(values, quantity, size) {
+  const largest = size ?? values.reduce((most, one) => Math.max(most, Math.abs(one ?? 0)), 0);
+  const unit = unitFor(quantity, largest);
+  return { unit, values: values.map((one) => (one === null ? null : convert(one, unit))) };
+}
+
+export function axisLabel(quantity, unit, words = quantity.words) {
+  const symbol = plainSymbol(quantity.symbol);
+  return [words, symbol, unit.unit && `[${unitText(unit.unit)}]`].filter(Boolean).join(" ");
+}
+
+const LOWERED = { 0: "₀", 1: "₁", 2: "₂", 3: "₃", "∞": "∞" };
+export const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, one) => LOWERED[one] ?? `_${one}`).replace(/_\{?(\w+)\}?/, " $1");
+
+// A symbol such as "d_max" as elements, with its subscript lowered.
+export function symbolNodes(symbol) {
+  const [base, below] = (symbol ?? "").split("_");
+  const node = document.createElement("i");
+  node.textContent = base;
+  if (!below) return [node];
+  const sub = document.createElement("sub");
+  sub.textContent = below;
+  return [node, sub];
+}
