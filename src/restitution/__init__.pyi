@@ -9,10 +9,14 @@ from .citation.cite import cite as cite
 from .contact.analytic import FlatEndedParabola as FlatEndedParabola
 from .contact.analytic import Sphere as Sphere
 from .contact.analytic import TruncatedCone as TruncatedCone
+from .contact.ellipsoid import Ellipsoid as Ellipsoid
+from .contact.ellipsoid import crossed_cylinders as crossed_cylinders
+from .contact.force_law.law import ForceLaw as ForceLaw
 from .contact.power_law import Cone as Cone
 from .contact.power_law import FlatPunch as FlatPunch
 from .contact.power_law import PowerLaw as PowerLaw
 from .contact.profile import Parabola as Parabola
+from .contact.pyramid import Pyramid as Pyramid
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
 from .explorer.notebook import Explorer as Explorer

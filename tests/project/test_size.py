@@ -20,6 +20,9 @@ def test_no_module_is_longer_than_400_lines(path):
 # Features later than the solver, each with the most lines that it may have.
 LATER = {
     "geometry": 160,
+    "ellipsoid": 245,
+    "pyramid": 120,
+    "force_law": 480,
     "layer": 1_200,
     "identification": 6_700,
     "law": 1_500,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Numeric, between, number
+from restitution.checks import Numeric, between, finite, number, single
 from restitution.contact.geometry import Array, Geometry, as_array, plain
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import LENGTH, Quantity
@@ -62,6 +62,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     """
 
     sources = (("hertz1882", "elliptical contact"),)
+    has_pressure = True
     obstacle = "the contact is an ellipse"
 
     radius_1: Annotated[Numeric, _RADIUS]
@@ -97,8 +98,9 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         Parameters
         ----------
         radii_1, radii_2 : pair of float
-            Principal radii of curvature [m] of each body at the point of contact: positive where it is convex, negative
-            where it is hollow, infinite where it is straight. A ball has two equal ones, a cylinder an infinite one.
+            Principal radii of curvature [m] of each body at the point of contact: positive where it is convex,
+            negative where it is hollow, infinite where it is straight. A ball has two equal ones, a cylinder an
+            infinite one.
         angle : float
             Angle [rad] between the directions of the first radius of each body.
 
@@ -119,7 +121,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         >>> print(round(gap.radius_1, 9), round(gap.radius_2, 9))
         0.01 0.008333333
         """
-        turn = float(number("angle", angle, "rad"))
+        turn = single("angle", finite("angle", angle, "rad"), "rad")
         curvatures = np.array([_curvatures("radii_1", radii_1), _curvatures("radii_2", radii_2)])
         (p, q), (r, s) = curvatures
         total = curvatures.sum()
@@ -200,14 +202,13 @@ def crossed_cylinders(radius_1: Any, radius_2: Any, *, angle: Any = 0.5 * math.p
     >>> print(gap.axis_ratio, gap.effective_radius)
     1.0 0.01
     """
-    for name, radius in (("radius_1", radius_1), ("radius_2", radius_2)):
-        value = number(name, radius, "m")
-        if value.ndim or value == 0.0 or not np.isfinite(value):
-            raise InputError(name, radius, "must be a single number other than 0", "m")
-    turn = float(between("angle", angle, 0.0, math.pi, "rad"))
-    return Ellipsoid.of_bodies(
-        (number("radius_1", radius_1, "m"), math.inf), (number("radius_2", radius_2, "m"), math.inf), angle=turn
-    )
+    given = {"radius_1": radius_1, "radius_2": radius_2}
+    radii = [single(name, finite(name, radius, "m"), "m") for name, radius in given.items()]
+    for name, radius in zip(given, radii, strict=True):
+        if radius == 0.0:
+            raise InputError(name, radius, "must not be 0", "m")
+    turn = single("angle", between("angle", angle, 0.0, math.pi, "rad"), "rad")
+    return Ellipsoid.of_bodies((radii[0], math.inf), (radii[1], math.inf), angle=turn)
 
 
 def _curvatures(name: str, radii: ArrayLike) -> Array:
@@ -217,7 +218,9 @@ def _curvatures(name: str, radii: ArrayLike) -> Array:
     bad = np.isnan(values) | (values == 0.0)
     if bad.any():
         place = int(np.argmax(bad))
-        raise InputError(name, float(values[place]), "must not be 0 or NaN; infinite where straight", "m", index=(place,))
+        raise InputError(
+            name, float(values[place]), "must not be 0 or NaN; infinite where straight", "m", index=(place,)
+        )
     return 1.0 / values
 
 

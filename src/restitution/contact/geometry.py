@@ -68,6 +68,8 @@ class Geometry(ABC):
     body_radius: ClassVar[bool] = False
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()
+    # Whether the pressure is that of a profile with the same stiffness radius, stretched over the contact area.
+    has_pressure: ClassVar[bool] = False
     # Why pressure, surface displacement and elements cannot follow from the stiffness radius.
     obstacle: ClassVar[str] = "it is no axisymmetric profile on a half-space"
 

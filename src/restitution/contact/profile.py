@@ -36,6 +36,8 @@ class Profile(Geometry):
     there is never touched. docs/development/extending.md shows how to write a subclass.
     """
 
+    has_pressure = True
+
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
         """Profile f(r) [m] at radius r [m]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,7 @@ class Batch:
     exponent: float | None = None
     profile: Geometry | None = None
     ratios: Array | None = None
+    has_pressure: bool = True
 
     @classmethod
     def from_impact(cls, impact: Impact) -> Batch:
@@ -81,6 +82,7 @@ class Batch:
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, impact.shape) if power else None,
+            has_pressure=profile.has_pressure,
         )
 
     @classmethod
@@ -93,6 +95,7 @@ class Batch:
             exponent=float(np.asarray(profile.path_exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, (size,)) if power else None,
+            has_pressure=profile.has_pressure,
         )  # fmt: skip
 
     @classmethod
@@ -107,7 +110,7 @@ class Batch:
         kinds: dict[Any, list[tuple[Places, Batch]]] = {}
         for member in batches:
             batch = member[1]
-            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None
+            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None, batch.has_pressure
             same = kinds.setdefault(kind, []) if batch.profile is None else alone
             same.append(member)
         return [*(_join(members) for members in kinds.values()), *alone]
@@ -150,11 +153,6 @@ class Batch:
 
         block, outcomes = self.solved(run, rtol)
         return self.columns(block, outcomes, energy, pressure)
-
-    @property
-    def has_pressure(self) -> bool:
-        """Whether all geometries are profiles on a half-space, whose pressure follows from the stiffness radius."""
-        return self.ratios is None and (self.profile is None or isinstance(self.profile, Profile))
 
     @property
     def singular(self) -> NDArray[np.bool_]:
@@ -258,10 +256,16 @@ class Batch:
             # If every pressure is infinite there is no such column, and the last one is replaced.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
-            peak = np.where(self.singular, np.inf, peak) if self.has_pressure else np.full(self.size, np.nan)
-            result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, peak)
+            result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, self.pressures(peak))
         found = derived(result | dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True)))
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
+
+    def pressures(self, peak: Any) -> Array:
+        """Return the largest pressures [Pa] for those, as far as finite, of profiles with the same stiffness radii."""
+        if not self.has_pressure:
+            return np.full(self.size, np.nan)
+        peak = np.where(self.singular, np.inf, peak)
+        return peak if self.ratios is None else peak / self.ratios**2
 
     def contact_radii(self, stiffness_radius: Array, depth: Array) -> Array:
         """Return the contact radii [m] for stiffness radii [m] and the depths [m] of the approach that have them."""
@@ -337,7 +341,6 @@ def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
     if len(members) == 1:
         return members[0]
     batches = [batch for _, batch in members]
-    kept = ("exponent", "profile") if batches[0].ratios is not None else ("exponent", "profile", "ratios")
-    names = [field.name for field in fields(Batch) if field.name not in kept]
+    names = [field.name for field in fields(Batch) if isinstance(getattr(batches[0], field.name), np.ndarray)]
     columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
-    return np.concatenate([places for places, _ in members]), Batch(**columns, exponent=batches[0].exponent)
+    return np.concatenate([places for places, _ in members]), replace(batches[0], **columns)

@@ -192,7 +192,7 @@ class ImpactResult:
         For an elastic parabola it is that of Hertz, `3 F/(2 pi a^2)` on the axis; relaxation moves it towards the
         edge. For a captured body it is that of the approach. It is infinite under a sharp tip, at the edge of a flat
         face and with a parallel dashpot, and NaN for a body that sinks in, for other methods than "exact" and for
-        geometries other than profiles on a half-space. The relative error is about 1e-5, and larger for a power law
+        geometries whose contact area is not known. The relative error is about 1e-5, and larger for a power law
         near a cone: 3e-4 with the exponent 1.05, 3e-2 with 1.02. The first use computes it in about 3 ms per impact;
         for several impacts and for a captured body by a second solve.
         """
@@ -200,9 +200,8 @@ class ImpactResult:
             return math.nan
         if isinstance(self._solution, Solution) and not isinstance(self.impact, list):
             batch = Batch.from_impact(self.impact)
-            if not batch.has_pressure:
-                return math.nan
-            return math.inf if batch.singular[0] else self._solution.max_pressure
+            finite = batch.has_pressure and not batch.singular[0]
+            return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
         found = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
         return shaped(found, np.shape(self.status))
 

@@ -32,7 +32,7 @@ _SLACK, _SMOOTHING = 3.0, 1e-5
 
 @dataclass(frozen=True, eq=False)
 class ForceFit:
-    """Force ``F = F_1 x^(2p) sum_j c_j T_j(2x - 1)`` with ``x = sqrt(d/d_1)``; d_1 is the largest depth, F_1 its force.
+    """Force ``F = F_1 x^(2p) sum_j c_j T_j(2x - 1)``, ``x = sqrt(d/d_1)``, largest depth d_1, force F_1 there.
 
     Attributes
     ----------
@@ -129,8 +129,8 @@ def fit_force(depth: Array, force: Array, exponent: float | None = None) -> Forc
 
     Notes
     -----
-    The exponent (1, 1.5, 2 or fitted), the degree, and whether the noise is constant or proportional to the force, have
-    the largest likelihood of rows that are left out one by one; a simpler fit of nearly the same likelihood is
+    The exponent (1, 1.5, 2 or fitted), the degree, and whether the noise is constant or proportional to the force,
+    have the largest likelihood of rows that are left out one by one; a simpler fit of nearly the same likelihood is
     preferred. Where the stiffness of the likeliest fit falls, the likeliest one that rises replaces it if it is nearly
     as close to the data.
     """
@@ -180,12 +180,13 @@ def _with_exponent(x: Array, y: Array, weights: Array, exponent: float, degree: 
     columns = weights[:, None] * _force_columns(x, exponent, degree)
     coefficients = np.linalg.lstsq(columns, weights * y, rcond=None)[0]
     fitted = columns @ coefficients
-    return np.column_stack([columns, 2.0 * np.log(x) * fitted]), coefficients, weights * y - fitted
+    residual: Array = weights * y - fitted
+    return np.column_stack([columns, 2.0 * np.log(x) * fitted]), np.asarray(coefficients, np.float64), residual
 
 
 def _fitted_exponent(x: Array, y: Array, weights: Array, degree: int) -> float:
     """Exponent of the least squares, by Gauss-Newton; NaN where it does not converge."""
-    p = 1.5
+    p, step = 1.5, math.inf
     for _ in range(50):
         columns, _, residual = _with_exponent(x, y, weights, p, degree)
         step = float(np.linalg.lstsq(columns, residual, rcond=None)[0][-1])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +12,14 @@ from numpy.typing import ArrayLike
 from restitution.checks import finite, single
 from restitution.contact.force_law.fit import ForceFit, fit_force
 from restitution.contact.geometry import Array, Geometry, as_array
-from restitution.errors import InputError
+from restitution.errors import InputError, RestitutionWarning
 from restitution.pictures import draw
 from restitution.quantities import CONSTANTS, FORCE, INPUTS, LENGTH, NUMBER, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from restitution.material.viscoelastic import Material
 
 _EXPONENT = Quantity("exponent", NUMBER, "exponent of the force at small depth", "$p$", 1.0, 10.0)
 _FEWEST = 10
@@ -26,6 +29,8 @@ _FIRST = 0.25
 _MOST_OFFSET, _MOST_MISFIT, _OUTLIER = 0.01, 0.01, 20.0
 # Limits of the depth over the stiffness radius, beyond which a unit is wrong.
 _SHALLOW, _DEEP = 1e-9, 30.0
+# Difference of Poisson ratios that does not matter.
+_SAME_RATIO = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +69,11 @@ class ForceLaw(Geometry, case_name="force_law"):
     Notes
     -----
     The stiffness radius ``a = (dF/dd)/(2 E*)`` with ``E* = E/(1 - nu^2)`` is the derivative of a smooth fit: Chebyshev
-    polynomials of ``F/d^p`` in sqrt(d). The degree follows from cross-validation. A viscoelastic impact follows exactly
-    from the law if the Poisson ratio of the material is constant in time, on a half-space and on a frictionless base
-    for every material, and if the contact area grows with the depth. The contact radius and the pressure are not known.
-    An impact deeper than the data ends with `Status.TOO_DEEP`.
+    polynomials of ``F/d^p`` in sqrt(d), whose degree follows from cross-validation. The impact of one viscoelastic
+    body follows exactly if its contact area grows with the depth and its Poisson ratio is constant in time and that of
+    the twin; on a half-space and on a layer with a frictionless base the Poisson ratio does not matter. Another one is
+    a warning. The contact radius and the pressure are not known. An impact deeper than the data is refused; one of
+    several ends with `Status.TOO_DEEP`.
 
     Examples
     --------
@@ -106,6 +112,18 @@ class ForceLaw(Geometry, case_name="force_law"):
         if not _SHALLOW < shape < _DEEP:
             wanted = "is the depth over the stiffness radius F'/(2 E*): compare the units of depth, force and modulus"
             raise InputError("depth, force, modulus", shape, wanted)
+
+    def between(self, material: Material, counter_material: Material | None) -> Self:
+        """Return the law itself; refuse a second body that deforms, and warn of another Poisson ratio."""
+        if counter_material is not None:
+            raise InputError("counter_material", wanted="must be left out: a force law is that of one deformable body")
+        ratios = material.poisson_ratio, material.instantaneous_poisson_ratio
+        if max(abs(ratio - self.poisson_ratio) for ratio in ratios) > _SAME_RATIO:
+            text = f"force law: the Poisson ratio is {self.poisson_ratio:.4g} for the twin and {ratios[0]:.4g} "
+            text += f"(static) to {ratios[1]:.4g} (instantaneous) for the material; exact on a half-space or a "
+            text += "frictionless layer alone"
+            warnings.warn(RestitutionWarning("force_law", text), stacklevel=2)
+        return self
 
     @property
     def reduced_modulus(self) -> float:
@@ -146,7 +164,9 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
     """Return checked columns of depths and forces, in the order of the rows."""
     d, f = np.asarray(finite("depth", depth, "m")), np.asarray(finite("force", force, "N"))
     if d.ndim != 1 or d.shape != f.shape:
-        raise InputError("depth, force", wanted=f"have shapes {d.shape}, {f.shape}: must be two columns of equal length")
+        raise InputError(
+            "depth, force", wanted=f"have shapes {d.shape}, {f.shape}: must be two columns of equal length"
+        )
     if np.any(d < 0.0):
         row = int(np.argmax(d < 0.0))
         raise InputError("depth", float(d[row]), "must be >= 0: depths count from first touch", "m", index=(row,))
@@ -160,7 +180,11 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
     deepest = int(np.argmax(d))
     if f[deepest] <= 0.0:
         raise InputError(
-            "force", float(f[deepest]), "must be > 0 in indentation; a compression counts positive", "N", index=(deepest,)
+            "force",
+            float(f[deepest]),
+            "must be > 0 in indentation; a compression counts positive",
+            "N",
+            index=(deepest,),
         )
     first = float(d[d > 0.0].min())
     if first > _FIRST * d[deepest]:
@@ -178,11 +202,10 @@ def _check_fit(fit: ForceFit, depth: Array, force: Array, rows: Any) -> None:
     size = np.abs(fit.residual)
     worst = int(np.argmax(size))
     row = int(rows[worst])
-    here = {"unit": "N", "index": (row,)}
     if fit.misfit > _MOST_MISFIT or size[worst] > max(_MOST_MISFIT, _OUTLIER * float(np.median(size))):
         place = f"at depth {depth[row]:g} m is {100.0 * size[worst]:.2g} % of the largest force off a smooth curve"
         wanted = f"{place}, all rows by {100.0 * fit.misfit:.2g} %: must be smooth; correct or leave out such rows"
-        raise InputError("force", float(force[row]), wanted, **here)
+        raise InputError("force", float(force[row]), wanted, "N", index=(row,))
     falls = fit.falls_at()
     if falls is not None:
         place = falls**2 * fit.depth_unit

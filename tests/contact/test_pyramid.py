@@ -1,0 +1,84 @@
+"""Pyramids: equivalent cones, with the constants of boundary elements."""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+
+# Some of the impacts are deep.
+pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+SOLID = rs.Material(rs.PronySeries(1.0, [10.0], [0.1]), math.inf)
+# layers.md, section 5.
+CONSTANTS = {3: (0.882413, 5e-6), 4: (0.737616, 3e-6), 6: (0.67330, 1e-5)}
+
+
+@pytest.mark.parametrize("sides", CONSTANTS)
+def test_pyramid_is_a_cone_of_the_same_stiffness(sides):
+    angle = 1.2
+    tip = rs.Pyramid(face_angle=angle, sides=sides)
+    assert (tip.constant, tip.uncertainty) == CONSTANTS[sides]
+    cone = rs.Cone(math.atan(0.5 * math.pi * tip.constant * math.tan(angle)))
+    depth = np.array([-1.0, 0.0, 1e-6, 1.0])
+    assert tip.stiffness_radius(depth) == pytest.approx(cone.contact_radius(depth), rel=1e-14)
+    # F = 2 E* Pi = c tan(alpha) E* d^2
+    assert 2 * tip.force_integral_at_depth(0.3) == pytest.approx(tip.constant * math.tan(angle) * 0.3**2, rel=1e-15)
+    found, same = (rs.solve(rs.Impact(SOLID, one, 1.0, [0.5, 1.0])) for one in (tip, cone))
+    assert found.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-12)
+    assert found.max_force == pytest.approx(same.max_force, rel=1e-12)
+
+
+def test_impact_against_boundary_elements_in_time():
+    # layers.md, section 3: E* = 4 + 40 exp(-t/0.1), tan(alpha) = 1.
+    found = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.pi / 4, 4), mass=1.0, velocity=1.0), rtol=1e-11)
+    assert found.restitution_coefficient == pytest.approx(0.2555678197, abs=1e-10)
+
+
+def test_more_faces_are_nearer_to_a_cone():
+    factors = [rs.Pyramid(1.0, sides).constant for sides in (3, 4, 6)]
+    assert np.all(np.diff([*factors, 2 / math.pi]) < 0)
+
+
+def test_contact_area_is_unknown():
+    tip = rs.Pyramid(1.4)
+    impact = rs.Impact(SOLID, tip, mass=1.0, velocity=1.0)
+    result = rs.solve(impact)
+    assert np.isnan(tip.contact_radius([0.0, 1.0])).all()
+    assert np.isnan([result.max_contact_radius, result.max_pressure]).all()
+    assert np.isnan(result.history.contact_radius[1:]).all()
+    assert np.isnan(rs.solve([impact, impact]).outputs["max_pressure"]).all()
+    for refused in (lambda: result.pressure(0.0, 0.1), lambda: rs.solve(impact, "elements")):
+        with pytest.raises(rs.InputError, match="pressure under a pyramid is not known"):
+            refused()
+
+
+def test_indentation_bounces_and_contact_law():
+    tip = rs.Pyramid(1.4, 3)
+    cone = rs.Cone(math.atan(0.5 * math.pi * tip.constant * math.tan(1.4)))
+    found, same = (rs.indent(SOLID, one, depth=rs.triangle(1e-5, 1.0)) for one in (tip, cone))
+    assert found.max_force == pytest.approx(same.max_force, rel=1e-12)
+    assert math.isnan(found.max_contact_radius)
+    impact = rs.Impact(SOLID, tip, 1e-3, 0.1, external_force=1e-5)
+    bounces = rs.bounces(impact, gravity=0.01, max_bounces=2)
+    assert bounces.restitution_coefficient[0] == pytest.approx(rs.solve(impact).restitution_coefficient)
+    assert rs.contact_law(impact).modulus == impact.reduced_modulus
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ({"face_angle": 1.2, "sides": 5}, "sides"),
+        ({"face_angle": 1.2, "sides": True}, "sides"),
+        ({"face_angle": 1.2, "sides": "four"}, "sides"),
+        ({"face_angle": 0.0}, "face_angle"),
+        ({"face_angle": math.pi / 2}, "face_angle"),
+        ({"face_angle": 65.3}, "face_angle"),
+        ({"face_angle": math.nan}, "face_angle"),
+    ],
+)
+def test_bad_input_is_refused(arguments, field):
+    with pytest.raises(rs.InputError) as caught:
+        rs.Pyramid(**arguments)
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
