@@ -58,10 +58,10 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     >>> print(round(roller.axis_ratio, 9), round(roller.effective_radius, 9))
     0.345999087 0.024820041
     >>> print(*roller.half_axes(roller.contact_radius(1e-5)).round(8))
-    0.00079088 0.00027364
+    0.00079092 0.00027366
     """
 
-    sources = (("hertz1882", "elliptical contact"),)
+    sources = (("hertz1882", "elliptical contact"), ("carlson1995", "elliptic integrals of the half-axes"))
     has_pressure = True
     obstacle = "the contact is an ellipse"
 
