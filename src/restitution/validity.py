@@ -168,6 +168,7 @@ class Numbers(NamedTuple):
     density_factor: Array
     poisson_ratio: Array
     density_missing: Array
+    slope: Array
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
@@ -195,7 +196,7 @@ def numbers(
     the target; that of the contact counts too. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    radius, depth, speed, time, mass, force, e, residual, tip, size, thickness = (
+    radius, depth, speed, time, mass, force, e, residual, tip, ball, slope, size, thickness = (
         np.asarray(column, dtype=np.float64).reshape(-1)
         for column in np.broadcast_arrays(
             max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force,
@@ -219,13 +220,13 @@ def numbers(
         # Waves that come back before the contact ends bring their energy back.
         kept = 2.0 * thickness <= wave_speed * time
         return Numbers(
-            strain_number=np.fmax(radius / tip, depth / radius),
+            strain_number=np.fmax(np.fmax(radius / tip, depth / radius), slope),
             contact_size_ratio=radius / size,
             mach_number=speed / wave_speed,
             radiated_energy_ratio=np.where(kept, 0.0, np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0)),
             window_ratio=np.maximum(low / shortest, time / high),
             instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, instantaneous),
-            mean_density=mass / sphere_mass(1.0, tip),
+            mean_density=mass / sphere_mass(1.0, ball),
             round_body=np.isfinite(tip).astype(np.float64),
             no_such_contact=((radius > tip) | (depth > tip)).astype(np.float64),
             contact_time=time,
@@ -236,6 +237,7 @@ def numbers(
             density_factor=factor,
             poisson_ratio=static,
             density_missing=missing,
+            slope=slope,
         )
 
 
@@ -247,12 +249,12 @@ def _of_materials(contact: Contact) -> tuple[float, ...]:
     return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
 
 
-def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> tuple[Any, Any, Any]:
-    """Radius of the tip, size of the target, and its thickness for waves, for each contact."""
-    tips = [one.profile.tip_radius for one in contacts]
+def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Any]:
+    """Radii of the tip and of the ball, slope of the faces, size of the target and its thickness for waves."""
+    shapes = [[getattr(one.profile, name) for one in contacts] for name in ("tip_radius", "ball_radius", "slope")]
     size = np.fmin(body_size, [one.body_size or math.nan for one in contacts])
     layers = [getattr(one.profile, "thickness", math.nan) for one in contacts]
-    return tips if len(tips) > 1 else tips[0], size, np.fmin(size, layers)
+    return [*(one if len(one) > 1 else one[0] for one in shapes), size, np.fmin(size, layers)]
 
 
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
@@ -278,12 +280,11 @@ def excess(numbers: Numbers) -> dict[str, Array]:
     """Return a number for each assumption and contact: above 1 where it is doubtful, NaN where it is not known."""
     low, high = DENSITY_LIMITS
     share = numbers.radiated_energy_ratio / RADIATION_LIMIT
-    # A contact that no body of this radius has is worse than every other.
-    strain = np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number
     with np.errstate(divide="ignore"):  # a product that underflows is a density of zero
         density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
     return {
-        "small_strain": strain / STRAIN_LIMIT,
+        # A contact that no body of this radius has is worse than every other.
+        "small_strain": np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number / STRAIN_LIMIT,
         "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
         "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
         "window": numbers.window_ratio,
@@ -319,14 +320,14 @@ def report(numbers: Numbers) -> Validity:
 
 
 def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
-    is_round = one.round_body > 0.0
-    text = f"{'max(a/R, d/a)' if is_round else 'd/a'} is {_beside(one.strain_number, STRAIN_LIMIT)}"
+    number = "max(a/R, d/a)" if one.round_body else "d/a" if math.isnan(one.slope) else "the slope of the faces"
+    text = f"{number} is {_beside(one.strain_number, STRAIN_LIMIT)}"
     if one.no_such_contact > 0.0:
         text += "; a body of this radius has no such contact"
         return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
-    if is_round:
+    if one.round_body:
         text += f"; the representative strain is about {20 * one.strain_number:.2g} %"
-    return text, "Take a lower velocity or a larger body, or read the numbers as a trend."
+    return text, "Take a lower velocity, or a larger or blunter body, or read the numbers as a trend."
 
 
 def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
@@ -376,9 +377,8 @@ def _density(one: Any, exceeded: bool) -> tuple[str, str]:
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 
-_Describe = Callable[[Any, bool], tuple[str, str]]
 # The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
-_KINDS: dict[str, tuple[str, Threshold, str, _Describe]] = {
+_KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
     "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
     "half_space": ("contact_size_ratio", SIZE_LIMIT, "no size of the target is given", _half_space),
     "waves": ("radiated_energy_ratio", RADIATION_LIMIT, "the density of a material is missing", _waves),

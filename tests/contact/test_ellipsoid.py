@@ -190,3 +190,13 @@ def test_fields_and_elements_are_refused():
     ):
         with pytest.raises(rs.InputError, match="the contact is an ellipse"):
             refused()
+
+
+def test_validity_report_has_the_strain_of_the_more_curved_direction():
+    gap = rs.Ellipsoid(np.array([0.1, 0.002]), 0.01)
+    found = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
+    a, b = gap.half_axes(found.max_contact_radius)
+    assert np.all(b / [0.01, 0.002] > a / [0.1, 0.01])
+    assert found.validity["small_strain"].value == pytest.approx((b / [0.01, 0.002]).max())
+    # No radius is that of a ball of this mass.
+    assert found.validity["density"].value is None

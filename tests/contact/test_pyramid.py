@@ -82,3 +82,12 @@ def test_bad_input_is_refused(arguments, field):
         rs.Pyramid(**arguments)
     assert caught.value.field == field
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("angle", "exceeded"), [(65.3, True), (80.0, False)])
+def test_validity_report_has_the_slope_of_the_faces(angle, exceeded):
+    found = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.radians(angle), 3), mass=1.0, velocity=1.0)).validity
+    assert found["small_strain"].value == pytest.approx(1 / math.tan(math.radians(angle)))
+    assert found["small_strain"].exceeded is exceeded
+    assert "slope of the faces" in found["small_strain"].message
+    assert found["density"].value is None

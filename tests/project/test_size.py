@@ -19,8 +19,8 @@ def test_no_module_is_longer_than_400_lines(path):
 
 # Features later than the solver, each with the most lines that it may have.
 LATER = {
-    "geometry": 160,
-    "ellipsoid": 245,
+    "geometry": 175,
+    "ellipsoid": 250,
     "pyramid": 120,
     "force_law": 480,
     "layer": 1_200,

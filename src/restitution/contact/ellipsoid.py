@@ -164,6 +164,11 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         return plain(np.minimum(self.radius_1, self.radius_2) / np.sqrt(self.axis_ratio))
 
     @property
+    def ball_radius(self) -> Numeric:
+        """NaN: the volume of the body does not follow from its curvature."""
+        return math.nan
+
+    @property
     def path_exponent(self) -> Numeric:
         """Exponent of a = c s^p: 1."""
         return 1.0

@@ -110,7 +110,17 @@ class Geometry(ABC):
 
     @property
     def tip_radius(self) -> Numeric:
-        """Radius [m] of a round body, to which strains and densities refer; NaN for other bodies."""
+        """Radius [m] of a round body, to which strains refer; NaN for other bodies."""
+        return math.nan
+
+    @property
+    def ball_radius(self) -> Numeric:
+        """Radius [m] of a ball, to which densities refer; NaN for other bodies."""
+        return self.tip_radius
+
+    @property
+    def slope(self) -> Numeric:
+        """Slope of the faces of a sharp body whose contact radius is not known; NaN for other bodies."""
         return math.nan
 
     @property

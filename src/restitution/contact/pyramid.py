@@ -54,9 +54,9 @@ class Pyramid(Geometry, case_name="pyramid"):
     ``F = c tan(alpha) E* d^2`` with c = 0.882413(5) for three, 0.737616(3) for four and 0.67330(1) for six faces;
     a cone has 2/pi. The constants are from boundary elements on the half-space, extrapolated to fine meshes; the
     approximate 0.7453 of Bilodeau (1992) for four faces is 1.0 % above, 1/sqrt(2) of software for force microscopes
-    4.1 % below. The stiffness radius is ``c tan(alpha) d``. Valid for small slopes cot(alpha) only: Berkovich
-    (65.3 deg), Vickers (68 deg) and sharper tips are beyond them. The contact is no disc, and its radius and pressure
-    are not known.
+    4.1 % below. The stiffness radius is ``c tan(alpha) d``. Valid for small slopes cot(alpha) only, which the validity
+    report compares: Berkovich (65.3 deg), Vickers (68 deg) and sharper tips are beyond them. The contact is no disc,
+    and its radius and pressure are not known.
 
     Examples
     --------
