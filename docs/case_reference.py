@@ -142,7 +142,8 @@ def page() -> str:
         "The default `radius` of a parabola, a sphere and a flat-ended parabola is that of the body.",
     ]
     lines += [
-        "The lists `r` and `f` of a table are radii and heights. `file` is a CSV file with these columns instead."
+        "The lists `r` and `f` of a table are radii and heights. `file` is a CSV file with these columns instead.",
+        "A force law has the columns `depth` and `force`.",
     ]
     lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
     lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]

@@ -10,8 +10,12 @@ from refusals import agrees
 from restitution.case.impact import read_case
 from restitution.case.section import CaseError
 from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
+from restitution.contact.ellipsoid import Ellipsoid
+from restitution.contact.force_law.law import ForceLaw
+from restitution.contact.geometry import Geometry
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola, Profile
+from restitution.contact.profile import Parabola
+from restitution.contact.pyramid import Pyramid
 from restitution.contact.tabulated import Tabulated
 
 CASE = """
@@ -33,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("tip.csv").write_text("# measured\nr [um],f_nm\n0,0\n1,10\n2,40\n\n3,90\n", encoding="utf-8")
 
 
-def profile(text: str) -> Profile:
+def profile(text: str) -> Geometry:
     Path("a.toml").write_text(CASE + text, encoding="utf-8")
     return read_case("a.toml").impact.profile
 
@@ -51,16 +55,50 @@ def profile(text: str) -> Profile:
         ('type = "flat_ended_parabola"\nface_radius = 1e-6', FlatEndedParabola(1e-3, 1e-6)),
         ('type = "power_law"\nexponent = 3\ncoefficient = 7', PowerLaw(3, 7)),
         ('type = "tabulated"\nr = [0, 1, 2]\nf = [0, 1, 4]', Tabulated([0, 1, 2], [0, 1, 4])),
+        ('type = "ellipsoid"\nradius_1 = "2 mm"\nradius_2 = 1e-3', Ellipsoid(2e-3, 1e-3)),
+        ('type = "pyramid"\nface_angle = "75 deg"', Pyramid(math.radians(75))),
+        ('type = "pyramid"\nface_angle = 1.3\nsides = 3', Pyramid(1.3, sides=3)),
     ],
 )
-def test_every_type(text: str, expected: Profile) -> None:
+def test_every_type(text: str, expected: Geometry) -> None:
     assert profile(text) == expected
+
+
+def test_a_force_law_in_a_file_and_inline() -> None:
+    d = np.linspace(0.0, 20e-6, 41)
+    force = 4.0 / 3.0 * 4e6 * math.sqrt(1e-3) * d**1.5
+    rows = "\n".join(f"{1e6 * x!r},{1e3 * y!r}" for x, y in zip(d.tolist(), force.tolist(), strict=True))
+    Path("twin.csv").write_text(f"depth [um],force [mN]\n{rows}\n", encoding="utf-8")
+    twin = 'type = "force_law"\nmodulus = "3 MPa"\npoisson_ratio = 0.3\n'
+    expected = ForceLaw(d, force, modulus=3e6, poisson_ratio=0.3)
+    for text in (
+        'file = "twin.csv"',
+        f"depth = {d.tolist()}\nforce = {force.tolist()}",
+        'file = "twin.csv"\nexponent = 1.5',
+    ):
+        found = profile(twin + text)
+        assert isinstance(found, ForceLaw)
+        assert float(found.stiffness_radius(1e-5)) == pytest.approx(float(expected.stiffness_radius(1e-5)), rel=1e-9)
+
+
+def test_a_bad_row_of_a_force_law_is_named() -> None:
+    d = np.linspace(1e-6, 20e-6, 41)
+    force = 100.0 * d**1.5
+    force[17] *= 1.2
+    rows = "\n".join(f"{x!r},{y!r}" for x, y in zip(d.tolist(), force.tolist(), strict=True))
+    Path("twin.csv").write_text(f"depth,force\n{rows}\n", encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        profile('type = "force_law"\nmodulus = 3e6\npoisson_ratio = 0.3\nfile = "twin.csv"')
+    assert caught.value.field == "profile.file"
+    assert "force[17]" in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
     # f = A r^n: at r = 1 mm, A = 2 mm^(1-n) gives f = 2 mm for every n.
     for n, unit in ((1, ""), (1.5, " mm^-0.5"), (3, " 1/mm^2"), (2.5, " mm^(-3/2)")):
         found = profile(f'type = "power_law"\nexponent = {n}\ncoefficient = "2{unit}"')
+        assert isinstance(found, PowerLaw)
         assert float(found.shape(1e-3)) == pytest.approx(2e-3, rel=1e-14)
 
 
@@ -137,7 +175,10 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
             'half_angle = "80 deg"',
             '.half_angle = "80 deg": belongs to another type; give type = "cone" or "truncated_cone"',
         ),
-        ("exponent = 2", '.exponent = 2: belongs to another type; give type = "power_law"'),
+        ("exponent = 2", '.exponent = 2: belongs to another type; give type = "power_law" or "force_law"'),
+        ('type = "pyramid"\nface_angle = 1.3\nsides = 5', ".sides = 5: must be 3, 4 or 6"),
+        ('type = "ellipsoid"\nradius_1 = 1\nradius_2 = -1', ".radius_2 = -1: must be finite and > 0"),
+        ('type = "force_law"\nmodulus = 1\npoisson_ratio = 0.3', ": give file, or depth and force"),
         ("r = [0, 1]", ": give file, or r and f"),
         ('type = "tabulated"\nfile = "t.csv"', '.file = "t.csv": no such file: t.csv'),
         ('type = "tabulated"\nfile = 3', '.file = 3: must be the name of a CSV file, e.g. "tip.csv"'),
@@ -152,7 +193,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
         (
             "type = 3",
             '.type = 3: must be one of "parabola", "sphere", "cone", "power_law", "flat_punch", '
-            '"truncated_cone", "flat_ended_parabola", "tabulated"',
+            '"truncated_cone", "flat_ended_parabola", "tabulated", "ellipsoid", "pyramid", "force_law"',
         ),
     ],
 )

@@ -13,7 +13,7 @@ from restitution import quantities
 from restitution.calibration import codes
 from restitution.case.impact import read_case
 from restitution.case.sweep import read_sweep
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.material import models
 from restitution.sweeps.run import run
@@ -48,7 +48,7 @@ outputs = ["max_force", "max_deceleration"]
 def extension(monkeypatch):
     """Names that the page defines; the registries are restored afterwards."""
     models.material_models()  # fills the registry
-    monkeypatch.setattr(Profile, "registered", dict(Profile.registered))
+    monkeypatch.setattr(Geometry, "registered", dict(Geometry.registered))
     monkeypatch.setattr(models, "_MODELS", dict(models._MODELS))
     before = dict(quantities.OUTPUTS)
     module = ModuleType("extension")

@@ -10,7 +10,7 @@ from typing import Any
 from restitution.case.impact import CaseFile
 from restitution.case.quantity import to_si
 from restitution.case.section import CaseError, in_file, key_path
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
@@ -89,8 +89,8 @@ def quantity_of(place: str) -> Quantity | None:
 
 
 def _quantities() -> dict[str, Quantity]:
-    """Quantities by the name of their key: of all profiles and material models, and of the registry."""
-    owners = (*Profile.registered.values(), *(model.build for model in material_models().values()))
+    """Quantities by the name of their key: of all geometries and material models, and of the registry."""
+    owners = (*Geometry.registered.values(), *(model.build for model in material_models().values()))
     constants = {name: one.quantity for owner in owners for name, one in constants_of(owner).items()}
     shear = CONSTANTS["shear_modulus"]
     return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}

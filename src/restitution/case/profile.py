@@ -1,6 +1,6 @@
 """The profile of a case file: the shape of the body's surface where it touches.
 
-The section of each type follows from the constructor of the profile, so that a new profile is one class.
+The section of each type follows from the constructor of the geometry, so that a new geometry is one class.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import (
     BeforeValidator,
+    Field,
     InstanceOf,
     SerializeAsAny,
     ValidationInfo,
@@ -24,43 +25,44 @@ from restitution.case.quantity import fields_of, to_si
 from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
-from restitution.contact import analytic, power_law, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
+from restitution.contact import analytic, ellipsoid, power_law, pyramid, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
+from restitution.contact.force_law import law  # noqa: F401  # pyright: ignore[reportUnusedImport]
+from restitution.contact.geometry import Geometry
 from restitution.contact.power_law import PowerLaw
-from restitution.contact.profile import Profile
-from restitution.contact.tabulated import Tabulated
 from restitution.errors import InputError
 from restitution.material.models import constants_of
-from restitution.quantities import LENGTH, NUMBER, Dimension
+from restitution.quantities import FORCE, LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
+_COLUMNS = ("r", "f", "depth", "force")
 
 
 class ProfileSection(Section):
     """Surface of the body at the contact. A type without a radius of its own has that of the body."""
 
-    profile: ClassVar[type[Profile]]
+    geometry: ClassVar[type[Geometry]]
     type: str
 
     def number(self, key: str) -> Any:
-        """Return the value of a key of the constructor."""
-        return getattr(self, key)
+        """Return the value of a key of the constructor; None where the type has no such key."""
+        return getattr(self, key, None)
 
     @property
     def needs_body_radius(self) -> bool:
         """Whether the radius is that of the body."""
-        return self.profile.body_radius and self.number("radius") is None
+        return self.geometry.body_radius and self.number("radius") is None
 
     @model_validator(mode="after")
     def _check(self) -> ProfileSection:
         self.build(1.0)
         return self
 
-    def build(self, body_radius: float | None) -> Profile:
-        """Profile in SI."""
+    def build(self, body_radius: float | None) -> Geometry:
+        """Geometry in SI."""
         given = self.model_dump(exclude={"type"}, exclude_none=True)
         if self.needs_body_radius:
             given["radius"] = body_radius
-        return self.profile(**given)
+        return self.geometry(**given)
 
 
 class PowerLawSection(ProfileSection):
@@ -68,7 +70,7 @@ class PowerLawSection(ProfileSection):
 
     coefficient: float | str
 
-    def build(self, body_radius: float | None) -> Profile:
+    def build(self, body_radius: float | None) -> PowerLaw:
         exponent, value = float(self.number("exponent")), self.coefficient
         if isinstance(value, str):
             power = 1.0 - exponent
@@ -80,51 +82,74 @@ class PowerLawSection(ProfileSection):
         return PowerLaw(exponent, value)
 
 
-class TabulatedSection(ProfileSection):
-    """Measured profile: radii and heights, inline or in a CSV file with the columns r and f."""
+class PyramidSection(ProfileSection):
+    """Sharp tip with some faces."""
 
-    file: Annotated[InstanceOf[Tabulated], FROM_FILE] | None = None
+    sides: Annotated[Literal[3, 4, 6], Field(description="number of faces")] = 4
+
+
+class TableSection(ProfileSection):
+    """Geometry given by two columns, inline or in a CSV file."""
+
+    columns: ClassVar[dict[str, Dimension]]
+    file: Annotated[InstanceOf[dict[str, Any]], FROM_FILE] | None = None
 
     @field_validator("file", mode="before")
     @classmethod
-    def _read(cls, value: Any, info: ValidationInfo) -> Tabulated:
+    def _read(cls, value: Any, info: ValidationInfo) -> dict[str, Any]:
         if not isinstance(value, str):
             refuse('must be the name of a CSV file, e.g. "tip.csv"')
-        columns = read_columns(folder_of(info), value, {"r": LENGTH, "f": LENGTH})
-        return Tabulated(columns["r"], columns["f"])
+        return read_columns(folder_of(info), value, cls.columns)
 
-    def build(self, body_radius: float | None) -> Profile:
-        r, f = self.number("r"), self.number("f")
+    def build(self, body_radius: float | None) -> Geometry:
+        others = self.model_dump(exclude={"type", "file", *self.columns}, exclude_none=True)
         if self.file is not None:
-            for key in self.given("r", "f"):
+            for key in self.given(*self.columns):
                 refuse("stands in the file already; leave one of the two out", key)
-            return self.file
-        if r is None or f is None:
-            refuse("give file, or r and f")
-        return Tabulated(np.array(r), np.array(f))
+            try:
+                return self.geometry(**self.file, **others)
+            except ValueError as error:
+                refuse(str(error), "file")
+        if len(self.given(*self.columns)) < len(self.columns):
+            refuse(f"give file, or {' and '.join(self.columns)}")
+        return self.geometry(**{key: np.array(self.number(key)) for key in self.columns}, **others)
 
 
-_SPECIAL: dict[str, type[ProfileSection]] = {"power_law": PowerLawSection, "tabulated": TabulatedSection}
+class TabulatedSection(TableSection):
+    """Measured profile: radii and heights."""
+
+    columns: ClassVar[dict[str, Dimension]] = {"r": LENGTH, "f": LENGTH}
+
+
+class ForceLawSection(TableSection):
+    """Elastic force over the depth."""
+
+    columns: ClassVar[dict[str, Dimension]] = {"depth": LENGTH, "force": FORCE}
+
+
+_SPECIAL: dict[str, type[ProfileSection]] = {
+    "power_law": PowerLawSection, "pyramid": PyramidSection, "tabulated": TabulatedSection,
+    "force_law": ForceLawSection,
+}  # fmt: skip
 
 
 def sections() -> dict[str, type[ProfileSection]]:
-    """Section of each registered profile by its type."""
-    return {name: _section(name, profile) for name, profile in Profile.registered.items()}
+    """Section of each registered geometry by its type."""
+    return {name: _section(name, geometry) for name, geometry in Geometry.registered.items()}
 
 
 @cache
-def _section(name: str, profile: type[Profile]) -> type[ProfileSection]:
+def _section(name: str, geometry: type[Geometry]) -> type[ProfileSection]:
     base = _SPECIAL.get(name, ProfileSection)
     default = name if name in ("parabola", "tabulated") else ...
-    keys: dict[str, Any] = {"type": (Literal[name], default), **fields_of(constants_of(profile).values())}
-    if "coefficient" in base.model_fields:
-        del keys["coefficient"]
+    keys: dict[str, Any] = {"type": (Literal[name], default), **fields_of(constants_of(geometry).values())}
+    keys = {key: one for key, one in keys.items() if key == "type" or key not in base.model_fields}
     for key in keys:
-        if key in _TABLE or (key == "radius" and profile.body_radius):
+        if key in _COLUMNS or (key == "radius" and geometry.body_radius):
             keys[key] = (keys[key][0] | None, None)
-    first_line = (profile.__doc__ or "").partition("\n")[0]
-    section = create_model(f"{profile.__name__}Section", __base__=base, __doc__=first_line, **keys)
-    section.profile = profile
+    first_line = (geometry.__doc__ or "").partition("\n")[0]
+    section = create_model(f"{geometry.__name__}Section", __base__=base, __doc__=first_line, **keys)
+    section.geometry = geometry
     return section
 
 

@@ -103,7 +103,7 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
             if get_origin(hint) is Annotated:
                 kind, quantity = get_args(hint)[:2]
                 required = parameter.default is parameter.empty
-                found[name] = Constant(name, quantity, kind not in (float, Numeric), required)
+                found[name] = Constant(name, quantity, kind not in (float, Numeric, float | None), required)
     return found
 
 

@@ -130,9 +130,24 @@ def check_columns(impact: Impact, names: tuple[str, ...]) -> None:
 
 
 def profile_names(impact: Impact) -> tuple[str, ...]:
-    """Names of the numbers of a profile."""
-    profile: Any = impact.profile
-    return tuple(field.name for field in fields(profile) if isinstance(getattr(profile, field.name), float))
+    """Names of the numbers of a geometry, and of the profile within it."""
+    return _names(impact.profile)
+
+
+def _names(geometry: Any) -> tuple[str, ...]:
+    """Names of numbers, apart from those that a column of the material sets."""
+    own = (field.name for field in fields(geometry) if field.init and field.name not in MATERIAL_NAMES)
+    numbers = tuple(name for name in own if isinstance(getattr(geometry, name), float))
+    return (*numbers, *_names(geometry.profile)) if hasattr(geometry, "profile") else numbers
+
+
+def _reshaped(geometry: Any, numbers: Columns) -> Any:
+    """Return a geometry with other numbers, its own or those of the profile within it."""
+    if hasattr(geometry, "profile"):
+        inner = {name: numbers[name] for name in _names(geometry.profile) if name in numbers}
+        others = {name: one for name, one in numbers.items() if name not in inner}
+        return replace(geometry, profile=_reshaped(geometry.profile, inner), **others)
+    return replace(geometry, **numbers)
 
 
 class Assembly:
@@ -251,8 +266,7 @@ def _impacts(
         shape, bodies = ({k: own[k] for k in given if k in own} for given in (names, BODY))
         try:
             changed = changed_impact(impact, {k: v for k, v in values.items() if k not in names}, prepared.held)
-            profile: Any = changed.profile
-            changed = replace(changed, profile=replace(profile, **shape), **bodies)
+            changed = replace(changed, profile=_reshaped(changed.profile, shape), **bodies)
         except ValueError:
             if strict:
                 raise
