@@ -1,8 +1,10 @@
-"""Laws for other codes, in these codes: LAMMPS, LIGGGHTS, REBOUND, MuJoCo, Kratos, YADE against promise and exact e.
+"""Laws for other codes, run by these codes, against the promise and the exact e.
 
-Install the codes beside this package with `pip install -r .ci/codes.txt`, and LIGGGHTS and YADE from the distribution,
-and run as `python validation/codes.py`; prints tables and writes them to `codes.md` beside this file. Takes two
-minutes. A code that is absent is left out. `tests/codes` runs the fast parts.
+Install the codes beside this package with `pip install -r .ci/codes.txt`, and LIGGGHTS and YADE from the distribution.
+The environment variable MERCURYDPM names the folder of MercuryDPM, which is built in its folder `build`. Run as
+`python validation/codes.py`; prints tables and writes them to `codes.md` beside this file. Takes two minutes. A code
+that is absent is left out. `python validation/codes.py MercuryDPM YADE` runs these codes alone, and leaves the other
+tables as they are in the file. `tests/codes` runs the fast parts.
 """
 
 from __future__ import annotations
@@ -296,6 +298,74 @@ def by_liggghts(
     return float(found[1]) / velocity, re.findall(r"LIGGGHTS-\w+ ([\d.]+)", done.stdout)[0]
 
 
+MERCURY = """
+#include <cstdio>
+#include <cstdlib>
+#include "CMakeDefinitions.h"
+#include "Mercury3D.h"
+#include "Walls/InfiniteWall.h"
+#include "Species/HertzianBSHPViscoelasticSpecies.h"
+
+int main(int, char** numbers) {
+    const double radius = atof(numbers[1]), density = atof(numbers[2]), velocity = atof(numbers[3]);
+    const bool wall = atoi(numbers[6]);
+%s
+    species.setDensity(density);
+    Mercury3D balls;
+    balls.setName("balls");
+    balls.setFileType(FileType::NO_FILE);
+    balls.setDomain({-1.0, -1.0, -1.0}, {1.0, 1.0, 1.0});
+    balls.speciesHandler.copyAndAddObject(species);
+    for (int side = wall ? 1 : -1; side <= 1; side += 2) {
+        SphericalParticle ball(balls.speciesHandler.getObject(0));
+        ball.setRadius(radius);
+        ball.setPosition({0.0, 0.0, side * radius});
+        ball.setVelocity({0.0, 0.0, -(wall ? 1.0 : 0.5) * side * velocity});
+        balls.particleHandler.copyAndAddObject(ball);
+    }
+    if (wall) {
+        InfiniteWall ground(balls.speciesHandler.getObject(0));
+        ground.set({0.0, 0.0, -1.0}, {0.0, 0.0, 0.0});
+        balls.wallHandler.copyAndAddObject(ground);
+    }
+    balls.setTimeStep(atof(numbers[4]));
+    balls.setTimeMax(atof(numbers[5]));
+    balls.solve();
+    const auto& all = balls.particleHandler;
+    const double first = wall ? 0.0 : all.getObject(0)->getVelocity().Z;
+    std::printf("MercuryDPM %%s\\n", getVersion().c_str());
+    std::printf("e = %%.17g\\n", (all.getLastObject()->getVelocity().Z - first) / velocity);
+}
+"""
+
+
+@cache
+def mercury_program(snippet: str) -> Path:
+    """Program of two balls, or of a ball and a wall, with a snippet as it is."""
+    place = os.environ.get("MERCURYDPM", "")
+    libraries = sorted(map(str, Path(place, "build").rglob("*.a"))) if place else []
+    if not libraries:
+        raise ImportError("MercuryDPM is not installed")
+    folder = Path(tempfile.mkdtemp())
+    (folder / "balls.cc").write_text(MERCURY % snippet)
+    headers = [f"-I{place}/Kernel", f"-I{place}/build/Kernel"]
+    command = ["g++", "-std=c++17", "-O1", *headers, "balls.cc", "-Wl,--start-group", *libraries, "-Wl,--end-group"]
+    subprocess.run([*command, "-o", "balls"], cwd=folder, check=True)
+    return folder / "balls"
+
+
+def by_mercury(snippet: str, *numbers: float) -> tuple[float, str]:
+    """Coefficient of restitution with a snippet as it is, and the version of MercuryDPM.
+
+    The numbers are the radius [m], density [kg/m3], velocity [m/s], time step and end [s], and 1 for a wall or 0 for
+    two equal balls.
+    """
+    program = mercury_program(snippet)
+    done = subprocess.run([program, *map(repr, numbers)], cwd=program.parent, capture_output=True, text=True)
+    version, e = re.findall(r"^(?:MercuryDPM|e =) (\S+)$", done.stdout, re.MULTILINE)
+    return float(e), version
+
+
 YADE = """
 {snippet}
 material.density = {density!r}
@@ -560,6 +630,29 @@ def kratos_section() -> str:
     return "\n### Kratos DEM\n\nA ball on a wall.\n\n" + table(titles, rows)
 
 
+def mercury_section() -> str:
+    """Table of MercuryDPM."""
+    rows, version = [], ""
+    for wall in (False, True):
+        law = calibrated("mercury-bshp", wall=wall)
+        for v in map(float, VELOCITIES[::3]):
+            e, time = exact(v, wall=wall)
+            promise = law.restitution_coefficient(v)
+            found = []
+            for n in (50, 200, 800):
+                numbers = BALL.radius, 1100.0, v, time / n, 3.0 * time, int(wall)
+                one, version = by_mercury(law.snippet, *numbers)
+                found.append(one)
+            bodies = "ball and wall" if wall else "two balls"
+            rows.append([bodies, f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+    titles = ["", "v0 [m/s]", "exact", "promised", "MercuryDPM, 800 steps"]
+    titles += [f"error at {n} steps" for n in (50, 200, 800)]
+    text = (
+        f"\n### MercuryDPM (version {version})\n\nThe lines of the snippet, compiled in a program of two bodies.\n\n"
+    )
+    return text + table(titles, rows)
+
+
 def yade_section() -> str:
     """Table of YADE, without the velocity `vn` of the snippet where the version has none."""
     if shutil.which("yade") is None:
@@ -586,25 +679,29 @@ def yade_section() -> str:
     return f"\n### YADE ({yade_version()})\n\n{text}\n\n" + table(titles, rows)
 
 
+SECTIONS = {
+    "LAMMPS": lammps_section, "LIGGGHTS": liggghts_section, "REBOUND": rebound_section, "A patch": ring_section,
+    "The contact law": memory_section, "MuJoCo": mujoco_section, "Kratos": kratos_section,
+    "MercuryDPM": mercury_section, "YADE": yade_section,
+}  # fmt: skip
+"""Sections of the table by the start of their headings."""
+
+
 def main() -> None:
-    """Write `codes.md`."""
+    """Write `codes.md`, with all sections made anew, or those that the arguments name."""
+    path, chosen = Path(__file__).with_suffix(".md"), sys.argv[1:] or list(SECTIONS)
+    before = re.split(r"(?m)^(?=\n### )", path.read_text(encoding="utf-8")) if sys.argv[1:] else []
     text = [TEXT.format(low=VELOCITIES[0], high=VELOCITIES[-1])]
-    for section in (
-        lammps_section,
-        liggghts_section,
-        rebound_section,
-        ring_section,
-        memory_section,
-        mujoco_section,
-        kratos_section,
-        yade_section,
-    ):
+    for name, section in SECTIONS.items():
+        if name not in chosen:
+            text += [one for one in before if one.startswith(f"\n### {name}")]
+            continue
         try:
             text.append(section())
         except ImportError as error:
             text.append(f"\nLeft out: {error}.\n")
         print(text[-1], flush=True)
-    Path(__file__).with_suffix(".md").write_text("".join(text), encoding="utf-8")
+    path.write_text("".join(text), encoding="utf-8")
 
 
 if __name__ == "__main__":

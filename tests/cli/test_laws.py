@@ -164,6 +164,38 @@ def test_calibrates_to_a_given_restitution() -> None:
     assert found == pytest.approx([0.5] * len(found))
 
 
+def test_calibrates_to_a_measured_table() -> None:
+    Path("e.csv").write_text("v [cm/s],e,sd_e\n40,0.78,0.01\n10,0.85,0.01\n100,0.7,0.01\n")
+    options = ("--target", "mercury-bshp", "--restitution", "e.csv")
+    content = json.loads(run("calibrate", "ball.toml", *options, "--json").stdout)
+    law = rs.calibrate(BALL, "mercury-bshp", restitution=([0.1, 0.4, 1.0], [0.85, 0.78, 0.7]))
+    assert content["table"]["velocity"] == pytest.approx([0.1, 0.4, 1.0])
+    assert content["snippet"] == law.snippet
+    narrow = json.loads(run("calibrate", "ball.toml", *options, "--velocity", "0.2", "2 m/s", "--json").stdout)
+    assert narrow["table"]["velocity"] == pytest.approx([0.4, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("v [cm/s],e\n10,0.85\n40,1.78\n", "line 3: restitution_coefficient = 1.78: must be in (0, 1]"),
+        ("v [cm/s],e\n-10,0.85\n40,0.78\n", "line 2: velocity = -0.1 m/s"),
+        ("v [kg],e\n10,0.85\n", "line 1: unit 'kg' of velocity: is a mass"),
+        ("v [m/s],x\n10,0.85\n", "line 1: must have the columns velocity, restitution_coefficient"),
+        ("v [m/s],e\n1,0.85\n2,abc\n", "line 3: 'abc': must be a number"),
+        ("", "is empty"),
+        (None, "no such file"),
+    ],
+)
+def test_tables_of_restitution_that_are_refused_in_one_line(table: str | None, message: str) -> None:
+    if table is not None:
+        Path("e.csv").write_text(table)
+    answer = run("calibrate", "ball.toml", "--target", "mercury-bshp", "--restitution", "e.csv")
+    assert answer.exit_code == 2
+    assert answer.stderr.startswith(f"error: e.csv: {message}")
+    assert answer.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

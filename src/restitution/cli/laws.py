@@ -134,13 +134,19 @@ def calibrate(
     case: CaseFile,
     target: Annotated[str, option("Law of the code.", metavar="NAME", autocompletion=_targets)],
     velocity: Annotated[
-        tuple[str, str], option("Velocities, e.g. 1mm/s 10m/s; twice the same for one.", metavar="LOW HIGH")
-    ],
+        tuple[str, str] | None,
+        option("Velocities, e.g. 1mm/s 10m/s; twice the same for one. A table has its own.", metavar="LOW HIGH"),
+    ] = None,
     radius: Annotated[
         tuple[str, str] | None, option("Radii of the first ball, for one law of all sizes.", metavar="LOW HIGH")
     ] = None,
     restitution: Annotated[
-        float | None, option("Coefficient of restitution in place of that of the material.", metavar="E")
+        str | None,
+        option(
+            "Coefficient of restitution in place of that of the material, or a CSV file of measured ones, with the "
+            "columns velocity and restitution_coefficient.",
+            metavar="E|FILE",
+        ),
     ] = None,
     contact: Annotated[
         str | None, option("pair or wall. Default: pair, if the case has a counter_body.", metavar="WHAT")
@@ -160,13 +166,19 @@ def calibrate(
         from restitution.quantities import LENGTH, VELOCITY
 
         problem = read_case(case)
-        low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
+        given = None if restitution is None else _restitution(restitution)
+        if velocity is not None:
+            low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
+        elif isinstance(given, tuple):
+            low, high = float(min(given[0])), float(max(given[0]))
+        else:
+            raise BadInput("Missing option '--velocity': only a table of --restitution has velocities of its own")
         sizes = None if radius is None else tuple(tables.read_quantity("--radius", text, LENGTH) for text in radius)
         impact = problem.over((low, high))
         bodies: Any = problem.bodies(impact)
         with compilation():
             found = fit(
-                bodies or impact, target, (low, high) if low != high else low, radius=sizes, restitution=restitution,
+                bodies or impact, target, (low, high) if low != high else low, radius=sizes, restitution=given,
                 contact=contact or (None if bodies else "wall"), units=units, workers=workers,
             )  # fmt: skip
         notes = problem.notes(impact)
@@ -178,6 +190,18 @@ def calibrate(
         report("note", *notes)
     if plot is not None:
         tables.save_picture(found.plot(), plot)
+
+
+def _restitution(text: str) -> Any:
+    """Return one coefficient of restitution, or the velocities [m/s] and the coefficients of a CSV file."""
+    try:
+        return float(text)
+    except ValueError:
+        from restitution.case.observations import read_observations
+
+        # Measured rebounds have a ball, which is that of the case here.
+        table: Any = read_observations(text, kind="rebounds", radius=1.0, mass=1.0)
+        return table.velocity, table.restitution_coefficient
 
 
 def _print(found: Calibration) -> None:
