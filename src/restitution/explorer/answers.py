@@ -19,6 +19,7 @@ from restitution import validity
 from restitution.case.impact import Case, CaseFile, notes_on
 from restitution.case.indentation import IndentationCase, IndentationFile
 from restitution.case.section import read_sections
+from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.explorer.inputs import inputs
 from restitution.explorer.state import State, case_content, indentation_content
@@ -29,6 +30,7 @@ from restitution.impact.result import ImpactResult
 from restitution.impact.scaling import dimensionless_groups
 from restitution.impact.solve import solve
 from restitution.impact.status import Status
+from restitution.indentation.evolution import MOST_ELEMENTS
 from restitution.indentation.result import IndentationStatus
 from restitution.indentation.solve import indent
 from restitution.material.fractional import Window
@@ -43,18 +45,24 @@ BUDGET = 0.1
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
 _POINTS = 201
-# Points of a curve over the velocity, and times and radii of a surface; coarse curves have every nth point.
+# Points of a curve over the velocity, every nth of them first; times, least number of them, and radii of a surface.
 _SPEEDS, _STRIDE = 61, 4
-_TIMES, _TIME_STRIDE, _RADII = 25, 8, 25
+_TIMES, _LEAST_ROWS, _RADII = 25, 4, 25
+# Imprint over the largest depth that is not shown.
+_SMALL = 1e-4
+# Relative error of a fractional material whose curve is drawn.
+_FRACTIONAL = 1e-4
 # Decades of time on each side of the contact time, and points of a curve of moduli.
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _FLIGHT_POINTS = 17
+_ELEMENTS = 20_000
 
 _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
-    "residual_indentation_depth", "rebound_velocity", "zero_overlap_time", "turning_time",
+    "residual_indentation_depth", "rebound_velocity",
 )  # fmt: skip
+_TIMES_OF_CONTACT = ("zero_overlap_time", "turning_time")
 _CURVE = ("restitution_coefficient", "contact_time", "max_force", "max_indentation_depth")
 _HISTORY = tuple(HISTORY)
 
@@ -104,6 +112,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     result = _result(state)
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
     separated = result.status == Status.SEPARATED
+    numbers |= {name: getattr(result, name) if separated else math.nan for name in _TIMES_OF_CONTACT}
     energy = result.energy
     names = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
     numbers |= dict(zip(names, energy, strict=True))
@@ -161,8 +170,10 @@ def _moduli(series: Any, shear: Any, scale: float) -> dict[str, Any]:
         return {"relaxation": relaxation, "moduli": moduli | {"loss_tangent": loss / storage}}
 
 
-def _shape(profile: Any, result: ImpactResult) -> dict[str, Array]:
-    """Surface of the body, to somewhat beyond the largest contact."""
+def _shape(profile: Any, result: ImpactResult) -> dict[str, Array] | None:
+    """Surface of an axisymmetric body, to somewhat beyond the largest contact."""
+    if not isinstance(profile, Profile):
+        return None
     most = 3.0 * float(result.max_contact_radius)
     if not (math.isfinite(most) and most > 0.0):
         most = 1.0
@@ -208,7 +219,7 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
         return case.impact
     low, high = cast("Any", case.impact.material.window)
     # The contact time changes by less than this over the slider.
-    return case.sections.build(Window(0.1 * low, max(10.0 * high, longest)))
+    return case.sections.build(Window(0.1 * low, max(10.0 * high, longest), _FRACTIONAL))
 
 
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
@@ -228,17 +239,24 @@ def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
 def surface(state: Mapping[str, Any]) -> Answer:
     """Surface of the half-space over time, during the contact and after it, and the largest pressure."""
     result = _result(state)
-    if result.status != Status.SEPARATED:
+    if result.status != Status.SEPARATED or not isinstance(cast("Any", result.impact).profile, Profile):
         return {"numbers": {"max_pressure": None}, "curves": {"surface": None}}
-    contact_time = float(result.contact_time)
-    times = 2.0 * contact_time * np.linspace(0.0, 1.0, _TIMES)
+    contact_time, depth = float(result.contact_time), float(result.residual_indentation_depth)
+    grid = 2.0 * contact_time * np.linspace(0.0, 1.0, _TIMES)
     radius = np.linspace(0.0, 3.0 * float(result.max_contact_radius), _RADII)
-
-    def evaluate(new: NDArray[np.int64]) -> dict[str, Array]:
-        return {"displacement": result.surface_displacement(radius[None, :], times[new, None])}
-
-    places, columns = _refined(evaluate, np.arange(0, _TIMES, _TIME_STRIDE), 0.5 * BUDGET)
-    times = times[places]
+    # No imprint that a picture could show is left.
+    recovered = depth < _SMALL * float(result.max_indentation_depth)
+    rows: dict[int, Array] = {}
+    started = time.thread_time()
+    # 0, 16, 8, 24, 4, ...: the rows are spread over all times whenever the time is up.
+    for n in sorted(range(_TIMES), key=lambda n: (n & -n) or _TIMES, reverse=True):
+        if recovered and grid[n] > contact_time:
+            rows[n] = np.zeros(_RADII)
+        elif len(rows) < _LEAST_ROWS or time.thread_time() - started < 0.5 * BUDGET:
+            rows[n] = result.surface_displacement(radius, grid[n])
+    places = np.array(sorted(rows))
+    columns = {"displacement": np.array([rows[n] for n in places.tolist()])}
+    times = grid[places]
     columns |= {name: np.full(times.size, np.nan) for name in ("indentation_depth", "contact_radius")}
     inside = times <= contact_time
     history = result.sample(times[inside])
@@ -297,7 +315,7 @@ def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
     sections = read_sections(IndentationFile, _path(), indentation_content(state))
     name, history = sections.indentation.read(_path())
     window = window_around(history.stop - history.start)
-    material, profile = sections.material.build(window), sections.profile.build(None)
+    material, profile = sections.material.build(window), cast("Any", sections.profile.build(None))
     return IndentationCase(_path(), None, material, profile, None, name, history, _POINTS, {})
 
 
@@ -305,7 +323,11 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     """Numbers of an indentation and its history."""
     case = indentation_case(state)
     options: Any = {case.prescribed: case.history}
-    result = indent(case.material, case.profile, **options)
+    limit = MOST_ELEMENTS.set(_ELEMENTS)
+    try:
+        result = indent(case.material, case.profile, rtol=_RTOL, **options)
+    finally:
+        MOST_ELEMENTS.reset(limit)
     history = result.sample(n_points=_POINTS)
     names = ("time", "indentation_depth", "force", "contact_radius")
     return {

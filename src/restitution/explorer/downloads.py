@@ -8,10 +8,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from restitution.checks import one_of
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.explorer.answers import case_of, indentation_case
 from restitution.explorer.state import case_content, indentation_content
-from restitution.material.models import constants_of, material_models
+from restitution.material import fractional
+from restitution.material.models import constants_of
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
 
 
 def download(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,23 +47,16 @@ def python(state: Mapping[str, Any]) -> str:
     """Return the text of a program that solves the impact of a state."""
     case = case_of(state)
     content = case_content(state)
-    impact = case.impact
-    profile = content["profile"]
-    kind = Profile.registered[profile["type"]]
-    given = {name: getattr(impact.profile, name) for name in constants_of(kind)}
-    arguments = {"mass": impact.mass, "velocity": impact.velocity}
-    if impact.external_force:
-        arguments["external_force"] = impact.external_force
-    fractional = case.sections.needs_window
-    material = _material(content["material"], case)
-    window = ".within(window)" if fractional else ""
-    call = f"rs.Impact({'solid' if fractional else 'material'}{window}, rs.{kind.__name__}({_keywords(given)}), "
-    call += f"{_keywords(arguments)})"
-    lines = ["import restitution as rs", ""]
-    if fractional:
-        lines += [f"solid = {material}", f"impact = rs.for_contact(lambda window: {call})"]
-    else:
-        lines += [f"material = {material}", f"impact = {call}"]
+    problem = case.impact
+    kind = Geometry.registered[content["profile"]["type"]]
+    given = {name: getattr(problem.profile, name) for name in constants_of(kind)}
+    arguments = {"mass": problem.mass, "velocity": problem.velocity}
+    if problem.external_force:
+        arguments["external_force"] = problem.external_force
+    lines = ["import restitution as rs", "", f"material = {_material(content['material'], case)}"]
+    within = ".within(window)" if case.sections.needs_window else ""
+    impact = f"rs.Impact(material{within}, rs.{kind.__name__}({_keywords(given)}), {_keywords(arguments)})"
+    lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")
     return "\n".join([*lines, "result = rs.solve(impact)", "print(result)", "print(result.validity)", ""])
 
 
@@ -68,14 +64,21 @@ def _material(section: Mapping[str, Any], case: Any) -> str:
     if "library" in section:
         found = f"rs.library.get({section['library']!r})"
         return f"{found}.at({section['temperature']!r})" if "temperature" in section else found
-    if "model" in section:
-        assert section["model"] in material_models()
-        return f"rs.{section['model']}({_keywords({k: v for k, v in section.items() if k != 'model'})})"
     material = case.impact.material
-    series = [one if isinstance(one, float) else f"rs.{one!r}" for one in (material.shear, material.bulk)]
-    shear, bulk = (_python_value(one) if isinstance(one, float) else one for one in series)
     density = "" if material.density is None else f", density={material.density!r}"
-    return f"rs.Material({shear}, {bulk}{density})"
+    bulk = material.bulk if isinstance(material.bulk, float) or not material.bulk.is_elastic else _constant(material)
+    if case.sections.needs_window:
+        names = constants_of(getattr(fractional, section["model"])).keys() & section.keys()
+        model = f"rs.{section['model']}({_keywords({name: section[name] for name in section if name in names})})"
+        return f"rs.FractionalMaterial({model}, {_python_value(bulk)}{density})"
+    if "model" in section:
+        return f"rs.{section['model']}({_keywords({k: v for k, v in section.items() if k != 'model'})})"
+    return f"rs.Material({_python_value(material.shear)}, {_python_value(bulk)}{density})"
+
+
+def _constant(material: Material) -> float:
+    assert isinstance(material.bulk, PronySeries)
+    return material.bulk.equilibrium_modulus
 
 
 def _keywords(values: Mapping[str, Any]) -> str:
@@ -83,4 +86,6 @@ def _keywords(values: Mapping[str, Any]) -> str:
 
 
 def _python_value(value: Any) -> str:
+    if isinstance(value, PronySeries):
+        return f"rs.{value!r}"
     return 'float("inf")' if value == math.inf else repr(value)

@@ -39,8 +39,8 @@ from restitution.quantities import (
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
 
-# Values beyond the slider may be typed, on a logarithmic scale up to this factor.
-_BEYOND = 1e6
+# Values beyond the slider may be typed up to this factor, and numbers of a list up to the second one.
+_BEYOND, _MOST = 1e6, 1e100
 
 When = Mapping[str, Sequence[str]]
 
@@ -84,16 +84,15 @@ class Input:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and greatest number that is accepted."""
+        """Least and greatest number that is accepted: far beyond the slider, within the range of the quantity."""
         assert self.quantity is not None
         if self.slider is None:
-            return max(self.quantity.low, 0.0), 1e300
-        low, high = self.slider.low, self.slider.high
-        if self.slider.logarithmic:
-            low, high = (0.0 if self.quantity.low == 0.0 and not self.quantity.open else low / _BEYOND), high * _BEYOND
-        elif math.isinf(self.quantity.high):
-            return max(self.quantity.low, 0.0), 1e3 * high
-        return max(low, self.quantity.low), min(high, self.quantity.high)
+            return 0.0, _MOST
+        if math.isinf(self.quantity.high):
+            # Zero has no place on a logarithmic scale, and may be typed where the quantity has it.
+            least = 0.0 if self.quantity.low == 0.0 and not self.quantity.open else self.slider.low / _BEYOND
+            return least, self.slider.high * _BEYOND
+        return max(self.quantity.low, self.slider.low), min(self.quantity.high, self.slider.high)
 
     def check(self, value: Any) -> Any:
         """Return a value of a state; refuse one of another type or out of range."""
@@ -151,13 +150,13 @@ def describe(quantity: Quantity) -> dict[str, Any]:
 
 
 _BY_DIMENSION: dict[Dimension, Slider] = {
-    MODULUS: Slider(1e2, 1e12, 1e6),
-    VISCOSITY: Slider(1e-2, 1e12, 1e3),
+    MODULUS: Slider(1e2, 1e12, 1e7),
+    VISCOSITY: Slider(1e-2, 1e12, 3e3),
     TIME: Slider(1e-7, 1e4, 1e-3),
     LENGTH: Slider(1e-5, 1.0, 2e-3),
-    MASS: Slider(1e-9, 1e2, 5e-3),
+    MASS: Slider(1e-9, 1e2, 0.033),
     DENSITY: Slider(1e1, 2e4, 1100.0),
-    VELOCITY: Slider(1e-3, 1e1, 1.0),
+    VELOCITY: Slider(1e-3, 1e1, 0.3),
     ACCELERATION: Slider(0.1, 30.0, 9.80665, 0.1, False),
     FORCE: Slider(1e-12, 1e3, 1e-8),
     ANGLE: Slider(0.1, 1.5, 1.2, 0.01, False),
@@ -165,17 +164,18 @@ _BY_DIMENSION: dict[Dimension, Slider] = {
     NUMBER: Slider(1e-3, 1e3, 1.0),
 }
 _BY_KEY: dict[str, Slider] = {
-    "material.branch_modulus": Slider(1e2, 1e12, 1e7),
+    "material.branch_modulus": Slider(1e2, 1e12, 1e8),
     "material.poisson_ratio": Slider(-1.0, 0.5, 0.49, 0.005, False),
     "material.bulk_modulus": Slider(1e2, 1e13, 2e9),
     "material.coefficient": Slider(1e2, 1e12, 1e6),
-    "material.exponent": Slider(0.01, 0.99, 0.2, 0.01, False),
+    "material.exponent": Slider(0.05, 0.95, 0.2, 0.01, False),
     "material.shear.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
     "material.bulk.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
     "groups.nu": Slider(-1.0, 0.5, 0.45, 0.005, False),
     "groups.p2": Slider(10.0 ** LOG_P2_RANGE[0], 10.0 ** LOG_P2_RANGE[1], 0.1),
     "groups.p3": Slider(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1], 1.0),
     "body.radius": Slider(1e-5, 1.0, 1e-2),
+    "body.density": Slider(1e1, 2e4, 7850.0),
     "profile.exponent": Slider(0.5, 10.0, 2.0, 0.1, False),
     "profile.coefficient": Slider(1e-3, 1e9, 50.0),
     "impact.external_force": Slider(0.0, 10.0, 0.0, 0.01, False),
@@ -279,7 +279,7 @@ def _bulk_inputs(models: Mapping[str, Any]) -> Iterator[Input]:
 
 
 def _body_inputs() -> Iterator[Input]:
-    profiles = {name: section.profile for name, section in profile_sections().items()}
+    profiles = {name: section.geometry for name, section in profile_sections().items()}
     # Tables have no sliders.
     tables = [name for name, one in profiles.items() if any(key.is_list for key in constants_of(one).values())]
     profiles = {name: one for name, one in profiles.items() if name not in tables}

@@ -78,14 +78,15 @@ def listen(
     host: str = "127.0.0.1",
     port: int = PORT,
     framed: bool = False,
+    token: str | None = None,
 ) -> Running:
-    """Listen on a port, 0 for any that is free; refuse one that is taken."""
+    """Listen on a port, 0 for any that is free; refuse one that is taken. The token is random unless given."""
     _require_libraries()
     from uvicorn import Config, Server
 
     whole("port", port, 0, 65535)
     listener = _listener(host, port)
-    access = Access(host, framed)
+    access = Access(host, framed, **({} if token is None else {"token": token}))
     application_ = application(access, dict(state or {}), title)
     config = Config(
         application_,

@@ -9,6 +9,8 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any, NamedTuple, Never
 
+import numpy as np
+
 from restitution.errors import InputError
 from restitution.explorer import answers, downloads, dropped_files, paper
 from restitution.explorer.inputs import MOST_TERMS, describe, inputs
@@ -23,6 +25,8 @@ LONGEST = 65_536
 
 LONGEST_FILE_MESSAGE = LONGEST + 6 * dropped_files.LONGEST
 """Most characters of a message with a file; a character of the file takes up to six."""
+
+BUG = "this is a mistake in the program; please report it"
 
 _LONGEST_ID = 64
 _GROUPS = {
@@ -82,7 +86,9 @@ def answer(request: Request) -> str:
     """Return the answer to a request as JSON; one that fails has its reason in one line."""
     started = time.thread_time()
     try:
-        found = _KINDS[request.kind](request.content)
+        # Extreme numbers overflow on their way to a status or a refusal.
+        with np.errstate(all="ignore"):
+            found = _KINDS[request.kind](request.content)
         found = {"ok": True, "cost": time.thread_time() - started} | found
     except InputError as error:
         found = refusal(error)
@@ -91,6 +97,9 @@ def answer(request: Request) -> str:
     except (ValueError, ArithmeticError, MemoryError, RuntimeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         found = {"ok": False, "error": f"cannot be computed: {reason[:200]}", "field": None}
+    except Exception as error:
+        what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        found = {"ok": False, "error": f"{what}; {BUG}", "field": None}
     return json.dumps({"id": request.id, "kind": request.kind} | found, allow_nan=False)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 PRESETS: dict[str, tuple[str, dict[str, Any]]] = {
-    "rubber": ("steel ball on rubber", {}),
+    "rubber": ("steel ball on hard rubber", {}),
     "paper": (
         "the paper's example: nu = 0.49, p2 = 0.001, p3 = 10",
         {"entry": "groups", "groups.nu": 0.49, "groups.p2": 1e-3, "groups.p3": 10.0},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +12,13 @@ import numpy as np
 from restitution.case.impact import Case
 from restitution.case.section import CaseError
 from restitution.contact.analytic import sphere_mass
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.explorer.inputs import inputs
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
-from restitution.quantities import advice
 
 if TYPE_CHECKING:
     from restitution.material.viscoelastic import Material
@@ -36,7 +36,8 @@ def checked(state: Mapping[str, Any]) -> State:
         if key.startswith(_PAGE):
             continue
         if key not in known:
-            raise InputError(key[:100], wanted=f"is no input; {advice(key[:100], known)}")
+            close = get_close_matches(key[:100], known, 1)
+            raise InputError(key[:100], wanted=f"is no input{f'; did you mean {close[0]}?' if close else ''}")
         values[key] = known[key].check(value)
     return values
 
@@ -167,7 +168,7 @@ def of_impact(impact: Impact) -> State:
         raise InputError("impact", wanted=f"must be a single impact, but has shape {impact.shape}")
     if impact.counter_material is not None:
         raise InputError("impact", wanted="must have a rigid body; the explorer shows no second material")
-    names = {profile: name for name, profile in Profile.registered.items()}
+    names = {profile: name for name, profile in Geometry.registered.items()}
     kind = type(impact.profile)
     if kind not in names or names[kind] not in {one.value for one in inputs()["profile.type"].options}:
         raise InputError("impact", wanted=f"has a profile that the explorer does not show: {kind.__name__}")

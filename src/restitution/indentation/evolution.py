@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextvars import ContextVar
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -26,8 +27,8 @@ from restitution.material.prony import Retardation
 
 Array = NDArray[np.float64]
 
-# Memory of 1 GB.
-_MOST_ELEMENTS = 1 << 20
+# Memory of 1 GB; a caller may allow less.
+MOST_ELEMENTS = ContextVar("most_elements", default=1 << 20)
 
 
 class Reloading(InputError):
@@ -57,7 +58,7 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepe
     """
     m = contact.values.shape[0]
     room = 4 * m + 252
-    while room <= _MOST_ELEMENTS:
+    while room <= MOST_ELEMENTS.get():
         room *= 4
         segments, past = room_for(contact.rates, m, room)
         total, first, turning = grow_contact(contact, quadrature(), work, tolerance, segments, past)
@@ -69,7 +70,7 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepe
         if total >= 0:
             elements = Elements(*(a[: total + 1] if a.shape == (room + 1,) else a[:total] for a in past.elements))
             return past._replace(elements=elements, total=total, first=first, turning=turning)
-    raise InputError("history", wanted=f"needs more than {_MOST_ELEMENTS} elements; smooth or thin it, or loosen rtol")
+    raise InputError("history", wanted=f"needs over {MOST_ELEMENTS.get()} elements; smooth or thin it, or loosen rtol")
 
 
 def points_of_checks(contact: ScaledContact, past: Past) -> tuple[NDArray[np.int64], Array]:
@@ -205,7 +206,7 @@ def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: 
             if count >= 0:
                 break
             room *= 4
-            if room > _MOST_ELEMENTS:
+            if room > MOST_ELEMENTS.get():
                 raise InputError("force", wanted="needs too many elements; smooth or thin the history, or loosen rtol")
     level = allocate(contact.recoveries, count)
     remember(lengths[:count], q[:count], level, work.sweep)

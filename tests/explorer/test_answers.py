@@ -1,0 +1,268 @@
+"""The numbers and curves of the page are those of the package, at inputs drawn at random."""
+
+import random
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from explorer import fuzz
+from restitution.explorer import answers, presets
+from restitution.explorer.downloads import download
+from restitution.explorer.inputs import inputs
+from restitution.explorer.state import nested, of_case, of_impact, settled
+from restitution.material.models import material_models
+
+MODELS = [one.value for one in inputs()["material.model"].options]
+PROFILES = [one.value for one in inputs()["profile.type"].options]
+
+
+def drawn(seed: int, **fixed: Any) -> dict[str, Any]:
+    """A state on the sliders, within a few decades of the defaults."""
+    rng, state = random.Random(seed), {}
+    for key, one in inputs().items():
+        if one.options:
+            state[key] = rng.choice(one.options).value
+        elif one.slider and one.slider.logarithmic and one.default > 0.0:
+            state[key] = one.default * 3.0 ** rng.uniform(-1.0, 1.0)
+        elif one.slider:
+            low, high = (max(one.slider.low, 0.0), min(one.slider.high, one.default + 1.0))
+            state[key] = rng.uniform(low, high)
+    state |= {f"material.shear.{name}": [10.0 ** (sign * k) for k in range(3)] for name, sign in _SERIES}
+    state["material.temperature"] = rng.uniform(290.0, 300.0)
+    return state | {"impact.external_force": 0.0, "material.library": "polyisobutylene"} | fixed
+
+
+_SERIES = (("branch_moduli", 1), ("relaxation_times", -1))
+
+
+def case_file(state: dict[str, Any], folder: Path, what: str = "case") -> Path:
+    found = download({"what": what, "state": state})
+    path = folder / found["name"]
+    path.write_text(found["text"], encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_numbers_are_those_of_solve_for_every_material(model, tmp_path):
+    state = drawn(1, **{"entry": "constants", "material.model": model, "profile.type": "parabola"})
+    found = answers.impact(state)
+    expected: Any = rs.read_case(case_file(state, tmp_path)).solve()
+    numbers = found["numbers"]
+    assert numbers["restitution_coefficient"] == pytest.approx(expected.restitution_coefficient, rel=1e-12)
+    for name in ("contact_time", "max_force", "max_indentation_depth", "max_contact_radius"):
+        value = getattr(expected, name)
+        assert numbers[name] == (pytest.approx(value, rel=1e-12) if np.isfinite(value) else None)
+    assert numbers["instantaneous_poisson_ratio"] == expected.impact.material.instantaneous_poisson_ratio
+    assert [row["kind"] for row in found["validity"] if row["state"] == "doubtful"] == [
+        check.kind for check in expected.validity if check.exceeded
+    ]
+    if expected.status != rs.Status.SEPARATED:
+        assert found["curves"]["history"] is None
+        return
+    history = expected.sample(found["curves"]["history"]["time"])
+    for name, values in found["curves"]["history"].items():
+        np.testing.assert_array_equal(values, history[name].values)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_numbers_are_those_of_solve_for_every_profile(profile, tmp_path):
+    state = drawn(2, **{"entry": "constants", "material.model": "standard_solid", "profile.type": profile})
+    expected: Any = rs.read_case(case_file(state, tmp_path)).solve()
+    found = answers.impact(state)
+    assert found["numbers"]["restitution_coefficient"] == expected.restitution_coefficient
+    shape = found["curves"]["shape"]
+    if profile in ("ellipsoid", "pyramid"):
+        assert shape is None
+        return
+    heights = expected.impact.profile.shape(np.array(shape["radius"]))
+    assert shape["height"] == answers.plain(heights)
+
+
+def test_the_papers_numbers_give_the_papers_restitution():
+    rng = random.Random(3)
+    for _ in range(20):
+        nu, p2, p3 = rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3, 1), 10.0 ** rng.uniform(-2, 2)
+        state = drawn(rng.randrange(1000), entry="groups", **{"groups.nu": nu, "groups.p2": p2, "groups.p3": p3})
+        numbers = answers.impact(state)["numbers"]
+        assert numbers["restitution_coefficient"] == pytest.approx(
+            rs.standard_solid_restitution(nu, p2, p3), rel=1e-8, abs=2e-12
+        )
+        assert [numbers[name] for name in ("nu", "p2", "p3")] == pytest.approx([nu, p2, p3], rel=1e-9)
+
+
+@pytest.mark.parametrize("state", [{}, {"material.model": "fractional_zener"}, {"profile.type": "truncated_cone"}])
+def test_the_curve_over_velocity_is_that_of_solve(state):
+    curve = answers.velocity(state)["curves"]["velocity"]
+    velocities = np.array(curve["velocity"])
+    assert velocities.size in (16, 31, 61)
+    chosen = [0, velocities.size // 2, velocities.size - 1]
+    # A fractional material has a relative error of 1e-4 in a curve; all others have the tolerance of the solver.
+    rtol = 1e-3 if "material.model" in state else 2e-6
+    for n in chosen:
+        # A fractional material of its own for this contact.
+        expected = rs.solve(answers.case_of(state | {"impact.velocity": float(velocities[n])}).impact)
+        assert curve["restitution_coefficient"][n] == pytest.approx(expected.restitution_coefficient, rel=rtol)
+        assert curve["contact_time"][n] == pytest.approx(expected.contact_time, rel=rtol)
+        # The share of energy in waves, the strain and the others are compared with their limits.
+        assert bool(curve["doubtful"][n]) == bool(expected.validity.warnings)
+
+
+def test_curves_over_velocity_get_fewer_points_when_they_take_long(monkeypatch):
+    fine = answers.velocity({})["curves"]["velocity"]
+    monkeypatch.setattr(answers, "BUDGET", 0.0)
+    coarse = answers.velocity({})["curves"]["velocity"]
+    assert len(coarse["velocity"]) == 16
+    places = [fine["velocity"].index(one) for one in coarse["velocity"]]
+    at = [fine["restitution_coefficient"][n] for n in places]
+    assert at == pytest.approx(coarse["restitution_coefficient"], rel=1e-6)
+    assert len(answers.surface({})["curves"]["surface"]["time"]) == 4
+
+
+def test_the_surface_is_that_of_the_result():
+    curve = answers.surface({})["curves"]["surface"]
+    result: Any = rs.solve(answers.case_of({}).impact)
+    radius, time = np.array(curve["radius"]), np.array(curve["time"])
+    displacement = result.surface_displacement(radius[None, :], time[:, None])
+    scale = result.max_indentation_depth
+    np.testing.assert_allclose(curve["displacement"], displacement, rtol=0, atol=1e-6 * scale)
+    inside = time <= result.contact_time
+    # At the centre the surface touches the body.
+    np.testing.assert_allclose(
+        np.array(curve["displacement"])[inside, 0],
+        np.array(curve["indentation_depth"], float)[inside],
+        atol=1e-6 * scale,
+    )
+    assert [one is None for one in curve["contact_radius"]] == (~inside).tolist()
+
+
+def test_bounces_are_those_of_the_package():
+    state = {"material.viscosity": 300.0, "impact.gravity": 1.62, "impact.external_force": 1.0}
+    found = answers.bounces(state)
+    impact = answers.case_of(state | {"impact.external_force": 0.0}).impact
+    count = found["numbers"]["n_bounces"]
+    expected = rs.bounces(impact, gravity=1.62, max_bounces=count, min_height=0.0)
+    for name in ("touch_time", "height", "restitution_coefficient"):
+        np.testing.assert_allclose(found["curves"]["bounces"][name], getattr(expected, name), rtol=1e-4)
+    flight = found["curves"]["flight"]
+    assert np.all(np.diff(flight["time"]) >= 0.0)
+    # The greatest heights between the touches are those of the table.
+    flights = np.array(flight["height"][17:]).reshape(-1, 17).max(axis=1)
+    np.testing.assert_allclose(flights, expected.height[: flights.size], rtol=1e-2)
+
+
+@pytest.mark.parametrize("prescribed", ["depth", "force"])
+@pytest.mark.parametrize("shape", [one.value for one in inputs()["indentation.shape"].options])
+def test_indentations_are_those_of_the_package(prescribed, shape, tmp_path):
+    from restitution.case.indentation import read_indentation
+
+    state = presets.PRESETS["gel"][1] | {"prescribed": prescribed, "indentation.shape": shape}
+    found = answers.indentation(state)
+    expected = read_indentation(case_file(state, tmp_path, "indentation")).solve()
+    for name in ("max_force", "max_indentation_depth", "work"):
+        assert found["numbers"][name] == pytest.approx(getattr(expected, name), rel=1e-5)
+    history = expected.sample(found["curves"]["history"]["time"])
+    scale = float(history["force"].max())
+    np.testing.assert_allclose(found["curves"]["history"]["force"], history["force"].values, atol=1e-5 * scale)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_state_is_a_case_and_back(seed, tmp_path):
+    state = drawn(seed)
+    path = case_file(state, tmp_path)
+    again = of_case(rs.read_case(path))
+    assert (
+        download({"what": "case", "state": again})["text"].splitlines().sort() == path.read_text().splitlines().sort()
+    )
+    expected = answers.impact(state)["numbers"]
+    assert answers.impact(again)["numbers"]["restitution_coefficient"] == pytest.approx(
+        expected["restitution_coefficient"], rel=1e-9
+    )
+    # Without the model: as series.
+    impact = answers.case_of(state).impact
+    series = of_impact(impact)
+    assert answers.impact(series)["numbers"]["restitution_coefficient"] == pytest.approx(
+        expected["restitution_coefficient"], rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_python_text_gives_the_same_impact(seed, capsys):
+    state = drawn(seed)
+    names: dict[str, Any] = {}
+    exec(download({"what": "python", "state": state})["text"], names)
+    assert names["result"].restitution_coefficient == pytest.approx(
+        answers.impact(state)["numbers"]["restitution_coefficient"], rel=1e-9
+    )
+    assert "restitution_coefficient" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", presets.PRESETS)
+def test_presets_can_be_solved(name):
+    state = presets.PRESETS[name][1]
+    assert answers.impact(state)["status"]["name"] == "SEPARATED"
+    assert answers.indentation(state)["numbers"]["max_force"] > 0.0
+
+
+def test_the_first_page_has_no_warning():
+    assert [row["kind"] for row in answers.impact({})["validity"] if row["state"] == "doubtful"] == []
+
+
+def test_inputs_depend_on_earlier_ones_and_lie_on_their_sliders():
+    seen: set[str] = set()
+    for key, one in inputs().items():
+        for when in (one.when, *(option.when for option in one.options)):
+            assert when.keys() <= seen
+            assert all(set(values) <= {option.value for option in inputs()[of].options} for of, values in when.items())
+        seen.add(key)
+        assert one.check(one.default) == one.default
+        if one.slider is not None:
+            least, most = one.ends
+            assert least <= one.slider.low < one.slider.high <= most
+            assert one.quantity is not None
+            one.quantity.check(one.slider.low)
+            one.quantity.check(one.slider.high)
+
+
+def test_every_model_and_profile_of_the_package_can_be_chosen():
+    assert {*material_models()} - set(MODELS) == {"generalised_maxwell"}
+    assert {"parabola", "sphere", "cone", "flat_punch", "power_law"} <= set(PROFILES)
+
+
+def test_a_choice_that_is_not_available_is_replaced():
+    values = settled({"entry": "groups", "material.model": "maxwell", "profile.type": "cone", "bulk": "series"})
+    assert (values["material.model"], values["profile.type"], values["bulk"]) == (
+        "standard_solid",
+        "parabola",
+        "poisson_ratio",
+    )
+    assert "material.viscosity" not in values
+    assert settled({"material.model": "maxwell", "bulk": "poisson_ratio"})["bulk"] == "bulk_modulus"
+    assert nested(values)["groups"]["p2"] == inputs()["groups.p2"].default
+
+
+def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
+    text = case_file({}, tmp_path).read_text()
+    path = tmp_path / "two.toml"
+    path.write_text(text + "\n[counter_material]\nlibrary = 'steel'\n")
+    with pytest.raises(rs.InputError, match=r"^counter_material: is not shown"):
+        of_case(rs.read_case(path))
+    impact = answers.case_of({}).impact
+    with pytest.raises(rs.InputError, match="single impact"):
+        of_impact(replace(impact, velocity=[1.0, 2.0]))
+    tip = rs.Tabulated(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 1e-4, 4e-4]))
+    with pytest.raises(rs.InputError, match="Tabulated"):
+        of_impact(replace(impact, profile=tip))
+
+
+def test_random_states_are_solved_or_refused_in_one_line():
+    rng = random.Random(5)
+    from restitution.explorer.messages import BUG, Request, answer
+
+    for number in range(60):
+        request = fuzz.request(rng, number)
+        text = answer(Request(number, request["kind"], request))
+        assert BUG not in text
