@@ -163,13 +163,13 @@ def test_gaps_of_two_bodies():
         (lambda: rs.Ellipsoid([1.0, 2.0], [1.0, 2.0, 3.0]), "radius_1, radius_2", "(2,), (3,)"),
         (lambda: rs.crossed_cylinders(1.0, 1.0, angle=0.0), "angle", "must be > 0 and < 3.14159 rad"),
         (lambda: rs.crossed_cylinders(1.0, 1.0, angle=90.0), "angle", "must be > 0 and < 3.14159 rad"),
-        (lambda: rs.crossed_cylinders(0.0, 1.0), "radius_1", "must not be 0"),
+        (lambda: rs.crossed_cylinders(0.0, 1.0), "radii_1", "must be of a size"),
         (lambda: rs.crossed_cylinders([1.0, 2.0], 1.0), "radius_1", "must be a single number"),
         (lambda: rs.crossed_cylinders(1.0, 2.0, angle=1e-7), "radius_1/radius_2", "must be at most 1e+06"),
         (lambda: rs.Ellipsoid.of_bodies((1.0, 1.0), (-0.5, 2.0)), "radii_1, radii_2, angle", "in a single point"),
         (lambda: rs.Ellipsoid.of_bodies((1.0, math.inf), (2.0, math.inf)), "radii_1, radii_2, angle", "single point"),
         (lambda: rs.Ellipsoid.of_bodies(1.0, (1.0, 1.0)), "radii_1", "must be a pair"),
-        (lambda: rs.Ellipsoid.of_bodies((1.0, 1.0), (0.0, 1.0)), "radii_2", "must not be 0 or NaN"),
+        (lambda: rs.Ellipsoid.of_bodies((1.0, 1.0), (0.0, 1.0)), "radii_2", "must be of a size"),
     ],
 )  # fmt: skip
 def test_bad_input_is_refused(make, field, text):

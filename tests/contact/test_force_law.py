@@ -64,10 +64,9 @@ def test_noise_changes_the_impact_by_the_error_that_the_fit_states(shape):
         # Most of the noise averages out; a flat-ended tip needs more coefficients.
         assert 1e-4 / math.sqrt(n) / 5 < law.fit.error < 3e-4
         assert law.fit.misfit == pytest.approx(1e-4, rel=0.8)
-    # One standard error of the force, and e is less sensitive than the force: the median is far below one, and a
-    # normal deviate exceeds four once in 16 000.
+    # The error is one standard error of the force where it is largest, and e is less sensitive than the force.
     assert np.median(shares) < 1.0
-    assert max(shares) < 4.0
+    assert max(shares) < 3.0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -202,13 +201,13 @@ def spoiled(name, place, value):
 @pytest.mark.parametrize(
     ("change", "field", "index", "text"),
     [
-        (spoiled("force", 17, lambda f: 10 * f), "force", (17,), "off a smooth curve"),
+        (spoiled("force", 17, lambda f: 100 * f), "force", (17,), "beyond the force at the largest depth"),
         (spoiled("force", 17, lambda f: 1.1 * f), "force", (17,), "off a smooth curve"),
         (spoiled("force", 5, lambda f: math.nan), "force", (5,), "must be finite"),
         (spoiled("depth", 5, lambda d: math.inf), "depth", (5,), "must be finite"),
         (spoiled("depth", 5, lambda d: -d), "depth", (5,), "from first touch"),
         (spoiled("depth", 5, lambda d: 1e-3 * d), "force", (5,), ""),
-        (lambda c: c.update(force=np.sin(6 * c["depth"])), "force", (49,), "never fall"),
+        (lambda c: c.update(force=np.sin(4.5 * c["depth"])), "force", (49,), "never fall"),
         (lambda c: c.update(force=np.sqrt(c["depth"])), "force", None, "never fall"),
         (lambda c: c.update(force=-c["force"]), "force", (49,), "must be > 0 in indentation"),
         (lambda c: c.update(depth=np.append(0, c["depth"]), force=np.append(0.4, c["force"])), "force", (0,),

@@ -22,7 +22,7 @@ LATER = {
     "geometry": 175,
     "ellipsoid": 250,
     "pyramid": 120,
-    "force_law": 480,
+    "force_law": 500,
     "layer": 1_200,
     "identification": 6_700,
     "law": 1_500,

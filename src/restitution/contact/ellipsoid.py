@@ -209,9 +209,6 @@ def crossed_cylinders(radius_1: Any, radius_2: Any, *, angle: Any = 0.5 * math.p
     """
     given = {"radius_1": radius_1, "radius_2": radius_2}
     radii = [single(name, finite(name, radius, "m"), "m") for name, radius in given.items()]
-    for name, radius in zip(given, radii, strict=True):
-        if radius == 0.0:
-            raise InputError(name, radius, "must not be 0", "m")
     turn = single("angle", between("angle", angle, 0.0, math.pi, "rad"), "rad")
     return Ellipsoid.of_bodies((radii[0], math.inf), (radii[1], math.inf), angle=turn)
 
@@ -220,11 +217,15 @@ def _curvatures(name: str, radii: ArrayLike) -> Array:
     values = number(name, radii, "m")
     if values.shape != (2,):
         raise InputTypeError(name, radii, "must be a pair of principal radii", "m")
-    bad = np.isnan(values) | (values == 0.0)
-    if bad.any():
-        place = int(np.argmax(bad))
+    good = np.isinf(values) | ((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
+    if not good.all():
+        place = int(np.argmin(good))
         raise InputError(
-            name, float(values[place]), "must not be 0 or NaN; infinite where straight", "m", index=(place,)
+            name,
+            float(values[place]),
+            "must be of a size in [1e-100, 1e+100] m, or infinite where the body is straight",
+            "m",
+            index=(place,),
         )
     return 1.0 / values
 

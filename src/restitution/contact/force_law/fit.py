@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,8 @@ _EXPONENTS = (1.0, 1.5, 2.0)
 _LOW, _HIGH = 1.0, 4.0
 # Largest degree, least number of rows for each coefficient, and largest degree beside a fitted exponent.
 _MOST_DEGREE, _ROWS, _FREE_DEGREE = 24, 4, 3
+# Fits whose rank differs by less from the best are nearly as likely; at most so many count.
+_NEARLY, _RIVALS = 6.0, 5
 # Rounding of forces over the largest; smaller residuals are no reason for another degree.
 _ROUNDING = 1e-14
 # Gain in twice the log-likelihood that a further coefficient must bring.
@@ -25,9 +27,9 @@ _PENALTY = 3.0
 # Smallest force over the largest that has a relative error: below it the error is constant.
 _LEAST_FORCE = 1e-3
 # Places at which the fitted stiffness is checked, and the standard errors within which it may fall.
-_PLACES, _SIGMAS, _LEVEL, _MOST_FALL = 400, 3.0, 1e-9, 0.01
+_PLACES, _SIGMAS, _LEVEL, _MOST_FALL = 400, 3.0, 1e-3, 0.01
 # Misfit of a fit that rises over that of the likeliest one, and a misfit that does not matter.
-_SLACK, _SMOOTHING = 3.0, 1e-5
+_SLACK, _SMOOTHING = 3.0, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +49,8 @@ class ForceFit:
     covariance : array
         Covariance of the coefficients, then of the exponent if it was fitted, from the residuals (HC3), without any
         assumption about how the noise depends on the depth.
+    spread : float
+        Largest difference of the force over F_1, at any depth, from other fits that are nearly as likely.
     """
 
     depth_unit: float
@@ -55,6 +59,7 @@ class ForceFit:
     coefficients: Array
     residual: Array
     covariance: Array
+    spread: float = 0.0
 
     @property
     def degree(self) -> int:
@@ -68,9 +73,9 @@ class ForceFit:
 
     @property
     def error(self) -> float:
-        """Standard error of the fitted force over F_1: the largest at any depth."""
-        x = np.linspace(0.0, 1.0, _PLACES + 1)[1:]
-        return float(np.max(self._deviation(_force_columns(x, self.exponent, self.degree), x)))
+        """Standard error of the fitted force over F_1, the largest at any depth, with the spread."""
+        x = _places()
+        return math.hypot(np.max(self._deviation(_force_columns(x, self.exponent, self.degree), x)), self.spread)
 
     def force(self, x: Array) -> Array:
         """Force over F_1 at x."""
@@ -84,7 +89,7 @@ class ForceFit:
 
     def falls_at(self) -> float | None:
         """Place x where the stiffness falls most, by more than its error, or is negative; None if it rises."""
-        x = np.linspace(0.0, 1.0, _PLACES + 1)[1:]
+        x = _places()
         stiffness = self.stiffness(x)
         columns = np.stack([self._unit(j).stiffness(x) for j in range(self.degree + 1)], axis=1)
         largest = float(stiffness.max())
@@ -137,13 +142,25 @@ def fit_force(depth: Array, force: Array, exponent: float | None = None) -> Forc
     deepest = int(np.argmax(depth))
     unit, scale = float(depth[deepest]), float(force[deepest])
     x, y = np.sqrt(depth / unit), force / scale
-    trials = sorted(_trials(x, y, exponent), key=lambda one: one.score + _PENALTY * one.size)
+
+    def rank(trial: _Trial) -> float:
+        return trial.score + _PENALTY * trial.size
+
+    trials = sorted(_trials(x, y, exponent), key=rank)
     fits = (_solved(x, y, trial, unit, scale) for trial in trials)
-    first = next(fits)
-    if first.falls_at() is None:
-        return first
-    rising = next((fit for fit in fits if fit.falls_at() is None), first)
-    return rising if rising.misfit <= max(_SLACK * first.misfit, _SMOOTHING) else first
+    first = chosen = next(fits)
+    if first.falls_at() is not None:
+        rising = next((fit for fit in fits if fit.falls_at() is None), first)
+        chosen = rising if rising.misfit <= max(_SLACK * first.misfit, _SMOOTHING) else first
+    near = [trial for trial in trials[:_RIVALS] if rank(trial) <= rank(trials[0]) + _NEARLY]
+    rivals = [_solved(x, y, trial, unit, scale) for trial in near]
+    places = _places()
+    spread = max(float(np.max(np.abs(chosen.force(places) - rival.force(places)))) for rival in rivals)
+    return replace(chosen, spread=spread)
+
+
+def _places() -> Array:
+    return np.linspace(0.0, 1.0, _PLACES + 1)[1:]
 
 
 def _trials(x: Array, y: Array, exponent: float | None) -> Iterator[_Trial]:

@@ -25,6 +25,8 @@ _EXPONENT = Quantity("exponent", NUMBER, "exponent of the force at small depth",
 _FEWEST = 10
 # The least depth over the largest: below the least one the fit extrapolates.
 _FIRST = 0.25
+# A force of any depth over that of the largest depth.
+_MOST_FORCE = 2.0
 # Force at no depth, and misfit, over the largest force; residuals of outliers over their median.
 _MOST_OFFSET, _MOST_MISFIT, _OUTLIER = 0.01, 0.01, 20.0
 # Limits of the depth over the stiffness radius, beyond which a unit is wrong.
@@ -186,6 +188,11 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
             "N",
             index=(deepest,),
         )
+    strange = np.abs(f) > _MOST_FORCE * f[deepest]
+    if np.any(strange):
+        row = int(np.argmax(strange))
+        wanted = f"is beyond the force at the largest depth, {f[deepest]:g} N: an elastic force rises with the depth"
+        raise InputError("force", float(f[row]), wanted, "N", index=(row,))
     first = float(d[d > 0.0].min())
     if first > _FIRST * d[deepest]:
         wanted = f"is the least of the depths: must be at most {_FIRST:g} times the largest, {d[deepest]:g} m"
