@@ -180,16 +180,35 @@ def test_bad_input_is_refused(make, field, text):
     assert "\n" not in str(caught.value)
 
 
-def test_fields_and_elements_are_refused():
+def test_displacement_and_elements_are_refused():
     impact = rs.Impact(SOLID, rs.Ellipsoid(1.0, 0.5), mass=1.0, velocity=1.0)
     result = rs.solve(impact)
-    for refused in (
-        lambda: result.pressure(0.0, 0.1),
-        lambda: result.surface_displacement(0.0, 0.1),
-        lambda: rs.solve(impact, "elements"),
-    ):
+    for refused in (lambda: result.surface_displacement(0.0, 0.1), lambda: rs.solve(impact, "elements")):
         with pytest.raises(rs.InputError, match="the contact is an ellipse"):
             refused()
+
+
+def test_pressure_along_both_axes():
+    gap = rs.Ellipsoid(2.0, 0.1)
+    result = rs.solve(rs.Impact(SOLID, gap, mass=1.0, velocity=1.0))
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    for share in (0.3, 1.0, 1.4):
+        t = share * result.turning_time
+        history = result.sample([t])
+        radius, force = float(history.contact_radius[0]), float(history.force[0])
+        a, b = gap.half_axes(radius)
+        along, across = result.pressure(gap.mean_radius([0.5 * a, 0.0], [0.0, 0.5 * b]), t)
+        assert along == pytest.approx(across, rel=1e-9)
+        assert result.pressure(gap.mean_radius(1.001 * a, 0.0), t) == 0.0
+        # Its integral over the ellipse is the force: F = 2 pi a b int p u du with r = u sqrt(a b), u = 1 - w^2.
+        w = 0.5 + 0.5 * nodes
+        p = result.pressure(radius * (1 - w**2), t)
+        assert 2 * math.pi * a * b * np.sum(0.5 * weights * p * (1 - w**2) * 2 * w) == pytest.approx(force, rel=1e-6)
+
+
+def test_pictures():
+    page = rs.solve(rs.Impact(SOLID, rs.Ellipsoid(1.0, 0.5), mass=1.0, velocity=1.0)).plot()
+    assert len(page.axes) == 6
 
 
 def test_validity_report_has_the_strain_of_the_more_curved_direction():

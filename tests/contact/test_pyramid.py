@@ -48,6 +48,8 @@ def test_contact_area_is_unknown():
     assert np.isnan([result.max_contact_radius, result.max_pressure]).all()
     assert np.isnan(result.history.contact_radius[1:]).all()
     assert np.isnan(rs.solve([impact, impact]).outputs["max_pressure"]).all()
+    # Force, loop, depth and energies.
+    assert len(result.plot().axes) == 4
     for refused in (lambda: result.pressure(0.0, 0.1), lambda: rs.solve(impact, "elements")):
         with pytest.raises(rs.InputError, match="pressure under a pyramid is not known"):
             refused()

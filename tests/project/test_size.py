@@ -20,7 +20,7 @@ def test_no_module_is_longer_than_400_lines(path):
 # Features later than the solver, each with the most lines that it may have.
 LATER = {
     "geometry": 175,
-    "ellipsoid": 250,
+    "ellipsoid": 260,
     "pyramid": 120,
     "force_law": 500,
     "layer": 1_200,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric, between, finite, number, single
 from restitution.contact.geometry import Array, Geometry, as_array, plain
+from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import LENGTH, Quantity
 
@@ -62,7 +63,6 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     """
 
     sources = (("hertz1882", "elliptical contact"), ("carlson1995", "elliptic integrals of the half-axes"))
-    has_pressure = True
     obstacle = "the contact is an ellipse"
 
     radius_1: Annotated[Numeric, _RADIUS]
@@ -138,6 +138,13 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         root = np.sqrt(self.axis_ratio)
         return np.stack([as_array(contact_radius) / root, as_array(contact_radius) * root])
 
+    def mean_radius(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Contact radius [m] of the ellipse through a point, x [m] along the long and y [m] along the short half-axis.
+
+        It is the radius for `ImpactResult.pressure`, which is constant along similar ellipses.
+        """
+        return np.hypot(np.sqrt(self.axis_ratio) * as_array(x), as_array(y) / np.sqrt(self.axis_ratio))
+
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius sqrt(R_eff d) [m]."""
         return np.sqrt(self.effective_radius * np.maximum(as_array(depth), 0.0))
@@ -149,6 +156,11 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius sqrt(a b) [m], that of a disc of equal area."""
         return self._stretch * self.stiffness_radius(depth)
+
+    @property
+    def image(self) -> Profile:
+        """The parabola of the radius R_eff."""
+        return Parabola(self.effective_radius)
 
     @property
     def _stretch(self) -> Numeric:

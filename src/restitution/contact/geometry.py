@@ -20,6 +20,7 @@ from restitution.errors import InputError
 from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
+    from restitution.contact.profile import Profile
     from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -68,8 +69,6 @@ class Geometry(ABC):
     body_radius: ClassVar[bool] = False
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()
-    # Whether the pressure is that of a profile with the same stiffness radius, stretched over the contact area.
-    has_pressure: ClassVar[bool] = False
     # Why pressure, surface displacement and elements cannot follow from the stiffness radius.
     obstacle: ClassVar[str] = "it is no axisymmetric profile on a half-space"
 
@@ -107,6 +106,11 @@ class Geometry(ABC):
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the geometry of a contact of these materials; refuse materials for which it does not hold."""
         return self
+
+    @property
+    def image(self) -> Profile | None:
+        """Profile of the same stiffness radius, with the pressure of the contact but for a stretch; or None."""
+        return None
 
     @property
     def tip_radius(self) -> Numeric:

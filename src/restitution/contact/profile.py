@@ -36,8 +36,6 @@ class Profile(Geometry):
     there is never touched. docs/development/extending.md shows how to write a subclass.
     """
 
-    has_pressure = True
-
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
         """Profile f(r) [m] at radius r [m]."""
@@ -61,6 +59,11 @@ class Profile(Geometry):
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral int_0^d a dd [m^2] at depth d [m], which also a flat punch has."""
         return self.force_integral(self.contact_radius(depth))
+
+    @property
+    def image(self) -> Profile:
+        """The profile itself."""
+        return self
 
     @property
     def max_contact_radius(self) -> Numeric:

@@ -82,7 +82,7 @@ class Batch:
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, impact.shape) if power else None,
-            has_pressure=profile.has_pressure,
+            has_pressure=profile.image is not None,
         )
 
     @classmethod
@@ -95,7 +95,7 @@ class Batch:
             exponent=float(np.asarray(profile.path_exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, (size,)) if power else None,
-            has_pressure=profile.has_pressure,
+            has_pressure=profile.image is not None,
         )  # fmt: skip
 
     @classmethod

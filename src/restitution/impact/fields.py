@@ -46,8 +46,11 @@ class ImpactFields:
     """Fields over radius and time, in SI, of one impact that ended in separation, solved at the tolerance `rtol`."""
 
     def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
-        profile = as_profile(impact.profile, "pressure and surface displacement")
-        self._solution, self._profile, series = solution, profile, impact.reduced_modulus
+        own = impact.profile
+        profile = own.image or as_profile(own, "pressure and surface displacement")
+        # Contact radius over stiffness radius.
+        self._stretch = 1.0 if profile is own else float(own.contact_radius(1.0) / own.stiffness_radius(1.0))
+        self._own, self._solution, self._profile, series = own, solution, profile, impact.reduced_modulus
         self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
         self._moduli, self._times = series.branch_moduli, series.relaxation_times
         roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])
@@ -64,10 +67,12 @@ class ImpactFields:
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
         field = partial(pressure, noise=self._noise, tip_exponent=self._tip_exponent)
-        return self._over_times(self._loads, self.line_load, field, r, t)
+        inside = np.asarray(r, dtype=np.float64) / self._stretch
+        return self._over_times(self._loads, self.line_load, field, inside, t) / self._stretch**2
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
+        as_profile(self._own, "surface displacement")
         return self._over_times(self._displacements, self.line_displacement, surface_displacement, r, t)
 
     def line_load(self, t: float) -> LineFunction | None:

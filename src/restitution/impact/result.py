@@ -295,7 +295,8 @@ class ImpactResult:
         Parameters
         ----------
         r, t : array_like
-            Radii [m] and times since first touch [s], >= 0, which broadcast.
+            Radii [m] and times since first touch [s], >= 0, which broadcast. In an elliptical contact r is
+            `Ellipsoid.mean_radius(x, y)`.
 
         Returns
         -------

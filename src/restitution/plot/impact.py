@@ -45,7 +45,7 @@ def overview(
     """Draw one impact on a page: force, loop, depth, contact radius, pressure at some instants, energies.
 
     Only the exact method has the pressure and the energies over time. A bar shows the final energies of the element
-    method.
+    method. The radius and the pressure are left out where they are not known.
 
     Parameters
     ----------
@@ -65,19 +65,26 @@ def overview(
     """
     history, exact = result.history, result.method == "exact"
     budget = not exact and isfinite(result.energy.dissipated)
-    rows, heights = ["AB", "CD"], [1.0, 1.0]
+    # The contact area of some geometries is not known.
+    profile = result.impact.profile if not isinstance(result.impact, list) else None
+    has_pressure = exact and profile is not None and profile.image is not None
+    drawn = [force_time, force_indentation, depth_time]
+    if np.isfinite(history["contact_radius"].values).any():
+        drawn.append(contact_radius_time)
+    rows, heights = ["AB", "CD" if len(drawn) == 4 else "CC"], [1.0, 1.0]
     if exact or budget:
-        rows, heights = [*rows, "EF" if exact else "EE"], [*heights, 1.0 if exact else 0.62]
+        rows, heights = [*rows, "EF" if has_pressure else "EE"], [*heights, 1.0 if exact else 0.62]
     with style.context():
         height = 0.3 + 2.4 * sum(heights)
         page, panels = style.panels(";".join(rows), height=height, figure=figure, heights=heights)
-        for draw, ax in zip((force_time, force_indentation, depth_time, contact_radius_time), panels, strict=False):
+        for draw, ax in zip(drawn, panels, strict=False):
             draw(ax, history)
+        if has_pressure:
+            pressure_radius(panels[-2], result, times)
         if exact:
-            pressure_radius(panels[4], result, times)
-            energy_area(panels[5], history)
+            energy_area(panels[-1], history)
         elif budget:
-            energy_bar(panels[4], result.energy)
+            energy_bar(panels[-1], result.energy)
         e, duration = float(result.restitution_coefficient), in_words(float(result.contact_time), "s")
         numbers = rf"$e = {e:.4g}$,  contact time {duration}"
         return style.finish(page, f"{title}\n{numbers}" if title else numbers)
