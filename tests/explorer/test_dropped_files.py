@@ -1,0 +1,146 @@
+"""Files that are dropped onto the page: tables of materials and case files, good and bad."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.case.impact import CaseFile
+from restitution.explorer import answers, dropped_files
+from restitution.explorer.downloads import download
+from restitution.explorer.state import settled
+
+TIMES = np.geomspace(1e-5, 1e2, 40)
+OMEGA = np.geomspace(1e-2, 1e5, 40)
+SERIES = rs.PronySeries(3e6, [9e6, 4e6], [1e-3, 0.3])
+
+
+def table(*columns: np.ndarray, names: str, units: str) -> str:
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    return "\n".join([names, units, *rows]) + "\n"
+
+
+DMA = table(
+    OMEGA, 1e-6 * SERIES.storage_modulus(OMEGA), 1e-6 * SERIES.loss_modulus(OMEGA), names="omega,G',G''", units="rad/s,MPa,MPa"
+)  # fmt: skip
+RELAXATION = table(TIMES, 1e-6 * SERIES.relaxation_modulus(TIMES), names="t,G", units="s,MPa")
+
+
+def dropped(text: str, name: str = "data.csv", **further: Any) -> dict[str, Any]:
+    return dropped_files.read({"name": name, "text": text, "state": {"bulk": "incompressible"}} | further)
+
+
+@pytest.mark.parametrize("text", [DMA, RELAXATION], ids=["dynamic", "relaxation"])
+def test_a_table_becomes_a_series_that_fits_it(text):
+    found = dropped(text)
+    state = settled(found["state"])
+    series = rs.PronySeries(
+        *(state[f"material.shear.{name}"] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
+    )
+    # The fit is good to 2e-3 of the modulus at each time.
+    np.testing.assert_allclose(series.relaxation_modulus(TIMES[5:]), SERIES.relaxation_modulus(TIMES[5:]), rtol=1e-2)
+    assert found["words"].startswith("data.csv: data fitted by")
+    assert "/" not in found["words"]
+
+
+def test_a_dropped_table_gives_the_restitution_of_the_command_line(tmp_path):
+    state = {"material.poisson_ratio": 0.45, "bulk": "poisson_ratio"}
+    found = dropped(DMA, state=state)
+    (tmp_path / "data.csv").write_text(DMA)
+    text = download({"what": "case", "state": {}})["text"]
+    content = (
+        text[: text.index("[material]")] + "[material]\nfile = 'data.csv'\npoisson_ratio = 0.45\ndensity = 1100.0\n"
+    )
+    (tmp_path / "ball.toml").write_text(content)
+    expected = rs.read_case(tmp_path / "ball.toml").solve()
+    numbers = answers.impact(state | found["state"])["numbers"]
+    assert numbers["restitution_coefficient"] == pytest.approx(expected.restitution_coefficient, rel=1e-9)
+
+
+def test_the_deformation_of_a_table_counts():
+    text = RELAXATION.replace("t,G", "t,modulus")
+    state = {"bulk": "poisson_ratio", "material.poisson_ratio": 0.5}
+    shear = dropped(text, state=state)["state"]
+    tension = dropped(text, state=state, deformation="tension")["state"]
+    # E = 3 G where incompressible.
+    key = "material.shear.equilibrium_modulus"
+    assert tension[key] == pytest.approx(shear[key] / 3.0, rel=1e-9)
+    with pytest.raises(rs.InputError, match="deformation"):
+        dropped(text, deformation="torsion")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "a,b\n1,2\n", "t,E\ns,MPa\n1,x\n", "t,E\ns,MPa\n1,1\n", "t,E\nfoo,MPa\n1,1\n", "\0", "\ud800"]
+)
+def test_a_bad_table_is_one_line_that_names_it(text):
+    with pytest.raises(rs.InputError) as refused:
+        dropped(text, "my data.csv")
+    line = str(refused.value)
+    assert line.startswith("my data.csv: ")
+    assert "\n" not in line
+    assert "/" not in line.replace("my data.csv", "")
+
+
+def test_a_case_file_becomes_its_state(tmp_path):
+    state = {"material.model": "kelvin_voigt", "impact.velocity": 0.25, "profile.type": "sphere"}
+    text = download({"what": "case", "state": state})["text"]
+    found = dropped(text, "my.toml")
+    assert settled(found["state"])["material.model"] == "kelvin_voigt"
+    numbers, expected = (answers.impact(one)["numbers"] for one in (found["state"], state))
+    assert numbers == expected
+
+
+FILES = [
+    "[material]\nfile = '{path}'\n", "[profile]\nfile = '{path}'\n", "[material]\nshift = '{path}'\n",
+    "[material.shear]\nterms = '{path}'\n", "[material]\nbulk = {{ terms = '{path}' }}\n",
+    "[counter_material]\nfile = '{path}'\n", "[counter_body.material]\nfile = '{path}'\n",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("section", FILES)
+def test_a_case_file_cannot_read_files_of_the_server(section, tmp_path):
+    secret = tmp_path / "secret.csv"
+    secret.write_text(RELAXATION)
+    text = "[body]\nmass = 1.0\nradius = 1.0\n[impact]\nvelocity = 1.0\n" + section.format(path=secret)
+    with pytest.raises(rs.InputError, match="names another file"):
+        dropped(text, "a.toml")
+
+
+def test_all_keys_that_read_files_are_known():
+    def keys(schema: Any) -> set[str]:
+        if isinstance(schema, list):
+            return set().union(*map(keys, schema))
+        if not isinstance(schema, dict):
+            return set()
+        own = {key for key, value in schema.get("properties", {}).items() if '"path"' in json.dumps(value)}
+        return own.union(*map(keys, schema.values()))
+
+    found = keys(CaseFile.model_json_schema())
+    assert {"file", "terms", "shift"} <= found
+    # Sections that contain such a key are no keys of files themselves.
+    assert (
+        found - {"material", "counter_material", "counter_body", "profile", "shear", "bulk"} <= dropped_files.FILE_KEYS
+    )
+
+
+def test_large_files_are_refused():
+    with pytest.raises(rs.InputError, match="must have at most 1000000"):
+        dropped("1" * 1_000_001)
+
+
+def test_more_terms_than_the_page_takes_are_refused():
+    times = np.geomspace(1e-9, 1e9, 60)
+    text = table(times, np.full(60, 1.0), names="tau,G", units="s,MPa")
+    with pytest.raises(rs.InputError, match="has 60 terms in shear: must have at most 50"):
+        dropped(text)
+
+
+def test_nothing_is_left_of_a_dropped_file(monkeypatch, tmp_path):
+    import tempfile
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    dropped(DMA)
+    assert list(Path(tmp_path).iterdir()) == []

@@ -1,0 +1,127 @@
+"""The command `explore`, its static build, and the frame in a notebook."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+import restitution as rs
+from explorer.client import get, opened
+from restitution.cli.main import app
+from restitution.explorer import answers, launch, paper
+from restitution.explorer.downloads import download
+
+TEXT = download({"what": "case", "state": {"impact.velocity": 0.123}})["text"]
+
+
+def test_a_notebook_shows_a_frame_that_closes(monkeypatch):
+    monkeypatch.setattr(launch, "warm_up", lambda: None)
+    impact = answers.case_of({"impact.velocity": 0.123}).impact
+    with rs.explore(impact, height=500) as page:
+        html = page._repr_html_()
+        assert f'<iframe src="{page.address}" width="100%" height="500"' in html
+        assert page.address in repr(page)
+        with opened(page._running) as socket:
+            assert socket.schema["state"]["impact.velocity"] == 0.123
+            assert socket.schema["state"]["material.shear.equilibrium_modulus"] == 1e7
+        policy = get(page._running, f"/?token={page._running.access.token}").headers["content-security-policy"]
+        assert "frame-ancestors http://localhost:* http://127.0.0.1:*" in policy
+        assert not page.closed
+    assert page.closed
+    assert repr(page) == "<Explorer: closed>"
+    page.close()
+
+
+def test_a_notebook_takes_a_case_file_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(launch, "warm_up", lambda: None)
+    path = tmp_path / "ball.toml"
+    path.write_text('title = "A ball"\n' + TEXT)
+    for given in (path, str(path), rs.read_case(path)):
+        with rs.explore(given) as page, opened(page._running) as socket:
+            assert socket.schema["title"] == "A ball"
+            assert socket.schema["state"]["material.model"] == "standard_solid"
+    with pytest.raises(rs.InputError, match="must be the name of a file"):
+        rs.explore(3)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(rs.InputError, match="height"):
+        rs.explore(height=-1)
+
+
+def test_missing_libraries_are_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    result = CliRunner().invoke(app, ["explore", "--no-browser"])
+    assert result.exit_code == 2
+    assert result.stderr.splitlines() == [
+        'error: the explorer needs starlette and uvicorn: pip install "restitution[web]"'
+    ]
+
+
+def test_a_bad_case_is_one_line(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(TEXT + "\n[counter_material]\nlibrary = 'steel'\n")
+    result = CliRunner().invoke(app, ["explore", str(path), "--no-browser", "--port", "0"])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: counter_material: is not shown by the explorer")
+
+
+def test_the_static_build_is_whole(tmp_path, monkeypatch):
+    monkeypatch.setattr(paper, "answer", lambda: {"claims": []})
+    result = CliRunner().invoke(app, ["explore", "--static", str(tmp_path / "site")])
+    assert result.exit_code == 0, result.output
+    site = tmp_path / "site"
+    index = (site / "index.html").read_text()
+    assert '<meta name="restitution" content="static">' in index
+    for name in re.findall(r'(?:src|href)="(static/[^"]+)"', index):
+        assert (site / name).is_file()
+    assert json.loads((site / "static" / "schema.json").read_text())["kind"] == "schema"
+    assert {"interpolant.json", "interpolant.js", "paper.json"} <= {path.name for path in (site / "static").iterdir()}
+    # No address of another host is in the page itself.
+    for path in site.rglob("*.js"):
+        if path.name != "uplot.js":
+            assert not re.findall(r"https?://(?!www\.w3\.org)[\w.]+", path.read_text(encoding="utf-8"))
+
+
+def test_the_static_build_takes_no_case(tmp_path):
+    result = CliRunner().invoke(app, ["explore", "a.toml", "--static", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "leave a.toml out" in result.stderr
+
+
+@pytest.mark.slow
+def test_the_claims_of_the_paper_hold():
+    assert [claim["holds"] for claim in paper.answer()["claims"]] == [True] * 7
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_ctrl_c_ends_the_command_at_once(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(TEXT)
+    command = [sys.executable, "-m", "restitution", "explore", str(path), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        address = process.stdout.readline().strip()
+        match = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([\w-]{22})", address)
+        assert match
+        from websockets.sync.client import connect
+
+        # A page that is open, and computes, does not hold the end up.
+        here = f"127.0.0.1:{match[1]}"
+        with connect(f"ws://{here}/ws?token={match[2]}", origin=f"http://{here}") as socket:  # pyright: ignore
+            schema = json.loads(socket.recv(timeout=30))
+            assert schema["state"]["impact.velocity"] == 0.123
+            for number in range(50):
+                socket.send(json.dumps({"id": number, "kind": "surface"}))
+            os.kill(process.pid, signal.SIGINT)
+            started = time.monotonic()
+            process.wait(10)
+            assert time.monotonic() - started < 5
+        assert process.returncode == 0
+        errors = process.stderr.read().splitlines()
+        assert errors == ["preparing the solver ...", "Ctrl-C ends the server"]

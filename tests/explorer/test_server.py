@@ -1,0 +1,321 @@
+"""The server: who may use it, what it serves, and what becomes of messages of any kind."""
+
+import json
+import random
+import socket
+import threading
+import time
+from contextlib import suppress
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+import restitution as rs
+from explorer import fuzz
+from explorer.client import get, opened
+from restitution.explorer import messages
+from restitution.explorer.launch import listen
+from restitution.explorer.server import page_files
+
+
+def test_the_page_needs_the_token(running):
+    token = running.access.token
+    assert get(running, f"/?token={token}").status == 200
+    for path in ("/", "/?token=", f"/?token={token[:-1]}", f"/?token={token}x", "/?token=%C3%A4"):
+        answer = get(running, path)
+        assert answer.status == 403
+        assert token.encode() not in answer.content
+
+
+def test_tokens_are_random():
+    servers = [listen(port=0) for _ in range(3)]
+    for server in servers:
+        server.listener.close()
+    assert len({server.access.token for server in servers}) == 3
+    assert all(len(server.access.token) >= 22 for server in servers)
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "localhost.evil.example", "", "[", "127.0.0.1.nip.io"]
+)
+def test_other_names_of_this_machine_are_refused(running, host):
+    host = host.format(port=running.port)
+    for path in (f"/?token={running.access.token}", "/static/interpolant.js"):
+        assert get(running, path, host=host).status in (400, 403)
+
+
+@pytest.mark.parametrize("host", ["localhost:{port}", "127.0.0.1:{port}", "[::1]:{port}", "127.0.0.1"])
+def test_addresses_and_localhost_are_served(running, host):
+    assert get(running, f"/?token={running.access.token}", host=host.format(port=running.port)).status == 200
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "http://evil.example", "null", "http://127.0.0.1:1", "http://localhost:{port}", "file://", "http://["],
+)
+def test_sockets_of_other_pages_are_refused(running, origin):
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        opened(running, origin=None if origin is None else origin.format(port=running.port)),
+    ):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+@pytest.mark.parametrize("token", ["", "wrong", "%00"])
+def test_sockets_without_the_token_are_refused(running, token):
+    address = f"ws://127.0.0.1:{running.port}/ws?token={token}"
+    with pytest.raises(InvalidStatus), opened(running, address=address):
+        pass
+
+
+def test_headers_forbid_what_the_page_does_not_need(running):
+    for path in (f"/?token={running.access.token}", "/static/interpolant.js", "/nothing"):
+        headers = get(running, path).headers
+        policy = headers["content-security-policy"]
+        assert "default-src 'none'; script-src 'self'; style-src 'self'" in policy
+        assert "unsafe" not in policy
+        assert "frame-ancestors 'none'" in policy
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["referrer-policy"] == "no-referrer"
+        assert headers["server"] is None
+
+
+def test_the_page_has_no_inline_script_or_style():
+    index = page_files()["index.html"].decode()
+    assert "<style" not in index
+    assert " style=" not in index
+    assert " onclick=" not in index
+    assert index.count("<script") == index.count('src="static/')
+    assert '<meta name="restitution" content="live">' in index
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/static/../server.py", "/static/..%2Fserver.py", "/static/%2e%2e/server.py", "/static//etc/passwd", "/server.py",
+     "/static/", "/static/nothing.js", "/etc/passwd", "/static/__init__.py", "/static/page.js%00.py", "/schema"],
+)  # fmt: skip
+def test_no_other_file_is_served(running, path):
+    answer = get(running, path)
+    assert answer.status == 404
+    assert b"import" not in answer.content
+
+
+def test_all_files_of_the_page_are_served_with_their_type(running):
+    for name in page_files():
+        answer = get(running, f"/static/{name}")
+        assert answer.status == 200
+        assert answer.content == page_files()[name]
+        assert not name.endswith(".js") or answer.headers["content-type"].startswith("text/javascript")
+
+
+def test_only_reading_is_allowed(running):
+    import http.client
+
+    connection = http.client.HTTPConnection("127.0.0.1", running.port, timeout=10)
+    connection.request("POST", f"/?token={running.access.token}", b"x" * 100)
+    assert connection.getresponse().status == 405
+    connection.close()
+
+
+def test_the_schema_describes_every_number(running, ask):
+    with opened(running) as socket_:
+        schema = socket_.schema
+    assert schema["kind"] == "schema"
+    assert schema["version"] == rs.__version__
+    dimensions = {one["dimension"] for one in schema["outputs"].values()}
+    dimensions |= {one["dimension"] for one in schema["inputs"] if one["type"] != "choice"}
+    for units in schema["units"].values():
+        assert dimensions - set(units) <= {"energy per amount of substance"}
+    for kind in ("impact", "velocity", "surface", "bounces", "indentation"):
+        answer = ask(kind)
+        names = set(answer.get("numbers", {}))
+        for label, curve in answer["curves"].items():
+            names |= set(curve) if label != "shape" else set()
+        assert names - set(schema["outputs"]) <= {"radius"}
+
+
+def test_a_wrong_input_is_one_line_that_names_it(ask):
+    answer = ask("impact", {"material.poisson_ratio": 0.7})
+    assert answer == {
+        "id": 1, "kind": "impact", "ok": False, "field": "material.poisson_ratio",
+        "error": "material.poisson_ratio = 0.7: must be in [-1, 0.5]",
+    }  # fmt: skip
+
+
+def test_a_solve_that_fails_is_one_line(ask, monkeypatch):
+    from restitution.explorer import answers
+    from restitution.impact.status import SolverError, Status
+
+    def fail(*_, **__):
+        raise SolverError(Status.TOO_MANY_STEPS, "at\nlast")
+
+    monkeypatch.setattr(answers, "_solved", fail)
+    answer = ask("impact", {"impact.velocity": 0.123})
+    assert not answer["ok"]
+    assert "TOO_MANY_STEPS" in answer["error"]
+    assert "\n" not in answer["error"]
+
+
+def test_a_mistake_of_the_program_ends_no_session(ask, monkeypatch):
+    monkeypatch.setitem(messages._KINDS, "impact", lambda _: {}["nothing"])
+    assert messages.BUG in ask("impact")["error"]
+    assert ask("bounces")["ok"]
+
+
+def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(content):
+        begun.set()
+        assert go_on.wait(20)
+        return {"number": content["number"]}
+
+    monkeypatch.setitem(messages._KINDS, "impact", slow)
+    monkeypatch.setitem(messages._KINDS, "velocity", lambda content: {"number": content["number"]})
+    with opened(running) as page:
+        page.send(json.dumps({"id": 0, "kind": "impact", "number": 0}))
+        assert begun.wait(20)
+        for number in range(1, 50):
+            for kind in ("impact", "velocity"):
+                page.send(json.dumps({"id": number, "kind": kind, "number": number}))
+        # An answer to a bad message shows that all earlier messages were read.
+        page.send("?")
+        assert json.loads(page.recv(timeout=20))["kind"] is None
+        go_on.set()
+        found = [json.loads(page.recv(timeout=20)) for _ in range(3)]
+        assert [(one["kind"], one["id"]) for one in found] == [("impact", 0), ("impact", 49), ("velocity", 49)]
+        with pytest.raises(TimeoutError):
+            page.recv(timeout=0.2)
+
+
+def test_pages_do_not_wait_for_each_other(running, monkeypatch):
+    go_on = threading.Event()
+    monkeypatch.setitem(messages._KINDS, "paper", lambda _: {"waited": go_on.wait(20)})
+    with opened(running) as slow, opened(running) as quick:
+        slow.send(json.dumps({"id": 1, "kind": "paper"}))
+        for number in range(20):
+            quick.send(json.dumps({"id": number, "kind": "impact", "state": {}}))
+            assert json.loads(quick.recv(timeout=20))["id"] == number
+        go_on.set()
+        assert json.loads(slow.recv(timeout=20))["waited"]
+
+
+def test_eight_pages_are_answered(running):
+    results: dict[int, list[float]] = {}
+
+    def drag(page: int) -> None:
+        with opened(running) as socket_:
+            found = results[page] = []
+            for step in range(5):
+                state = {"impact.velocity": 0.1 + 0.01 * (5 * page + step)}
+                socket_.send(json.dumps({"id": step, "kind": "impact", "state": state}))
+                answer = json.loads(socket_.recv(timeout=60))
+                assert answer["id"] == step
+                found.append(answer["numbers"]["restitution_coefficient"])
+
+    threads = [threading.Thread(target=drag, args=(page,)) for page in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(120)
+    e = [value for page in range(8) for value in results[page]]
+    assert len(e) == 40
+    # For this material e falls with the velocity.
+    assert e == sorted(e, reverse=True)
+
+
+@pytest.mark.parametrize(
+    "message",
+    ["", "{", "[]", "null", "1", '"impact"', "{}", '{"kind": 1}', '{"kind": "other"}', '{"kind": "impact", "state": []}',
+     '{"id": [1], "kind": "impact"}', '{"id": NaN, "kind": "impact"}', '{"kind": "impact", "state": {"impact.velocity": Infinity}}',
+     "[" * 20_000, '{"a":' * 20_000, "9" * 20_000, b"\x00\xff"],
+    ids=lambda message: str(message)[:20],
+)  # fmt: skip
+def test_what_is_no_request_gets_one_line(running, message):
+    with opened(running) as page:
+        page.send(message)
+        answer = json.loads(page.recv(timeout=20))
+        assert not answer["ok"]
+        assert answer["error"].count("\n") == 0
+        assert len(answer["error"]) < 300
+        page.send(json.dumps({"id": "last", "kind": "impact"}))
+        assert json.loads(page.recv(timeout=20))["ok"]
+
+
+def test_a_long_message_is_one_line(running):
+    with opened(running) as page:
+        page.send(json.dumps({"id": 7, "kind": "impact", "state": {}, "more": "x" * messages.LONGEST}))
+        answer = json.loads(page.recv(timeout=20))
+        assert answer["id"] == 7
+        assert "must have at most 65536" in answer["error"]
+
+
+def test_a_huge_message_ends_its_own_socket_alone(running):
+    with opened(running) as other:
+        with opened(running) as page, suppress(ConnectionClosed):
+            page.send("x" * 9_000_000)
+            page.recv(timeout=20)
+        assert page.close_code == 1009
+        other.send(json.dumps({"id": 1, "kind": "impact"}))
+        assert json.loads(other.recv(timeout=20))["ok"]
+
+
+def bombard(running, seed: int, count: int) -> int:
+    """Send random messages on one socket, and return the number of answers; each is checked."""
+    rng, answered = random.Random(seed), 0
+    with opened(running) as page:
+
+        def receive() -> None:
+            nonlocal answered
+            while True:
+                answer = json.loads(page.recv(timeout=120))
+                answered += 1
+                if answer["id"] == "last":
+                    assert answer["ok"]
+                    return
+                if not answer["ok"]:
+                    assert messages.BUG not in answer["error"]
+                    assert "Traceback" not in answer["error"]
+                    assert "\n" not in answer["error"]
+                    assert "/tmp" not in answer["error"]
+                    assert "root:" not in json.dumps(answer)
+
+        reader = threading.Thread(target=receive)
+        reader.start()
+        for number in range(count):
+            page.send(fuzz.message(rng, number))
+        time.sleep(0.2)
+        page.send(json.dumps({"id": "last", "kind": "velocity", "state": {}}))
+        reader.join(200)
+        assert not reader.is_alive()
+    return answered
+
+
+def test_random_messages_end_nothing(running):
+    assert bombard(running, 1, 400) > 20
+    with opened(running) as page:
+        page.send(json.dumps({"id": 1, "kind": "impact"}))
+        assert json.loads(page.recv(timeout=20))["ok"]
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_messages_end_nothing(running):
+    for seed in range(10):
+        assert bombard(running, 100 + seed, 1000) > 20
+
+
+def test_a_port_that_is_taken_is_one_line():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(rs.InputError, match=rf"^port = {port}: cannot be listened on at 127.0.0.1"):
+            listen(port=port)
+
+
+def test_hosts_and_ports_that_do_not_exist_are_refused():
+    with pytest.raises(rs.InputError, match=r"^port = 70000"):
+        listen(port=70000)
+    with pytest.raises(rs.InputError, match=r"^host = "):
+        listen(host="no such host", port=0)
