@@ -9,10 +9,11 @@ export function picture(sets, x, ys, outputs, axes = {}) {
   const unitOf = (names) => unitFor(outputs[names[0]], largest(known.flatMap(({ table }) => names.map((name) => table[name] ?? []))));
   const across = unitOf([x]);
   const up = unitOf(ys.map((one) => one.name));
-  const curves = known.flatMap(({ table, letter, dash }) => ys.map((style, n) => ({
+  // Of a pinned setting only the first curve is shown.
+  const curves = known.flatMap(({ table, letter, dash }) => (letter ? ys.slice(0, 1) : ys).map((style) => ({
     x: converted(table[x], across),
     y: converted(table[style.name], up),
-    ...(letter ? { colour: "pinned", dash, width: 1.6, letter: n ? undefined : letter }
+    ...(letter ? { colour: "pinned", dash, width: 1.6, letter }
       : { colour: "accent", width: 2.4, ...style, label: ys.length > 1 ? style.label : undefined }),
   }))).reverse();
   return {

@@ -31,50 +31,52 @@ export class Figure {
 
   // Replaces what is drawn. Ranges follow from the curves unless they are given.
   show({ curves, marks = [], bands = null, x = this.options.x, y = this.options.y, ranges = {} }) {
-    const axes = { x, y };
-    const changed = axes.x.label !== this.options.x.label || axes.y.label !== this.options.y.label
-      || axes.x.log !== this.options.x.log || axes.y.log !== this.options.y.log;
-    Object.assign(this.options, axes);
+    Object.assign(this.options, { x, y });
     this.curves = curves;
     this.marks = marks;
     this.bands = bands;
     this.ranges = {
-      x: ranges.x ?? extent(curves, "x", axes.x.log),
-      y: ranges.y ?? padded(extent(curves, "y", axes.y.log), axes.y.log),
+      x: ranges.x ?? extent(curves, "x", x.log),
+      y: ranges.y ?? padded(extent(curves, "y", y.log), y.log),
     };
-    if (!this.visible) this.later(changed);
-    else if (changed) this.rebuild();
+    if (!this.visible) this.later();
     else this.redraw();
+  }
+
+  get kind() {
+    return `${Boolean(this.options.x.log)} ${Boolean(this.options.y.log)}`;
   }
 
   redraw() {
     this.stale = false;
-    if (this.plot) this.plot.setData([null, [[0], [0]]]);
+    if (this.kind !== this.built) this.rebuild();
+    else if (this.plot) this.plot.setData([null, [[0], [0]]]);
   }
 
   // A picture out of sight waits until the page rests or until it is seen.
-  later(changed) {
+  later() {
     this.stale = true;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.stale && (changed || !this.plot ? this.rebuild() : this.redraw()), 400);
+    this.timer = setTimeout(() => this.stale && this.redraw(), 400);
   }
 
   appear(visible) {
     this.visible = visible;
-    if (visible && this.stale) this.rebuild();
+    if (visible && this.stale) this.redraw();
   }
 
   fit() {
     const { clientWidth: width, clientHeight: height } = this.root;
     if (!width || !height || (width === this.size.width && height === this.size.height)) return;
     this.size = { width, height };
-    if (this.plot) this.plot.setSize(this.size);
+    if (this.plot && this.kind === this.built) this.plot.setSize(this.size);
     else this.rebuild();
   }
 
   rebuild() {
     if (!this.size.width) return;
     this.stale = false;
+    this.built = this.kind;
     this.plot?.destroy();
     this.dots = [];
     const palette = colours();
@@ -82,7 +84,7 @@ export class Figure {
     const axis = (key, side, size) => ({
       side,
       scale: key,
-      label: this.label(key, em),
+      label: () => this.label(key, em),
       labelSize: 1.5 * em,
       labelFont: `${0.95 * em}px ${palette.font}`,
       labelGap: 0,

@@ -1,6 +1,6 @@
 // Up to four pinned settings. Their curves stay in grey, with a letter; a table compares their numbers.
 import { element, sentence } from "./inputs.js";
-import { phrase, plainSymbol } from "./units.js";
+import { phrase, symbolNodes } from "./units.js";
 
 const LETTERS = ["A", "B", "C", "D"];
 const DASHES = ["dashed", "dotted", "dashdot", "solid"];
@@ -69,7 +69,7 @@ export class Pins {
       pin.values[input.key] !== this.state.get(input.key)));
     const cell = (name, text, properties = {}) => element(name, properties, text);
     const head = element("tr", {}, cell("th", "Setting", { scope: "col" }),
-      ...COMPARED.map((name) => cell("th", plainSymbol(this.outputs[name]?.symbol) || sentence(this.outputs[name]?.words ?? name), { scope: "col", title: this.outputs[name]?.words ?? "" })),
+      ...COMPARED.map((name) => element("th", { scope: "col", title: this.outputs[name].words }, ...symbolNodes(this.outputs[name].symbol))),
       ...differing.map((input) => cell("th", sentence(input.words), { scope: "col" })), cell("th", "", { className: "actions" }));
     head.lastChild.append(element("span", { className: "sr-only" }, "Actions"));
     const row = (letter, numbers, values, pin) => {

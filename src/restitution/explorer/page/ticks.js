@@ -17,6 +17,7 @@ function linear(low, high, wanted) {
 }
 
 function decades(low, high, wanted) {
+  if (!(low > 0)) return [];
   const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
   const marks = [];
   if (last - first >= 1) {

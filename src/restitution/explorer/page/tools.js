@@ -64,6 +64,7 @@ export function bindTools(app) {
   });
   closing($("save-menu"));
   bindTabs(app);
+  bindSheet();
   const update = () => {
     $("undo").disabled = !state.canUndo;
     $("redo").disabled = !state.canRedo;
@@ -71,6 +72,16 @@ export function bindTools(app) {
   };
   state.onChange(update);
   update();
+}
+
+// On a narrow screen the settings are a sheet that opens.
+function bindSheet() {
+  const narrow = matchMedia("(max-width: 860px)");
+  const fit = () => {
+    $("settings-box").open = !narrow.matches;
+  };
+  narrow.addEventListener("change", fit);
+  fit();
 }
 
 function bindTabs(app) {
