@@ -22,6 +22,12 @@ OPTIONS = [
     "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 EXAMPLES = Path(__file__).parents[2] / "examples"
+# The examples of the page may change; these tests start here.
+BASE = {
+    "material.equilibrium_modulus": 1e6, "material.branch_modulus": 1e7, "material.viscosity": 1e3,
+    "material.poisson_ratio": 0.49, "material.density": 1100.0, "body.radius": 0.01, "body.mass": 0.005,
+    "impact.velocity": 1.0,
+}  # fmt: skip
 TABS = ("impact", "paper", "bounce", "indentation")
 SHOWN = 1e-12
 """The page has each number of the solver to the last digits of its decimal form."""
@@ -68,7 +74,7 @@ def opened(browser, address):
         page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("request", lambda request: hosts.add(request.url.split("/")[2] if "//" in request.url else ""))
-        page.goto(f"{start}#{urlencode(state)}" if state else start)
+        page.goto(start if "#" in start else f"{start}#{urlencode(BASE | (state or {}))}")
         page.wait_for_selector("[data-output][data-value]:visible, .present p")
         return page
 
@@ -100,11 +106,8 @@ def wait_for(page, name, wanted):
 
 
 def ball(**changes):
-    """The impact of the defaults, with changes of keys of the page."""
-    values = {
-        "equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e3, "poisson_ratio": 0.49, "radius": 0.01,
-        "mass": 0.005, "velocity": 1.0, "density": 1100.0,
-    } | changes  # fmt: skip
+    """The impact of `BASE`, with changes."""
+    values = {key.partition(".")[2]: value for key, value in BASE.items()} | changes
     names = ("equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio", "density")
     material = rs.standard_solid(**{name: values[name] for name in names})
     return rs.Impact(material, rs.Parabola(values["radius"]), mass=values["mass"], velocity=values["velocity"])
@@ -156,7 +159,7 @@ def test_every_slider_moves_by_the_keyboard(opened):
         assert moved("PageDown", about["high"]) < moved("ArrowLeft", about["high"])
         assert moved("End", start) == about["high"]
         assert moved("Home", start) == (0.0 if about["least"] == 0.0 and about["scale"] == "log" else about["low"])
-        page.evaluate(f"explorer.state.set({{{key!r}: {about['default']!r}}}, true)")
+        page.evaluate(f"explorer.state.set({{{key!r}: {BASE.get(key, about['default'])!r}}}, true)")
     wait_for(page, "restitution_coefficient", rs.solve(ball()).restitution_coefficient)
 
 
@@ -173,9 +176,9 @@ def test_a_slider_moves_by_the_mouse_and_the_numbers_follow(opened):
             page.mouse.move(box["x"] + share * box["width"], across)
         page.mouse.up()
         value = value_of(page, key)
-        assert value != ball().__dict__.get(name)
+        assert value != BASE[key]
         wait_for(page, "restitution_coefficient", rs.solve(ball(**{name: value})).restitution_coefficient)
-        page.evaluate("explorer.state.set(explorer.state.defaults, true)")
+        page.evaluate("base => explorer.state.set(base, true)", BASE)
 
 
 def test_a_number_can_be_typed_in_each_system_of_units(opened):
@@ -287,7 +290,7 @@ def test_two_pages_do_not_disturb_each_other(opened):
 def test_the_page_notices_that_the_server_is_gone_and_comes_back(browser):
     page = browser.new_context(reduced_motion="reduce").new_page()
     with serving(token="same") as running:
-        page.goto(running.address)
+        page.goto(f"{running.address}#{urlencode(BASE)}")
         page.wait_for_selector("[data-output][data-value]:visible")
         port = running.port
     page.wait_for_selector("#connection:visible")
@@ -406,7 +409,7 @@ def test_bounces_and_indentation_are_those_of_the_package(opened):
 @pytest.mark.parametrize(("width", "scheme"), [(360, "dark"), (1280, "light")])
 def test_no_violation_of_accessibility(opened, tab, width, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="needs axe-playwright-python")
-    state = {"page.tab": tab, "page.pins": "impact.velocity=0.5|impact.velocity=2"}
+    state = {"page.tab": tab, "page.pins": "page.tab=impact&impact.velocity=0.5|page.tab=impact&impact.velocity=2"}
     page = opened(state, color_scheme=scheme, viewport={"width": width, "height": 800})
     if tab == "paper":
         page.wait_for_selector(".claims li")

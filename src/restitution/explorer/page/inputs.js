@@ -13,6 +13,7 @@ export class Inputs {
     this.state = state;
     this.root = root;
     this.controls = [];
+    this.groups = [];
     for (const group of schema.groups) {
       const inputs = schema.inputs.filter((input) => input.group === group.name);
       if (!inputs.length) continue;
@@ -23,6 +24,7 @@ export class Inputs {
         this.controls.push(control);
         box.append(control.root);
       }
+      this.groups.push(box);
       root.append(box);
     }
     state.onChange(() => this.update());
@@ -32,18 +34,21 @@ export class Inputs {
   update() {
     const tab = this.state.get("page.tab") ?? "impact";
     const belongs = BY_TAB[tab] ?? BY_TAB.impact;
+    // What stays as it is is left alone: a frame of the browser costs more than a solve.
     for (const control of this.controls) {
-      control.root.hidden = !(belongs(control.input) && this.state.shown(control.input) && control.useful());
-      if (!control.root.hidden) control.update();
+      const hidden = !(belongs(control.input) && this.state.shown(control.input) && control.useful());
+      if (hidden !== control.root.hidden) control.root.hidden = hidden;
+      if (!hidden) control.refresh();
     }
-    for (const box of this.root.querySelectorAll("fieldset.group")) {
-      box.hidden = [...box.querySelectorAll(":scope > .control")].every((one) => one.hidden);
+    for (const box of this.groups) {
+      const hidden = [...box.children].every((one) => one.hidden || !one.matches(".control"));
+      if (hidden !== box.hidden) box.hidden = hidden;
     }
   }
 
   // Marks the input that an error names.
   fault(field, message) {
-    for (const control of this.controls) control.fault(control.input.key === field ? message : "");
+    for (const control of this.controls) control.fault(message && control.input.key === field ? message : "");
   }
 }
 
@@ -67,7 +72,21 @@ class Control {
     return true;
   }
 
-  fault(message) {
+  refresh() {
+    const value = this.state.get(this.input.key);
+    const key = `${value} ${JSON.stringify(unitFor(this.input, Array.isArray(value) ? value[0] : value))} ${this.available}`;
+    if (key === this.seen) return;
+    this.seen = key;
+    this.fault("", true);
+    this.update();
+  }
+
+  // A fault of what was typed here stays until another value comes.
+  fault(message, typed = false) {
+    if (!message && this.typedFault && !typed) return;
+    this.typedFault = typed && Boolean(message);
+    if ((this.message ?? "") === message) return;
+    this.message = message;
     this.note.hidden = !message;
     this.note.textContent = message;
     const field = this.field ?? this.select;
@@ -130,9 +149,9 @@ class NumberControl extends Control {
   typed() {
     const value = back(Number(this.field.value.trim().replace("−", "-").replace(",", ".")), this.shownUnit);
     const { least = -Infinity, most = Infinity } = this.input;
-    if (this.field.value.trim() === "" || !Number.isFinite(value)) this.fault("Write a number.");
+    if (this.field.value.trim() === "" || !Number.isFinite(value)) this.fault("Write a number.", true);
     else if (value < least || value > most) {
-      this.fault(`Must be from ${phrase(least, this.input)} to ${phrase(most, this.input)}.`);
+      this.fault(`Must be from ${phrase(least, this.input)} to ${phrase(most, this.input)}.`, true);
     } else this.put(Number(value.toPrecision(12)), true);
   }
 
@@ -155,6 +174,10 @@ class ChoiceControl extends Control {
     this.select = element("select", { id: this.id });
     this.root.append(this.label(this.id), this.select, this.note);
     this.select.addEventListener("change", () => state.set({ ...input.convert?.(this.select.value), [input.key]: this.select.value }, true));
+  }
+
+  get available() {
+    return this.state.options(this.input).map((option) => option.value).join();
   }
 
   // A choice of one thing is none.
@@ -184,7 +207,7 @@ class ListControl extends Control {
   typed() {
     const unit = this.listUnit;
     const values = this.field.value.split(/[\s,;]+/).filter(Boolean).map((text) => back(Number(text), unit));
-    if (values.some((value) => !Number.isFinite(value))) this.fault("Write numbers with spaces between them.");
+    if (values.some((value) => !Number.isFinite(value))) this.fault("Write numbers with spaces between them.", true);
     else this.state.set({ [this.input.key]: values }, true);
   }
 

@@ -27,7 +27,9 @@ export class Numbers {
       tile.hidden = found === undefined;
       if (found === undefined) continue;
       const { text, unit } = withUnit(found, this.outputs[name] ?? { unit: "" });
+      if (value.dataset.value === String(found ?? "") && value.shown === text + unit) continue;
       value.dataset.value = found ?? "";
+      value.shown = text + unit;
       value.replaceChildren(text, ...(unit ? [element("span", { className: "unit" }, ` ${unit}`)] : []));
     }
   }
@@ -47,6 +49,9 @@ export class Assumptions {
     const words = doubtful ? `${doubtful} of the assumptions ${doubtful === 1 ? "is" : "are"} doubtful` : "No assumption is doubtful";
     if (this.summary.textContent !== words) this.summary.textContent = words;
     this.box.dataset.state = doubtful ? "doubtful" : "ok";
+    const key = JSON.stringify([validity, notes]);
+    if (key === this.key) return;
+    this.key = key;
     this.list.replaceChildren(
       ...validity.map((one) => row(one.state, withTitle(one), one.state === "doubtful" ? one.advice : "", one.kind)),
       ...notes.map((note) => row("doubtful", note)));

@@ -52,6 +52,8 @@ class App {
       paper: new PaperTab($("view-paper"), this),
       ...(LIVE ? { bounce: new BounceTab($("view-bounce"), this), indentation: new IndentationTab($("view-indentation"), this) } : {}),
     };
+    // The request goes out before the page changes.
+    this.state.onChange(() => this.changed());
     this.inputs = new Inputs(schema, this.state, $("settings"));
     if (LIVE) {
       this.files = new Dropped(this, $("open-file"), $("file-message"));
@@ -62,7 +64,6 @@ class App {
     }
     bindTools(this);
     onTheme(() => this.redraw());
-    this.state.onChange(() => this.changed());
     this.changed();
   }
 
@@ -84,7 +85,6 @@ class App {
     if (own !== this.own) {
       this.own = own;
       setSystem(this.state.get("page.units"));
-      this.inputs.update();
       this.redraw();
     }
     this.showProblem();
@@ -154,7 +154,7 @@ class App {
     box.hidden = !bad;
     if (bad && box.textContent !== bad.error) box.textContent = bad.error;
     $(`view-${this.tab}`).classList.toggle("stale", Boolean(bad));
-    this.inputs.fault(bad?.field, bad?.error);
+    this.inputs.fault(bad?.field, bad?.error ?? "");
   }
 
   showStrip() {

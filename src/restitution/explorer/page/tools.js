@@ -66,9 +66,10 @@ export function bindTools(app) {
   bindTabs(app);
   bindSheet();
   const update = () => {
-    $("undo").disabled = !state.canUndo;
-    $("redo").disabled = !state.canRedo;
-    $("units").value = state.get("page.units") ?? "SI";
+    if ($("undo").disabled === state.canUndo) $("undo").disabled = !state.canUndo;
+    if ($("redo").disabled === state.canRedo) $("redo").disabled = !state.canRedo;
+    const units = state.get("page.units") ?? "SI";
+    if ($("units").value !== units) $("units").value = units;
   };
   state.onChange(update);
   update();
@@ -86,7 +87,10 @@ function bindSheet() {
 
 function bindTabs(app) {
   const tabs = [...document.querySelectorAll("[role=tab]")].filter((tab) => tab.id.slice(4) in app.tabs);
+  let shown = null;
   const show = () => {
+    if (shown === app.tab) return;
+    shown = app.tab;
     for (const tab of tabs) {
       const name = tab.id.slice(4);
       const chosen = name === app.tab;
