@@ -87,7 +87,7 @@ def opened(browser, address):
 
 def until(page, condition):
     """Wait for a condition in JavaScript; the page's policy forbids Playwright's own way, which evaluates texts."""
-    for _ in range(600):
+    for _ in range(1500):
         if page.evaluate(condition):
             return
         page.wait_for_timeout(20)
