@@ -1,7 +1,7 @@
 """Time from a key press to the redrawn curve in the explorer: `python benchmarks/explorer.py`.
 
-It needs Chromium and `pip install playwright 'restitution[web]'`, and writes `tables/explorer.md`. The browser measures:
-the time starts with the time stamp of the key press and ends when the canvas of F(t) is drawn with the new answer.
+It needs Chromium and `pip install playwright 'restitution[web]'`, and writes `tables/explorer.md`. The browser
+measures: the time starts with the time stamp of the key press and ends when the canvas of F(t) is drawn anew.
 """
 
 from __future__ import annotations
