@@ -59,6 +59,19 @@ def test_exports_the_cards_of_both_materials() -> None:
     assert run("export", "ball.toml", "--to", "ball.txt").stdout.endswith("those at the first instant\n")
 
 
+def test_a_shift_that_the_cards_cannot_hold_is_named() -> None:
+    Path("shift.csv").write_text("T_C,log_aT\n0,1\n20,0\n40,-2\n")
+    Path("ball.toml").write_text(
+        CASE.replace("poisson_ratio", 'shift = "shift.csv"\ntemperature = "30 degC"\npoisson_ratio')
+    )
+    answer = run("export", "ball.toml", "--to", "ball.txt")
+    assert "note: the cards cannot hold a ShiftTable, and so hold at 303.15 K alone\n" in answer.stderr
+    wlf = "shift = {reference_temperature = 300, c1 = 8, c2 = 100}\npoisson_ratio"
+    Path("ball.toml").write_text(CASE.replace("poisson_ratio", wlf))
+    assert not run("export", "ball.toml", "--to", "ball.txt").stderr
+    assert rs.read_material("ball.txt").material().shift == rs.WLF(300.0, 8.0, 100.0)
+
+
 def test_exports_a_table_over_the_velocity() -> None:
     answer = run("export", "ball.toml", "--to", "ball.csv", "--velocity", "10mm/s", "1")
     assert answer.exit_code == 0

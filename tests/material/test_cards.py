@@ -1,6 +1,7 @@
 """Cards of Abaqus and ANSYS: their text, and what the readers of decks make of it."""
 
 import math
+import re
 import tempfile
 from pathlib import Path
 
@@ -105,6 +106,83 @@ def test_a_material_is_read_back_but_for_rounding(name, material):
         # The rounding of nu: K/G = 2(1 + nu)/(3(1 - 2 nu)).
         own, theirs = bulk.relaxation_modulus(t), found.bulk.relaxation_modulus(t)
         assert np.abs(theirs - own).max() <= (digits + 8.0 * EPS * ratio) * bulk.instantaneous_modulus
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("name", ["deck.inp", "deck.txt"])
+def test_shifts_are_read_back(name, seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    reference, first, second = rng.uniform([200.0, 5.0, 20.0], [400.0, 30.0, 300.0])
+    for shift in (
+        rs.WLF(reference, first, second, temperature_range=(150.0, 450.0)),
+        rs.Arrhenius(reference, 1e4 * first),
+    ):
+        material = Material(RUBBER.shear, 2e9, shift=shift)
+        # The material is another one at another temperature, but its card is the same.
+        deck = rs.write_material(
+            [rs.elastic(youngs_modulus=1e9, poisson_ratio=0.3), material.at(reference + 5.0)], tmp_path / name
+        )
+        found = rs.read_material(deck, name=name.endswith("inp") * "material-" + "2").material()
+        assert found.temperature == reference
+        assert found.shift.reference_temperature == reference
+        if isinstance(shift, rs.WLF):
+            assert (found.shift.c1, found.shift.c2) == (first, second)
+        else:
+            # ANSYS takes the energy over the gas constant.
+            assert found.shift.activation_energy == pytest.approx(
+                1e4 * first, rel=EPS if name.endswith("txt") else 0.0
+            )
+        times = [np.sort(one.at(reference + 20.0).shear.relaxation_times) for one in (material, found)]
+        assert times[1] == pytest.approx(times[0], rel=1e-12)
+
+
+def test_cards_of_shifts(tmp_path):
+    # log10 a_T = -C1 (T - T0)/(C2 + T - T0) in Abaqus; ANSYS has the same constants, as it multiplies the time.
+    wlf, arrhenius = (
+        Material(GLASSY.shear, GLASSY.bulk, shift=one)
+        for one in (rs.WLF(293.15, 8.61, 200.4), rs.Arrhenius(300.0, 1e5))
+    )
+    assert lines(wlf, tmp_path / "a.inp")[-2:] == ["*TRS, DEFINITION=WLF", "293.15, 8.61, 200.4"]
+    assert lines(arrhenius, tmp_path / "a.inp")[-2:] == ["*TRS, DEFINITION=ARRHENIUS", "300.0, 100000.0"]
+    assert "ABSOLUTE ZERO=0 and the universal gas constant 8.31446" in (tmp_path / "a.inp").read_text()
+    assert lines(wlf, tmp_path / "a.txt")[-2:] == ["TB,SHIFT,1,1,3,WLF", "TBDATA,1,293.15,8.61,200.4"]
+    assert lines(arrhenius, tmp_path / "a.txt")[-2].startswith("TB,SHIFT,1,1,2,TN")
+    assert float(lines(arrhenius, tmp_path / "a.txt")[-1].split(",")[-1]) == pytest.approx(1e5 / 8.31446261815324)
+    # A material that does not relax has no shift, and a table of shift factors no card.
+    for name in ("a.inp", "a.txt"):
+        elastic = Material(1e6, 2e9, shift=rs.WLF(293.15, 8.61, 200.4))
+        table = Material(RUBBER.shear, 2e9, shift=rs.ShiftTable([290.0, 300.0, 310.0], [1.0, 0.0, -0.5]))
+        for one in (elastic, table.at(305.0)):
+            assert not any("TRS" in line or "SHIFT" in line for line in lines(one, tmp_path / name))
+        assert "the cards cannot hold a ShiftTable, and so hold at 305 K alone" in (tmp_path / name).read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shift"),
+    [
+        ("a.inp", "*Physical constants, absolute zero=-273.15\n{}*TRS\n20., 17.4, 51.6\n", rs.WLF(293.15, 17.4, 51.6)),
+        ("a.inp", "{}*TRS, definition=ARRHENIUS\n300., 1e5\n", rs.Arrhenius(300.0, 1e5)),
+        ("a.inp", "{}*TRS, definition=USER\n", None),
+        ("a.txt", "TOFFST,273.15\n{}TB,SHIFT,1,,,wlf\nTBDATA,1,20,17.4,51.6\n", rs.WLF(293.15, 17.4, 51.6)),
+        ("a.txt", "{}TB,SHIFT,1,1,2,100\nTBDATA,1,20,17.4\n", None),
+        ("a.inp", "{}*TRS\n-20., 17.4, 51.6\n", "line 6: reference_temperature = -20 K"),
+        ("a.inp", "{}*TRS\n300., -17.4, 51.6\n", "line 6: c1 = -17.4: must be finite and > 0"),
+        ("a.inp", "{}*TRS\n", "line 6: 0 constants of the shift: must be 3"),
+        ("a.inp", "*PHYSICAL CONSTANTS, ABSOLUTE ZERO=x\n{}", "line 1: 'x': must be a number"),
+        ("a.txt", "{}TB,SHIFT,1,1,3,WLF\nTBDATA,1,300,17.4\n", "line 5: 2 constants of the shift: must be 3"),
+    ],
+)
+def test_shifts_of_other_decks(name, text, shift, tmp_path):
+    prony = {
+        "a.inp": "*MATERIAL, NAME=x\n*ELASTIC\n1e6, 0.4\n*VISCOELASTIC, TIME=PRONY\n0.5, 0.0, 1.0\n",
+        "a.txt": "MP,EX,1,1e6\nMP,PRXY,1,0.4\nTB,PRON,1,1,1,SHEAR\nTBDATA,1,0.5,1.0\n",
+    }[name]
+    (tmp_path / name).write_text(text.format(prony))
+    if isinstance(shift, str):
+        with pytest.raises(ValueError, match=re.escape(shift)):
+            rs.read_material(tmp_path / name)
+    else:
+        assert rs.read_material(tmp_path / name).material().shift == shift
 
 
 def test_restitution_of_a_material_of_a_deck(tmp_path):

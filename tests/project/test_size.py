@@ -27,6 +27,7 @@ LATER = {
     "identification": 6_700,
     "law": 1_500,
     "calibration": 2_000,
+    "cards": 250,
     "radiation": 120,
     "explorer": 2_000,
 }

@@ -114,14 +114,14 @@ def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str]) -> None:
 def _write_materials(case: Path, to: Path) -> None:
     """Write the cards of the materials that deform."""
     from restitution.case.impact import notes_on, read_case
-    from restitution.material.cards import write_material
+    from restitution.material.cards import lost_shift, write_material
 
     impact = read_case(case).impact
     materials = list(dict.fromkeys(one for one in (impact.material, impact.counter_material) if one is not None))
     write_material(materials, to)
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
     print(f"{to}: {count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}")
-    report("note", *notes_on(impact.material, impact.counter_material))
+    report("note", *notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials)))
 
 
 def _targets(incomplete: str) -> list[str]:

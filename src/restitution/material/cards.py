@@ -1,4 +1,4 @@
-"""Material cards of finite-element codes: Abaqus (*VISCOELASTIC, TIME=PRONY) and ANSYS (TB,PRON)."""
+"""Material cards of finite-element codes: Abaqus (*VISCOELASTIC, *TRS) and ANSYS (TB,PRON and TB,SHIFT)."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, whole_file
 from restitution.material.conversion import on_common_times, poisson_ratio, tension_factor
 from restitution.material.prony import PronySeries
+from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -52,6 +53,10 @@ def write_material(material: Material | Sequence[Material], path: str | Path) ->
     -----
     Both codes take shares of the instantaneous moduli, g_k = G_k/G_0 and k_k = K_k/K_0. The elastic constants E and
     nu are those of long times in Abaqus (``*ELASTIC, MODULI=LONG TERM``), and instantaneous ones in ANSYS (``MP``).
+    A shift with the temperature is ``*TRS`` in Abaqus and ``TB,SHIFT`` in ANSYS if it is `WLF` or `Arrhenius`; the
+    relaxation times are then those at its reference. A comment names any other shift, and the card then holds at the
+    temperature of the material alone.
+
     Units are SI, and comments in the file repeat this. Numbers have 17 digits, or as many as Abaqus takes (20
     characters). `read_material` returns the same moduli but for rounding. In Abaqus the rounding of G_0 grows with
     G_0/G_inf, because only 1 - sum g_k connects the two; that of K grows with K/G in both codes.
@@ -97,6 +102,9 @@ class _Card(NamedTuple):
                     "must be 0: the cards have branches but no dashpot in parallel; give it a short relaxation time"
                 )
                 raise InputError(f"{name}.parallel_viscosity", one.parallel_viscosity, wanted, "Pa s")
+        if isinstance(material.shift, WLF | Arrhenius):
+            material = material.at(material.shift.reference_temperature)
+            shear, bulk = material.shear, material.bulk
         return cls(material, number, shear.simplified(), bulk.simplified() if isinstance(bulk, PronySeries) else None)
 
     @property
@@ -104,6 +112,12 @@ class _Card(NamedTuple):
         """Name of letters, digits and signs that both codes take, which begins with a letter."""
         text = re.sub(r"[^A-Za-z0-9_-]+", "-", self.material.name or "").strip("-")
         return (text if text[:1].isalpha() else f"material-{text or self.number}")[:80]
+
+    @property
+    def shift(self) -> WLF | Arrhenius | None:
+        """Shift of the relaxation times, if there are any and the codes have it."""
+        relaxes = any(one is not None and not one.is_elastic for one in (self.shear, self.bulk))
+        return self.material.shift if relaxes and isinstance(self.material.shift, WLF | Arrhenius) else None
 
     def constants(self, moduli: Callable[[PronySeries], float]) -> tuple[float, float]:
         """Young's modulus [Pa] and Poisson ratio [-] of instantaneous or equilibrium moduli."""
@@ -127,13 +141,24 @@ class _Card(NamedTuple):
         if self.bulk is None:
             yield "The material is incompressible: its elements must have the pressure as an unknown (hybrid, mixed)."
         one = self.material
-        if one.temperature is not None:
-            yield f"The moduli hold at {one.temperature:g} K; no shift with the temperature is written."
+        if self.shift is not None:
+            yield f"The relaxation times hold at {one.temperature:g} K. The model must have temperatures, in K."
+            if self.shift.temperature_range is not None:
+                yield "The shift holds from {:g} to {:g} K.".format(*self.shift.temperature_range)
+        elif one.temperature is not None:
+            yield f"The moduli hold at {one.temperature:g} K; {lost_shift(one) or 'no shift is written'}."
         if one.window is not None:
             yield f"They hold for times from {one.window[0]:.4g} to {one.window[1]:.4g} s."
         for text in (one.name, one.source, one.assumptions):
             if text:
                 yield " ".join(text.split())[:200]
+
+
+def lost_shift(material: Material) -> str:
+    """Words on a shift that the codes do not have; empty if the material has none of that kind."""
+    if isinstance(material.shift, WLF | Arrhenius | None):
+        return ""
+    return f"the cards cannot hold a {type(material.shift).__name__}, and so hold at {material.temperature:g} K alone"
 
 
 def _glass(series: PronySeries) -> float:
@@ -165,6 +190,15 @@ def _abaqus(card: _Card) -> Iterator[str]:
         times,
     )
     yield from (", ".join(map(_text, row)) for row in zip(*(one[::-1] for one in shares), strict=True))
+    match card.shift:
+        case WLF(T0, C1, C2):
+            yield from ("*TRS, DEFINITION=WLF", ", ".join(map(_text, (T0, C1, C2))))
+        case Arrhenius(T0, energy):
+            gas = f"the universal gas constant {GAS_CONSTANT} J/(mol K)"
+            yield f"** The model needs *PHYSICAL CONSTANTS with ABSOLUTE ZERO=0 and {gas}."
+            yield from ("*TRS, DEFINITION=ARRHENIUS", ", ".join(map(_text, (T0, energy))))
+        case _:
+            pass
 
 
 def _ansys(card: _Card) -> Iterator[str]:
@@ -181,6 +215,14 @@ def _ansys(card: _Card) -> Iterator[str]:
         shares = (series.branch_moduli / _glass(series)).tolist()
         for place, pair in enumerate(zip(shares, series.relaxation_times.tolist(), strict=True)):
             yield f"TBDATA,{2 * place + 1},{','.join(map(_text, pair))}"
+    match card.shift:
+        case WLF(T0, C1, C2):
+            yield from (f"TB,SHIFT,{number},1,3,WLF", f"TBDATA,1,{','.join(map(_text, (T0, C1, C2)))}")
+        case Arrhenius(T0, energy):
+            yield f"TB,SHIFT,{number},1,2,TN ! reference [K], activation energy over the gas constant [K]"
+            yield f"TBDATA,1,{_text(T0)},{_text(energy / GAS_CONSTANT)}"
+        case _:
+            pass
 
 
 def _text(value: float) -> str:

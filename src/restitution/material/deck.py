@@ -1,11 +1,11 @@
-"""Prony terms of files, and the input decks of ANSYS (TB,PRON) and Abaqus (*VISCOELASTIC, TIME=PRONY)."""
+"""Prony terms of files, and the input decks of ANSYS (TB,PRON and SHIFT) and Abaqus (*VISCOELASTIC and *TRS)."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from restitution.errors import InputError
 from restitution.material.conversion import Deformation, bulk_factor, tension_factor
 from restitution.material.prony import PronySeries
 from restitution.material.sheet import FileError, Line, split_lines
+from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from restitution.material.viscoelastic import Material
 from restitution.quantities import check_single
 
@@ -124,6 +125,7 @@ class ViscoelasticDeck:
     density: float | None  # [kg/m3]
     name: str | None  # name of the material in the deck
     source: str = ""  # name of the file
+    shift: WLF | Arrhenius | None = None  # time-temperature shift
 
     def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
         """Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
@@ -151,6 +153,7 @@ class ViscoelasticDeck:
             density=self.density,
             name=self.name,
             source=self.source or None,
+            shift=self.shift,
             window=_span(np.unique(np.concatenate(times))) if times else None,
         )
 
@@ -164,14 +167,19 @@ class _Entry(NamedTuple):
 
 _Constants = dict[str, _Entry]
 _PROPERTIES = {"EX": "youngs_modulus", "PRXY": "poisson_ratio", "NUXY": "poisson_ratio", "DENS": "density"}
+_SHIFTS = {"WLF", "TN"}  # of ANSYS
 _KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
 
 
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an ANSYS deck: TB,PRON in shear and bulk, and MP,EX, PRXY or NUXY (instantaneous), and DENS."""
-    tables: dict[tuple[str, Deformation], tuple[_Entry, dict[int, _Entry]]] = {}
+    """Material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
+
+    TB,SHIFT of the kinds WLF and TN are read too, with the offset of TOFFST.
+    """
+    tables: dict[tuple[str, str], tuple[_Entry, dict[int, _Entry]]] = {}
     constants: dict[str, _Constants] = {}
-    active: tuple[str, Deformation] | None = None
+    active: tuple[str, str] | None = None
+    offset = 0.0
     for line in split_lines(text):
         cells = [cell.strip() for cell in line.text.split("!")[0].split(",")]
         command, cells = cells[0].upper(), [*cells[1:], *[""] * 6]
@@ -188,6 +196,11 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
                     raise FileError(source, line.number, f"{cells[2]} temperatures: must be 1")
                 count = _number(source, line, cells[3]) if cells[3] else 0
                 tables[active] = _Entry(count, line.number), {}
+            elif cells[0].upper() == "SHIFT" and cells[4].upper() in _SHIFTS:
+                active = cells[1] or "1", cells[4].upper()
+                tables[active] = _Entry(0, line.number), {}
+        elif command == "TOFFST":
+            offset = _number(source, line, cells[0])
         elif command == "TBDATA" and active is not None:
             place = _number(source, line, cells[0]) if cells[0] else 1.0
             if place < 1.0 or place % 1.0:
@@ -200,10 +213,15 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
             entry = _Entry(_number(source, line, cells[2]), line.number)
             constants.setdefault(cells[1] or "1", {})[_PROPERTIES[cells[0].upper()]] = entry
     # Without a name, elastic materials beside a viscoelastic one are its surroundings.
-    relaxing = [material for material, _ in tables]
+    relaxing = [material for material, kind in tables if kind not in _SHIFTS]
     chosen = _chosen(source, relaxing if relaxing and name is None else [*relaxing, *constants], name)
-    own = {kind: _ansys_terms(source, kind, *table) for (one, kind), table in tables.items() if one == chosen}
-    return _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
+    found = {kind: table for (one, kind), table in tables.items() if one == chosen}
+    own = {kind: _ansys_terms(source, kind, *found[kind]) for kind in _KINDS.values() if kind in found}
+    deck = _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
+    for kind in _SHIFTS & found.keys():
+        values = [entry.value for _, entry in sorted(found[kind][1].items())]
+        deck = replace(deck, shift=_shift(source, kind, found[kind][0].line, values, -offset))
+    return deck
 
 
 def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
@@ -214,6 +232,19 @@ def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, 
         raise FileError(source, last, f"{len(data)} constants in TBDATA: {should}")
     entries = [data[i] for i in range(1, wanted + 1)]
     return _terms(source, kind, entries[0::2], entries[1::2])
+
+
+def _shift(source: str, kind: str, line: int, values: Sequence[float], zero: float) -> WLF | Arrhenius:
+    """Shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
+    wanted = 3 if kind == "WLF" else 2
+    if len(values) != wanted:
+        raise FileError(source, line, f"{len(values)} constants of the shift: must be {wanted}")
+    try:
+        if kind == "WLF":
+            return WLF(values[0] - zero, values[1], values[2])
+        return Arrhenius(values[0] - zero, values[1] * (GAS_CONSTANT if kind == "TN" else 1.0))
+    except InputError as error:
+        raise FileError(source, line, str(error)) from None
 
 
 class _Block(NamedTuple):
@@ -228,11 +259,14 @@ class _Block(NamedTuple):
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
     """Material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC (E, nu) and *DENSITY.
 
-    E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS.
+    E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *TRS is read too, with the
+    ABSOLUTE ZERO of *PHYSICAL CONSTANTS, unless a user subroutine defines it.
     """
     materials: dict[str, list[_Block]] = {"": []}
-    current = ""
+    current, zero, shift = "", 0.0, None
     for block in _abaqus_blocks(source, text):
+        if block.keyword == "*PHYSICAL CONSTANTS" and "ABSOLUTE ZERO" in block.options:
+            zero = _number(source, Line(block.line, ""), block.options["ABSOLUTE ZERO"])
         if block.keyword == "*MATERIAL":
             current = block.options.get("NAME", "").strip('"')
             if any(earlier.keyword == "*MATERIAL" for earlier in materials.setdefault(current, [])):
@@ -260,7 +294,11 @@ def read_abaqus(source: str, text: str, name: str | None = None) -> Viscoelastic
             g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
             both: dict[Deformation, tuple[_Entry, ...]] = {"shear": g, "bulk": k}
             terms = {x: _terms(source, x, own, tau) for x, own in both.items() if any(one.value for one in own)}
-    return _deck(source, chosen or None, terms, constants, long_term=long_term)
+        elif keyword == "*TRS" and (kind := options.get("DEFINITION", "WLF").upper()) in ("WLF", "ARRHENIUS"):
+            row = _row(source, data[0], 3 if kind == "WLF" else 2) if data else []
+            shift = _shift(source, kind, line, [entry.value for entry in row], zero)
+    deck = _deck(source, chosen or None, terms, constants, long_term=long_term)
+    return deck if shift is None else replace(deck, shift=shift)
 
 
 def _abaqus_blocks(source: str, text: str) -> list[_Block]:
