@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from explorer.client import opened
 from restitution.explorer.launch import Running, in_thread, listen
+from sockets import opened
 
 
 @pytest.fixture(scope="package")

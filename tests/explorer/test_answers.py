@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import random_messages as fuzz
 import restitution as rs
-from explorer import fuzz
 from restitution.explorer import answers, presets
 from restitution.explorer.downloads import download
 from restitution.explorer.inputs import inputs

@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 import restitution as rs
-from explorer.client import get, opened
 from restitution.cli.main import app
 from restitution.explorer import answers, launch, paper
 from restitution.explorer.downloads import download
+from sockets import get, opened
 
 TEXT = download({"what": "case", "state": {"impact.velocity": 0.123}})["text"]
 

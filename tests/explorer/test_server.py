@@ -5,17 +5,16 @@ import random
 import socket
 import threading
 import time
-from contextlib import suppress
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+import random_messages as fuzz
 import restitution as rs
-from explorer import fuzz
-from explorer.client import get, opened
 from restitution.explorer import messages
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
+from sockets import get, opened
 
 
 def test_the_page_needs_the_token(running):
@@ -251,12 +250,17 @@ def test_a_long_message_is_one_line(running):
         assert "must have at most 65536" in answer["error"]
 
 
+def exchange(page, message: str) -> str:
+    page.send(message)
+    return page.recv(timeout=20)
+
+
 def test_a_huge_message_ends_its_own_socket_alone(running):
     with opened(running) as other:
-        with opened(running) as page, suppress(ConnectionClosed):
-            page.send("x" * 9_000_000)
-            page.recv(timeout=20)
-        assert page.close_code == 1009
+        with opened(running) as page, pytest.raises(ConnectionClosed) as ended:
+            exchange(page, "x" * 9_000_000)
+        assert ended.value.rcvd is not None
+        assert ended.value.rcvd.code == 1009
         other.send(json.dumps({"id": 1, "kind": "impact"}))
         assert json.loads(other.recv(timeout=20))["ok"]
 
