@@ -86,6 +86,9 @@ from .material.shift import ShiftTable as ShiftTable
 from .material.viscoelastic import Material as Material
 from .material.viscoelastic import reduced_modulus as reduced_modulus
 from .plot.sweep import plot_sweep as plot_sweep
+from .rebound_resilience.loss import implied_loss_tangent as implied_loss_tangent
+from .rebound_resilience.resilience import resilience as resilience
+from .rebound_resilience.result import Resilience as Resilience
 from .surrogates.build import surrogate as surrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate
 from .surrogates.velocity import Surrogate as Surrogate

@@ -29,6 +29,7 @@ LATER = {
     "calibration": 2_000,
     "cards": 250,
     "radiation": 120,
+    "rebound_resilience": 700,
     "explorer": 2_000,
 }
 

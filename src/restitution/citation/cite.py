@@ -19,6 +19,7 @@ from restitution.material import library
 from restitution.material.prony import PronySeries
 from restitution.material.shift import WLF, Arrhenius
 from restitution.material.viscoelastic import Material
+from restitution.rebound_resilience.result import Resilience
 from restitution.sweeps.plan import Plan
 
 Reason = tuple[str, str]
@@ -59,7 +60,7 @@ def cite(*subjects: Any) -> str:
 
     Parameters
     ----------
-    *subjects : Impact, ImpactResult, IndentationResult, Bounces, Case, Material or Geometry
+    *subjects : Impact, ImpactResult, IndentationResult, Bounces, Resilience, Case, Material or Geometry
         Problems, results, or parts of them; what case files of impacts, indentations and sweeps become.
         Without any, the program and the paper that it reproduces.
 
@@ -152,6 +153,13 @@ def _(subject: Case) -> Iterator[Reason]:
 @_reasons.register
 def _(subject: Plan) -> Iterator[Reason]:
     return _problem("exact", subject.template.prepare({}).impact)
+
+
+@_reasons.register
+def _(subject: Resilience) -> Iterator[Reason]:
+    yield from (_OWN[0], *_METHODS["exact"], *_CONTACT)
+    yield from ((key, f"numbers of {subject.standard.name}") for key in subject.standard.keys)
+    yield from _reasons(subject.material)
 
 
 @_reasons.register

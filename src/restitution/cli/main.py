@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import case, explorer, identification, laws, material, sweep, tables
+from restitution.cli import case, explorer, identification, laws, material, rebound_resilience, sweep, tables
 from restitution.cli.options import Workers, option
 from restitution.cli.terminal import INTERRUPTED, Commands, progress_bar, report, user_input
 
@@ -49,7 +49,7 @@ for _command in (
     *(case.standard_solid, case.solve, case.bounce, case.indent, case.cite, material.material),
     *(sweep.surrogate, sweep.sweep, sweep.plot, sweep.map_),
     *(identification.identify, identification.design, identification.moduli, laws.export, laws.calibrate),
-    explorer.explore,
+    *(rebound_resilience.resilience, explorer.explore),
 ):
     app.command(_command.__name__.rstrip("_").replace("_", "-"))(_command)
 
