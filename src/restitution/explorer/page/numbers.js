@@ -8,7 +8,7 @@ export class Numbers {
   constructor(root, names, outputs) {
     this.outputs = outputs;
     this.tiles = new Map();
-    const list = element("dl", { className: "tiles" });
+    const list = element("dl", { className: names.length <= 6 ? "tiles few" : "tiles" });
     for (const name of names) {
       const value = element("dd");
       value.dataset.output = name;

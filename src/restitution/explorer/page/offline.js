@@ -2,6 +2,17 @@
 import { groups, instantaneousPoissonRatio } from "./interpolant.js";
 import { logspace } from "./map.js";
 
+const ONLY = { "material.model": "standard_solid", "profile.type": "parabola", bulk: "poisson_ratio" };
+const WITHOUT = new Set(["material.density", "impact.external_force"]);
+
+// The schema with what can be answered here.
+export function reduced(schema) {
+  const inputs = schema.inputs.filter((input) => !WITHOUT.has(input.key)).map((input) => (input.key in ONLY
+    ? { ...input, options: input.options.filter((option) => option.value === ONLY[input.key]) } : input));
+  const fits = ({ state }) => Object.entries(state).every(([key, value]) => !key.startsWith("indentation.") && (ONLY[key] ?? value) === value);
+  return { ...schema, inputs, presets: schema.presets.filter(fits) };
+}
+
 const SHOWN = new Set(["impact", "velocity"]);
 
 export class Offline {

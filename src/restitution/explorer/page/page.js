@@ -6,7 +6,7 @@ import { ImpactTab } from "./impact.js";
 import { IndentationTab } from "./indentation.js";
 import { Inputs } from "./inputs.js";
 import { load } from "./interpolant.js";
-import { Offline } from "./offline.js";
+import { Offline, reduced } from "./offline.js";
 import { PaperTab } from "./paper.js";
 import { Pins } from "./pins.js";
 import { State } from "./state.js";
@@ -32,8 +32,9 @@ class App {
   }
 
   async startOffline() {
-    const [schema, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
+    const [whole, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
     this.paper = await load("static/interpolant.json");
+    const schema = reduced(whole);
     this.backend = new Offline(schema, this.paper, claims, (answer, asked) => this.receive(answer, asked));
     this.start(schema);
   }
