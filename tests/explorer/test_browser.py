@@ -1,7 +1,10 @@
 """The explorer in a browser: Debian's Chromium, driven by Playwright."""
 
 import shutil
+import threading
 from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -31,6 +34,11 @@ BASE = {
 TABS = ("impact", "paper", "bounce", "indentation")
 SHOWN = 1e-12
 """The page has each number of the solver to the last digits of its decimal form."""
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
 
 
 @contextmanager
@@ -65,9 +73,10 @@ def address():
 @pytest.fixture
 def opened(browser, address):
     """Open the page with a state; afterwards no error was logged, and every request went to the server."""
-    errors, hosts, contexts = [], set(), []
+    errors, hosts, allowed, contexts = [], set(), {""}, []
 
     def open_page(state=None, start=address, **options):
+        allowed.add(start.split("/")[2])
         context = browser.new_context(reduced_motion="reduce", accept_downloads=True, **options)
         contexts.append(context)
         page = context.new_page()
@@ -82,7 +91,7 @@ def opened(browser, address):
     for context in contexts:
         context.close()
     assert errors == []
-    assert hosts <= {address.split("/")[2], ""}
+    assert hosts <= allowed
 
 
 def until(page, condition):
@@ -99,10 +108,10 @@ def number(page, name):
     return float(text) if text else np.nan
 
 
-def wait_for(page, name, wanted):
+def wait_for(page, name, wanted, rtol=SHOWN):
     """Wait until the page shows a number."""
     found = f"[...document.querySelectorAll('[data-output={name}]')].map(one => Number(one.dataset.value))"
-    until(page, f"{found}.some(one => Math.abs(one - {wanted!r}) <= {SHOWN} * Math.abs({wanted!r}))")
+    until(page, f"{found}.some(one => Math.abs(one - {wanted!r}) <= {rtol} * Math.abs({wanted!r}))")
 
 
 def ball(**changes):
@@ -417,3 +426,26 @@ def test_no_violation_of_accessibility(opened, tab, width, scheme):
     assert [(one["id"], [node["target"] for node in one["nodes"]]) for one in found] == []
     wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
     assert wide <= 0
+
+
+def test_the_static_page_needs_no_server_of_ours(opened, tmp_path):
+    from restitution.explorer.static import write_static
+
+    write_static(tmp_path)
+    handler = partial(QuietHandler, directory=str(tmp_path))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = opened(
+            {"page.tab": "impact", "entry": "groups", "groups.nu": 0.45, "groups.p2": 0.02, "groups.p3": 0.7},
+            f"http://127.0.0.1:{server.server_port}/",
+        )
+        assert number(page, "restitution_coefficient") == pytest.approx(
+            float(rs.standard_solid_surrogate(0.45, 0.02, 0.7)), rel=1e-9
+        )
+        page.locator("[data-key='groups.p3'] input[type=range]").press("ArrowRight")
+        p3 = value_of(page, "groups.p3")
+        wait_for(page, "restitution_coefficient", float(rs.standard_solid_surrogate(0.45, 0.02, p3)), 1e-9)
+        assert page.get_by_role("tab").evaluate_all("tabs => tabs.filter(one => one.checkVisibility()).length") == 2
+        page.get_by_role("tab", name="Paper").click()
+        page.wait_for_selector(".claims li")
+        server.shutdown()
