@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.identification.curve import IndentationCurve
 from restitution.identification.observations import Noise
@@ -19,7 +19,7 @@ _HEIGHTS = ("height (measured)", "height (piezo)")
 
 
 def read_curves(
-    path: str | Path, *, profile: Profile, spring_constant: float | None = None, noise: Noise | None = None
+    path: str | Path, *, profile: Geometry, spring_constant: float | None = None, noise: Noise | None = None
 ) -> list[Callable[[], IndentationCurve]]:
     """Curves of a file, as functions that each read one curve, for `identify_map`.
 
@@ -27,8 +27,8 @@ def read_curves(
     ----------
     path : str or Path
         File in one of the formats of afmformats.
-    profile : Profile
-        Profile of the indenter.
+    profile : Geometry
+        Profile of the indenter, or another geometry, such as a pyramid.
     spring_constant : float, optional
         Spring constant of the cantilever [N/m]; by default that of the file.
     noise : Noise, optional
@@ -57,7 +57,7 @@ def read_curves(
     return [partial(_curve, one, profile, spring_constant, noise) for one in found]
 
 
-def _curve(data: Any, profile: Profile, spring_constant: float | None, noise: Noise | None) -> IndentationCurve:
+def _curve(data: Any, profile: Geometry, spring_constant: float | None, noise: Noise | None) -> IndentationCurve:
     label = f"{Path(data.path).name}[{data.enum}]"
     height = next((name for name in _HEIGHTS if name in data), None)
     missing = [name for name in ("time", "force") if name not in data] + (["height"] if height is None else [])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks, quantities
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.force_history import profile_of, rising
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
@@ -77,7 +77,7 @@ class BounceTimes(Observations):
         Instants [s] of touch in ascending order, at least 4, without a missing bounce.
     radius : float, optional
         Radius R [m] of a ball; or give a `profile`.
-    profile : Profile, optional
+    profile : Geometry, optional
         Profile of the body, instead of the radius.
     mass : float
         Mass m [kg]. Its weight m g also acts during contact.
@@ -131,7 +131,7 @@ class BounceTimes(Observations):
         time: Any,
         *,
         radius: Any = None,
-        profile: Profile | None = None,
+        profile: Geometry | None = None,
         mass: Any,
         gravity: Any = STANDARD_GRAVITY,
         air_density: Any = 0.0,

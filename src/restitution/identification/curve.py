@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks, quantities
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
 from restitution.identification.touch import baseline, first_touch, rising_and_falling, straight_lines
@@ -51,8 +51,8 @@ class IndentationCurve(Observations):
         base of the cantilever (piezo height), in the same direction.
     force : array, shape (n,)
         Force F on the surface [N], positive for a push.
-    profile : Profile
-        Profile of the indenter.
+    profile : Geometry
+        Profile of the indenter, or another geometry, such as a pyramid.
     spring_constant : float, optional
         Spring constant k of a cantilever [N/m] if the depth is that of its base: the tip is at depth - F/k.
     temperature : float, optional
@@ -100,15 +100,15 @@ class IndentationCurve(Observations):
         depth: Any,
         force: Any,
         *,
-        profile: Profile,
+        profile: Geometry,
         spring_constant: Any = None,
         temperature: Any = None,
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
         self.label = label
-        if not isinstance(profile, Profile):
-            raise InputTypeError("profile", profile, "must be a Profile")
+        if not isinstance(profile, Geometry):
+            raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
         self.profile = profile
         self.spring_constant = None
         if spring_constant is not None:

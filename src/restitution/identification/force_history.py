@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks, quantities
-from restitution.contact.profile import Parabola, Profile
+from restitution.contact.geometry import Geometry
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
 from restitution.identification.rebounds import Rebounds
@@ -43,7 +44,7 @@ class ForceHistory(Observations):
         Measured deceleration of the body F/m [m/s2] instead of the force.
     radius : float, optional
         Radius R [m] of a ball; or give a `profile`.
-    profile : Profile, optional
+    profile : Geometry, optional
         Profile of the body, instead of the radius.
     mass : float
         Mass m [kg].
@@ -92,7 +93,7 @@ class ForceHistory(Observations):
         *,
         acceleration: Any = None,
         radius: Any = None,
-        profile: Profile | None = None,
+        profile: Geometry | None = None,
         mass: Any,
         velocity: Any = None,
         gain: Any = 1.0,
@@ -260,15 +261,15 @@ class ForceHistory(Observations):
         return Rebounds([velocity], [e], radius=radius, mass=self.mass, contact_time=[duration]).effective_moduli()
 
 
-def profile_of(radius: Any, profile: Any) -> Profile:
+def profile_of(radius: Any, profile: Any) -> Geometry:
     """Profile of a body: a parabola of this radius [m], or the given profile."""
     if (radius is None) == (profile is None):
         raise InputError("radius, profile", wanted="exactly one must be given")
     if profile is None:
         return Parabola(quantities.check_single("radius", radius))
-    if not isinstance(profile, Profile):
-        raise InputTypeError("profile", profile, "must be a Profile, such as Parabola(radius)")
-    if np.ndim(profile.contact_radius(0.0)):
+    if not isinstance(profile, Geometry):
+        raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
+    if np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", wanted="must be a single profile")
     return profile
 
@@ -296,7 +297,7 @@ class _Pulse(NamedTuple):
     path: float  # the same of the impulse
 
 
-def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Profile) -> _Pulse:
+def _pulse_of(name: str, unit: str, time: Array, values: Array, profile: Geometry) -> _Pulse:
     """Find the contact of a record; refuse a record without exactly one contact, whole and undamaged."""
     if values.size < 2 * _FEWEST:
         raise InputError(name, wanted=f"must have at least {2 * _FEWEST} samples, not {values.size}")

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks, quantities
-from restitution.contact.profile import Parabola, Profile
+from restitution.contact.geometry import Geometry
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.effective_moduli import moduli_of_bounces
 from restitution.identification.observations import Curve, Noise, Observations
@@ -45,7 +46,7 @@ class Rebounds(Observations):
         Radius R [m] of a ball; or give a `profile`.
     mass : float or array_like
         Mass m [kg].
-    profile : Profile, optional
+    profile : Geometry, optional
         Profile of all bodies, instead of the radius.
     contact_time, max_force : array_like, optional
         Measured contact times [s] and peak forces [N], NaN if not measured. At least one value is needed for moduli
@@ -90,7 +91,7 @@ class Rebounds(Observations):
         *,
         radius: Any = None,
         mass: Any,
-        profile: Profile | None = None,
+        profile: Geometry | None = None,
         contact_time: Any = None,
         max_force: Any = None,
         counter_material: Material | Literal["same"] | None = None,
@@ -116,9 +117,9 @@ class Rebounds(Observations):
             raise InputError("radius, profile", wanted="exactly one must be given")
         if profile is None:
             given["radius"] = quantities.check("radius", radius)
-        elif not isinstance(profile, Profile):
-            raise InputTypeError("profile", profile, "must be a Profile, such as Parabola(radius)")
-        elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.contact_radius(0.0)):
+        elif not isinstance(profile, Geometry):
+            raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
+        elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.stiffness_radius(0.0)):
             raise InputError("profile", wanted="must be a single profile; give several as several sets of data")
         if temperature is not None:
             given["temperature"] = quantities.check("temperature", temperature)

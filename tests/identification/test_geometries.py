@@ -1,0 +1,50 @@
+"""Materials from contacts that are no profile on a half-space."""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+
+GEL = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
+DEPTH = np.linspace(1e-8, 3e-6, 60)
+TIPS = {
+    "pyramid": rs.Pyramid(math.radians(75), sides=4),
+    "ellipsoid": rs.Ellipsoid(5e-6, 2e-6),
+    "force law": rs.ForceLaw(
+        DEPTH, 8.0 * rs.Parabola(2.5e-6).force_integral_at_depth(DEPTH), modulus=3.0, poisson_ratio=0.5
+    ),
+}
+
+
+@pytest.mark.parametrize("tip", TIPS)
+def test_indentation_gives_the_moduli_of_its_material(tip):
+    time = np.linspace(0.0, 2.8, 200)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    force = rs.indent(GEL, TIPS[tip], depth=depth - 0.4e-6, time=time).force
+    curve = rs.IndentationCurve(time, depth, force, profile=TIPS[tip], noise=rs.Noise(force="1 %"))
+    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters
+    assert found["equilibrium_modulus"].value == pytest.approx(70.0, rel=1e-3)
+    assert found["branch_modulus"].value == pytest.approx(270.0, rel=1e-3)
+    assert found["viscosity"].value == pytest.approx(80.0, rel=1e-3)
+
+
+def test_rebounds_and_force_histories_of_other_geometries():
+    body = rs.Ellipsoid(0.02, 0.005)
+    solid = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
+    exact = rs.solve(rs.Impact(solid, body, 0.033, np.array([0.02, 0.1])))
+    same = rs.solve(rs.Impact(solid, rs.Parabola(body.effective_radius), 0.033, np.array([0.02, 0.1])))
+    noise = rs.Noise(restitution_coefficient="1 %", contact_time="1 %")
+    given = {"mass": 0.033, "contact_time": exact.contact_time, "noise": noise}
+    for geometry in (body, rs.Parabola(body.effective_radius)):
+        balls = rs.Rebounds(exact.velocity, exact.restitution_coefficient, profile=geometry, **given)
+        moduli = balls.effective_moduli().storage_modulus
+        assert moduli == pytest.approx(rs.Rebounds(
+            exact.velocity, same.restitution_coefficient, radius=body.effective_radius, **given
+        ).effective_moduli().storage_modulus, rel=1e-9)  # fmt: skip
+    history = rs.solve(rs.Impact(solid, body, 0.033, 0.1)).history
+    measured = rs.ForceHistory(history.time.values, history.force.values, mass=0.033, velocity=0.1, profile=body)
+    assert measured.profile is body
+    with pytest.raises(rs.InputError, match="must be a Geometry"):
+        rs.Rebounds([0.1], [0.5], profile=0.01, mass=0.033)
