@@ -46,6 +46,13 @@ def test_two_bodies_and_their_impact_have_one_law():
     assert law.impact.profile.contact_radius(1e-6) == pytest.approx(math.sqrt(1e-6 / 150.0), rel=1e-14)
 
 
+def test_the_force_on_spheres_grows_with_the_root_of_the_radius(law):
+    other = contact_law(Impact(RUBBER, Parabola(0.03), 0.005, 1.0))
+    depths = waves()[:, 0]
+    found, own = forces(other, TIMES, depths), forces(law, TIMES, depths)
+    assert found == pytest.approx(math.sqrt(3.0) * own, rel=1e-9, abs=1e-12 * own.max())
+
+
 @pytest.mark.plain
 def test_many_contacts_equal_single_ones(law):
     depths, state, dt = waves(7), law.start(7), TIMES[0]
