@@ -94,6 +94,7 @@ def listen(
         access_log=False,
         server_header=False,
         ws_max_size=8_000_000,
+        ws_per_message_deflate=False,
         timeout_graceful_shutdown=_CLOSING,
         lifespan="off",
     )
