@@ -267,10 +267,8 @@ def profile_of(radius: Any, profile: Any) -> Geometry:
         raise InputError("radius, profile", wanted="exactly one must be given")
     if profile is None:
         return Parabola(quantities.check_single("radius", radius))
-    if not isinstance(profile, Geometry):
-        raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
-    if np.ndim(profile.stiffness_radius(0.0)):
-        raise InputError("profile", wanted="must be a single profile")
+    if not isinstance(profile, Geometry) or np.ndim(profile.stiffness_radius(0.0)):
+        raise InputTypeError("profile", profile, "must be a single Geometry, such as Parabola(radius)")
     return profile
 
 
