@@ -29,7 +29,7 @@ def test_a_notebook_shows_a_frame_that_closes(monkeypatch):
         assert page.address in repr(page)
         with opened(page._running) as socket:
             assert socket.schema["state"]["impact.velocity"] == 0.123
-            assert socket.schema["state"]["material.shear.equilibrium_modulus"] == 1e7
+            assert socket.schema["state"]["material.equilibrium_modulus"] == 1e7
         policy = get(page._running, f"/?token={page._running.access.token}").headers["content-security-policy"]
         assert "frame-ancestors http://localhost:* http://127.0.0.1:*" in policy
         assert not page.closed

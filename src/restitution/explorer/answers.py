@@ -44,7 +44,7 @@ BUDGET = 0.1
 
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
-_POINTS = 201
+_POINTS = 121
 # Points of a curve over the velocity, every nth of them first; times, least number of them, and radii of a surface.
 _SPEEDS, _STRIDE = 61, 4
 _TIMES, _LEAST_ROWS, _RADII = 25, 4, 25

@@ -196,12 +196,13 @@ _LEFT_OUT_CONSTANTS = ("youngs_modulus", "approximation_rtol", "bulk_viscosity")
 
 
 def _number(key: str, group: str, quantity: Quantity, when: When | None = None, words: str = "") -> Input:
-    slider = _BY_KEY.get(key) or _BY_DIMENSION[quantity.dimension]
+    slider = _BY_KEY.get(key) or _BY_DIMENSION.get(quantity.dimension, _BY_DIMENSION[NUMBER])
     return Input(key, group, words or quantity.words, when or {}, quantity, slider)
 
 
 def _readable(name: str) -> str:
-    return name.replace("_", " ").replace("kelvin voigt", "Kelvin-Voigt").replace("maxwell", "Maxwell").capitalize()
+    words = name.replace("_", " ").replace("kelvin voigt", "Kelvin-Voigt").replace("maxwell", "Maxwell")
+    return words[:1].upper() + words[1:]
 
 
 def _models() -> dict[str, Any]:

@@ -22,16 +22,11 @@ if TYPE_CHECKING:
 PORT = 8737
 """Port of the command, unless another one is given."""
 
+# Bytes of a message, and connections at a time.
+_LARGEST, _SOCKETS = 4_000_000, 200
 # Seconds that open sockets have to close.
 _CLOSING = 1
 _STARTING = 10.0
-
-
-class MissingLibrary(InputError):
-    """The libraries of the server are not installed."""
-
-    def __init__(self) -> None:
-        super().__init__("", wanted='the explorer needs starlette and uvicorn: pip install "restitution[web]"')
 
 
 def _require_libraries() -> None:
@@ -40,7 +35,8 @@ def _require_libraries() -> None:
         import uvicorn  # noqa: F401  # pyright: ignore[reportUnusedImport]
         import websockets  # noqa: F401  # pyright: ignore[reportUnusedImport]
     except ImportError:
-        raise MissingLibrary from None
+        wanted = 'the explorer needs starlette and uvicorn: pip install "restitution[web]"'
+        raise InputError("", wanted=wanted) from None
 
 
 @dataclass
@@ -93,7 +89,9 @@ def listen(
         log_level="critical",
         access_log=False,
         server_header=False,
-        ws_max_size=8_000_000,
+        ws_max_size=_LARGEST,
+        ws_max_queue=8,
+        limit_concurrency=_SOCKETS,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_CLOSING,
         lifespan="off",

@@ -23,8 +23,8 @@ from restitution.quantities import BOUNCES, HISTORY, INPUTS, MODULI, OUTPUTS, VA
 LONGEST = 65_536
 """Most characters of a message without a file."""
 
-LONGEST_FILE_MESSAGE = LONGEST + 6 * dropped_files.LONGEST
-"""Most characters of a message with a file; a character of the file takes up to six."""
+LONGEST_FILE_MESSAGE = LONGEST + 2 * dropped_files.LONGEST
+"""Most characters of a message with a file, in which a quotation mark or the end of a line takes two."""
 
 BUG = "this is a mistake in the program; please report it"
 
@@ -146,16 +146,22 @@ _FURTHER = {
 def _about() -> dict[str, Any]:
     registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS
     outputs = {name: describe(one) for name, one in registries.items()}
-    units = systems()["SI"]
+    units = systems()
+    for system in units.values():
+        # A geometry of a user may have a dimension of its own.
+        for one in (*inputs().values(), *registries.values()):
+            quantity: Any = getattr(one, "quantity", one)
+            if quantity is not None:
+                system.setdefault(quantity.dimension.name, {"unit": quantity.unit, "factor": 1.0, "offset": 0.0})
     for name, (words, symbol, dimension) in _FURTHER.items():
-        unit = units[dimension]["unit"]
+        unit = units["SI"][dimension]["unit"]
         outputs[name] = {"words": words, "symbol": symbol, "dimension": dimension, "unit": unit}
     return {
         "version": version("restitution"),
         "inputs": [one.describe() for one in inputs().values()],
         "groups": [{"name": name, "words": words} for name, words in _GROUPS.items()],
         "outputs": outputs,
-        "units": systems(),
+        "units": units,
         "presets": [{"name": name, "words": words, "state": state} for name, (words, state) in PRESETS.items()],
         "limits": {"file_characters": dropped_files.LONGEST, "message_characters": LONGEST, "terms": MOST_TERMS},
     }

@@ -182,11 +182,18 @@ def of_impact(impact: Impact) -> State:
 
 
 def of_material(material: Material) -> State:
-    """Return the state of a material as Prony series in shear and in bulk."""
-    values: State = {"material.model": "prony"} | _of_series("shear", material.shear)
+    """Return the state of a material as a standard solid, or else as Prony series in shear and in bulk."""
+    shear, bulk = material.shear, material.bulk
+    solid = shear.n_branches == 1 and shear.equilibrium_modulus > 0.0 and shear.parallel_viscosity == 0.0
+    if solid and (not isinstance(bulk, PronySeries) or bulk.is_elastic):
+        branch, duration = float(shear.branch_moduli[0]), float(shear.relaxation_times[0])
+        constants = {"equilibrium_modulus": shear.equilibrium_modulus, "branch_modulus": branch}
+        values: State = {f"material.{name}": value for name, value in constants.items()}
+        values |= {"material.model": "standard_solid", "material.viscosity": branch * duration}
+    else:
+        values = {"material.model": "prony"} | _of_series("shear", shear)
     if material.density is not None:
         values["material.density"] = material.density
-    bulk = material.bulk
     if not isinstance(bulk, PronySeries):
         return values | {"bulk": _INFINITE}
     if bulk.is_elastic:

@@ -1,4 +1,6 @@
 // The state: one flat object of inputs. The address of the page holds it, so that a link is a case.
+import { ofTab } from "./storage.js";
+
 const PAUSE = 350;
 
 export class State {
@@ -10,7 +12,7 @@ export class State {
     this.listeners = [];
     this.values = this.read(location.hash);
     this.index = history.state?.index ?? 0;
-    this.last = Math.max(this.index, Number(sessionStorage.getItem("last") ?? 0));
+    this.last = Math.max(this.index, Number(ofTab.getItem("last") ?? 0));
     history.replaceState({ index: this.index }, "", this.link());
     addEventListener("popstate", () => this.moved());
     addEventListener("hashchange", () => this.moved());
@@ -94,7 +96,7 @@ export class State {
     if (link === location.hash) return;
     this.index += 1;
     this.last = this.index;
-    sessionStorage.setItem("last", this.last);
+    ofTab.setItem("last", this.last);
     history.pushState({ index: this.index }, "", link);
     this.tell();
   }

@@ -1,6 +1,7 @@
 // The tools above the pictures, the tabs, and the keys for undo and redo.
 import { element } from "./inputs.js";
 import { closing, download } from "./save.js";
+import { ofBrowser } from "./storage.js";
 import { setTheme } from "./theme.js";
 import { systemNames } from "./units.js";
 
@@ -34,11 +35,11 @@ export function bindTools(app) {
   });
   $("units").append(...systemNames().map((name) => element("option", { value: name }, name)));
   $("units").addEventListener("change", (event) => state.set({ "page.units": event.target.value }, true));
-  const chosen = localStorage.getItem("colours") ?? "auto";
+  const chosen = ofBrowser.getItem("colours") ?? "auto";
   $("theme").value = chosen;
   setTheme(chosen);
   $("theme").addEventListener("change", (event) => {
-    localStorage.setItem("colours", event.target.value);
+    ofBrowser.setItem("colours", event.target.value);
     setTheme(event.target.value);
   });
 
