@@ -73,6 +73,7 @@ def test_indentation_bounces_and_contact_law():
         ({"face_angle": 1.2, "sides": 5}, "sides"),
         ({"face_angle": 1.2, "sides": True}, "sides"),
         ({"face_angle": 1.2, "sides": "four"}, "sides"),
+        ({"face_angle": 1.2, "sides": [3, 4]}, "sides"),
         ({"face_angle": 0.0}, "face_angle"),
         ({"face_angle": math.pi / 2}, "face_angle"),
         ({"face_angle": 65.3}, "face_angle"),

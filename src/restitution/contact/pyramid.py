@@ -73,7 +73,7 @@ class Pyramid(Geometry, case_name="pyramid"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.sides, bool) or self.sides not in _CONSTANTS:
+        if not isinstance(self.sides, (int, np.integer)) or self.sides not in _CONSTANTS:
             raise InputError("sides", self.sides, "must be 3, 4 or 6")
         object.__setattr__(self, "sides", int(self.sides))
 
