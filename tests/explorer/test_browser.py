@@ -449,3 +449,20 @@ def test_the_static_page_needs_no_server_of_ours(opened, tmp_path):
         page.get_by_role("tab", name="Paper").click()
         page.wait_for_selector(".claims li")
         server.shutdown()
+
+
+def test_a_frame_in_a_notebook_shows_the_impact(browser, tmp_path):
+    handler = partial(QuietHandler, directory=str(tmp_path))
+    impact = ball(velocity=0.7)
+    with rs.explore(impact) as explorer, ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        (tmp_path / "index.html").write_text(f"<!doctype html><title>notebook</title>{explorer._repr_html_()}")
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = browser.new_context(reduced_motion="reduce").new_page()
+        # For a browser another site than that of the explorer, whose page may then have no storage.
+        page.goto(f"http://localhost:{server.server_port}/")
+        shown = page.frame_locator("iframe").locator("[data-output=restitution_coefficient][data-value]").first
+        shown.wait_for()
+        expected = rs.solve(impact).restitution_coefficient
+        assert float(shown.get_attribute("data-value")) == pytest.approx(expected, rel=1e-9)
+        page.context.close()
+        server.shutdown()
