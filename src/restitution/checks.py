@@ -108,6 +108,12 @@ def positive(name: str, value: Any, unit: str = "") -> Numeric:
     return _checked(name, array, np.isfinite(array) & (array > 0), unit, "must be finite and > 0")
 
 
+def positive_or_infinite(name: str, value: Any, unit: str = "") -> Numeric:
+    """Return `value` as a float or array, refusing numbers that are not above zero."""
+    array = number(name, value, unit)
+    return _checked(name, array, array > 0, unit, "must be > 0")
+
+
 def nonnegative(name: str, value: Any, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers that are not finite and at least zero."""
     array = number(name, value, unit)

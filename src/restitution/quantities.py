@@ -48,6 +48,7 @@ DENSITY = Dimension("density", "kg/m^3", "1100 kg/m^3")
 VELOCITY = Dimension("velocity", "m/s", "1 m/s")
 ACCELERATION = Dimension("acceleration", "m/s^2", "9.81 m/s^2")
 FORCE = Dimension("force", "N", "50 mN")
+IMPEDANCE = Dimension("mechanical impedance", "kg/s", "500 kg/s")
 ENERGY = Dimension("energy", "J", "1 mJ")
 MODULUS = Dimension("modulus", "Pa", "2 MPa")
 PRESSURE = Dimension("pressure", "Pa", "2 MPa")
@@ -78,7 +79,7 @@ class Quantity(NamedTuple):
         Whether the quantity may be infinite.
     derive : callable, optional
         Function that computes an output from others. The names of its parameters are those of outputs, or `mass`,
-        `velocity` and `external_force`; their values are numbers or arrays in SI.
+        `velocity`, `external_force` and `impedance`; their values are numbers or arrays in SI.
     """
 
     name: str
@@ -109,6 +110,8 @@ class Quantity(NamedTuple):
     def check(self, value: Any, field: str = "") -> Numeric:
         """Return values, perhaps with a unit, as a float or a read-only array in SI; messages name them `field`."""
         name = field or self.name
+        if self.open and self.infinite:
+            return checks.positive_or_infinite(name, value, self.unit)
         if self.low == 0.0 and self.high == math.inf and not self.infinite:
             return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)
         if math.isinf(self.low) and math.isinf(self.high):
@@ -127,11 +130,11 @@ def _by_name(*quantities: Quantity) -> dict[str, Quantity]:
 
 
 def _energy_residual(
-    kinetic_energy_in: Any, kinetic_energy_out: Any, dissipated_energy: Any, stored_energy: Any,
+    kinetic_energy_in: Any, kinetic_energy_out: Any, dissipated_energy: Any, stored_energy: Any, radiated_energy: Any,
     external_force: Any, residual_indentation_depth: Any,
 ) -> Any:  # fmt: skip
     work = external_force * residual_indentation_depth
-    spent = kinetic_energy_out + dissipated_energy + stored_energy
+    spent = kinetic_energy_out + dissipated_energy + stored_energy + radiated_energy
     return (spent - kinetic_energy_in - work) / kinetic_energy_in
 
 
@@ -143,6 +146,7 @@ INPUTS = _by_name(
     _positive("density", DENSITY, "density", r"$\rho$"),
     _positive("radius", LENGTH, "radius", r"$R$"),
     _nonnegative("external_force", FORCE, "constant external force", r"$F_0$"),
+    _positive("impedance", IMPEDANCE, "mechanical impedance of the target", r"$Z$", infinite=True),
     Quantity("half_angle", ANGLE, "half angle of the cone", r"$\alpha$", 0.0, math.pi / 2, open=True),
     # T is the contact time, with which a picture may show it.
     _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),
@@ -202,6 +206,7 @@ OUTPUTS = _by_name(
     ),
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
     _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
+    _nonnegative("radiated_energy", ENERGY, "energy that the target carries away", r"$E_\mathrm{r}$"),
     Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
 )  # fmt: skip
 """Outputs of an impact. An entry with `derive` follows from those before it."""
@@ -223,13 +228,13 @@ SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OUTPUTS)
 DEFAULT_OUTPUTS = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
 """Outputs of a sweep that names none."""
 
-BUDGET = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
-"""Outputs of the energy budget."""
-
-QUADRATURES = frozenset({"dissipated_energy", "stored_energy"})
+ENERGIES = ("dissipated_energy", "stored_energy", "radiated_energy")
 """Outputs that take a quadrature over the whole contact."""
 
-BODY = ("mass", "velocity", "external_force")
+BUDGET = ("kinetic_energy_in", "kinetic_energy_out", *ENERGIES, "energy_residual")
+"""Outputs of the energy budget."""
+
+BODY = ("mass", "velocity", "external_force", "impedance")
 """Inputs that a derived output may take."""
 
 STATUS = "status"
@@ -245,6 +250,9 @@ HISTORY = _by_name(
     _nonnegative("kinetic_energy", ENERGY, "kinetic energy of the body", r"$E_\mathrm{kin}$"),
     _nonnegative("stored_energy", ENERGY, "energy in the springs of the foundation", r"$E_\mathrm{s}$"),
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated in the foundation", r"$E_\mathrm{d}$"),
+    _nonnegative("radiated_energy", ENERGY, "energy that the target carries away", r"$E_\mathrm{r}$"),
+    Quantity("body_velocity", VELOCITY, "velocity of the body", r"$v$"),
+    Quantity("target_displacement", LENGTH, "displacement of the target", r"$w$"),
 )
 """Columns of a history over time."""
 
@@ -298,7 +306,7 @@ def register_output(output: Quantity) -> None:
 
 
 def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Return columns of outputs, `mass`, `velocity` and `external_force` with all outputs that follow from them."""
+    """Return columns of outputs and of `BODY` with all outputs that follow from them."""
     found = dict(columns)
     # A row that failed is NaN, or too large to be squared.
     with np.errstate(all="ignore"):

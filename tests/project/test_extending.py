@@ -118,5 +118,5 @@ def test_an_output_that_cannot_be_derived_is_refused(name, derive, field):
 
 
 def test_energies_need_the_quadrature():
-    assert quantities.needs(["energy_residual"], quantities.QUADRATURES)
-    assert not quantities.needs(["kinetic_energy_out", "mach_number"], quantities.QUADRATURES)
+    assert quantities.needs(["energy_residual"], quantities.ENERGIES)
+    assert not quantities.needs(["kinetic_energy_out", "mach_number"], quantities.ENERGIES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.material.columns import PronyColumns
-from restitution.quantities import BODY, OUTPUTS, derived
+from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -36,6 +36,7 @@ class Batch:
     The arrays have the shape (n,), moduli [Pa] and times [s] of the branches of E*(t) the shape (n, n_branch); a
     modulus of 0 means no branch. The stiffness radius is a = c s^p, s = sqrt(d), with the coefficients c and the
     exponent p; a geometry without a power law replaces both. The contact radius is a, or a times the ratios.
+    Targets do not move by default: one impedance for all.
 
     Examples
     --------
@@ -57,6 +58,7 @@ class Batch:
     profile: Geometry | None = None
     ratios: Array | None = None
     has_pressure: bool = True
+    impedances: Array = field(default_factory=lambda: np.array([math.inf]))
 
     @classmethod
     def from_impact(cls, impact: Impact) -> Batch:
@@ -77,12 +79,13 @@ class Batch:
         power = exponent is not None
         return cls(
             *PronyColumns.stacked([series]).repeated(size),
-            *(flat(getattr(impact, name), impact.shape) for name in BODY),
+            *(flat(getattr(impact, name), impact.shape) for name in BODY[:3]),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, impact.shape) if power else None,
             has_pressure=profile.image is not None,
+            impedances=flat(impact.impedance, impact.shape),
         )
 
     @classmethod
@@ -123,7 +126,7 @@ class Batch:
     def scaled(self, depth_factor: float = 4.0, rtol: float = 0.0) -> ScaledBlock:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         series = self.equilibria, self.viscosities, self.moduli, self.times
-        bodies = self.masses, self.velocities, self.forces
+        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
         if self.profile is not None:
             return table_block(self.profile, *series, *bodies, depth_factor, rtol)
         return power_block(*series, self.coefficients, self.exponent or 0.0, *bodies)
@@ -251,13 +254,14 @@ class Batch:
         if energy:
             with np.errstate(over="ignore", invalid="ignore"):
                 n, unit = len(columns), self.masses * self.velocities * self.velocities
-                result |= {"dissipated_energy": unit * outcomes[:, n], "stored_energy": unit * outcomes[:, n + 1]}
+                result |= {name: unit * outcomes[:, n + i] for i, name in enumerate(ENERGIES)}
         if pressure:
             # If every pressure is infinite there is no such column, and the last one is replaced.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, self.pressures(peak))
-        found = derived(result | dict(zip(BODY, (self.masses, self.velocities, self.forces), strict=True)))
+        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
+        found = derived(result | dict(zip(BODY, bodies, strict=True)))
         return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
 
     def pressures(self, peak: Any) -> Array:
@@ -343,4 +347,5 @@ def _join(members: list[tuple[Places, Batch]]) -> tuple[Places, Batch]:
     batches = [batch for _, batch in members]
     names = [field.name for field in fields(Batch) if isinstance(getattr(batches[0], field.name), np.ndarray)]
     columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
+    columns["impedances"] = np.concatenate([flat(batch.impedances, batch.masses.shape) for batch in batches])
     return np.concatenate([places for places, _ in members]), replace(batches[0], **columns)

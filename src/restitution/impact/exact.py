@@ -62,12 +62,12 @@ def solve_scaled(
 ) -> Array:  # fmt: skip
     """Solve a block of impacts; return the columns `restitution.kernel.outcome.OUTCOME`, scaled.
 
-    On request, further columns are the energies dissipated and stored, in units of m v0^2, and the largest pressure;
-    see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
+    On request, further columns are the energies dissipated, stored and radiated, in units of m v0^2, and the largest
+    pressure; see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
     """
     path = kernel_path(block)
     outcomes = np.empty((block.size, len(OUTCOME)))
-    further = np.full((block.size, 2 * budget + pressure), np.nan)
+    further = np.full((block.size, 3 * budget + pressure), np.nan)
 
     done, lock = 0, Lock()
 
@@ -118,7 +118,8 @@ def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcome
 
     solve_block(
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.external_forces, block.offsets, block.moduli, block.times, path, work, outcomes,
+        block.viscosities, block.external_forces, block.admittances, block.offsets, block.moduli, block.times, path,
+        work, outcomes,
     )  # fmt: skip
     outcomes[np.isnan(block.equilibria), STATUS] = Status.NOT_FINITE
 
@@ -139,7 +140,7 @@ def _solve_each(
         _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
         status = outcomes[n, STATUS]
         if budget and status == Status.SEPARATED:
-            further[n, :2] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
+            further[n, :3] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
         if pressure and status in (Status.SEPARATED, Status.CAPTURED):
             further[n, -1] = peak_pressure(_problem(block, n, path), radau(STAGES), work, *rules)
 
@@ -163,10 +164,10 @@ class Stored:
         return ledger._replace(approach=ledger.approach[:approach], rebound=ledger.rebound[:rebound])
 
     @property
-    def energies(self) -> tuple[float, float]:
-        """Energies dissipated, and stored in elements when they leave, in units of m v0^2."""
+    def energies(self) -> tuple[float, float, float]:
+        """Energies dissipated, stored in elements when they leave, and radiated, in units of m v0^2."""
         end = self.ledger.rebound[-1, :, -1]
-        return float(end[-3]), float(end[-1])
+        return float(end[-4]), float(end[-1]), float(end[-3])
 
     @property
     def peak_pressure(self) -> float:
@@ -216,7 +217,9 @@ def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
     from restitution.kernel.workspace import Problem
 
     row = block.row(n)
-    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, path)
+    return Problem(
+        row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, row.admittance, path
+    )
 
 
 def is_ready() -> bool:

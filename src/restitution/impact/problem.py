@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import Numeric, nonnegative, number, positive
+from restitution.checks import Numeric, nonnegative, positive_or_infinite
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
@@ -61,6 +61,9 @@ class Impact:
         Material of the indenting body, which is rigid by default. The compliances of both bodies add.
     external_force : float or array
         Constant force [N] on the body towards the half-space during contact, such as its weight m g; >= 0.
+    impedance : float or array
+        Mechanical impedance Z [kg/s] of the target, > 0, such as that of `plate_impedance`: the target moves with
+        the velocity F/Z, where F is the contact force. Infinite (the default) for a target that does not move.
     body_size : float, optional
         Smallest dimension [m] of the body that is taken as a half-space, such as its thickness, > 0. It does not
         change the solution: the validity report compares it with the contact radius and with the path of waves.
@@ -90,6 +93,7 @@ class Impact:
     velocity: Numeric
     counter_material: Material | None = field(default=None, kw_only=True)
     external_force: Numeric = field(default=0.0, kw_only=True)
+    impedance: Numeric = field(default=math.inf, kw_only=True)
     body_size: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -97,6 +101,10 @@ class Impact:
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         _ = self.shape
+        forces = np.where(np.isinf(self.impedance), 0.0, self.external_force)
+        if np.any(forces):
+            wanted = "must be 0 where the target has an impedance, as a force would drive such a target for ever"
+            raise InputError("external_force", self.external_force, wanted, "N")
 
     @cached_property
     def contact(self) -> Contact:
@@ -159,7 +167,7 @@ class Body:
     def __post_init__(self) -> None:
         if self.material is not None and not isinstance(self.material, Material):
             raise InputTypeError("material", self.material, "must be a Material, or None for a rigid body")
-        radius = _positive_or_infinite("radius", self.radius, "m")
+        radius = positive_or_infinite("radius", self.radius, "m")
         object.__setattr__(self, "radius", radius)
         mass = self.mass
         if mass is None and not np.all(np.isfinite(radius)):
@@ -170,7 +178,7 @@ class Body:
             if self.material is None or self.material.density is None:
                 raise InputError("mass", wanted="must be given for a ball whose material has no density")
             mass = sphere_mass(self.material.density, radius)
-        object.__setattr__(self, "mass", _positive_or_infinite("mass", mass, "kg"))
+        object.__setattr__(self, "mass", positive_or_infinite("mass", mass, "kg"))
 
 
 def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:
@@ -240,14 +248,6 @@ def reduced(first: Any, second: Any) -> Any:
     """Reduced mass or radius x, 1/x = 1/first + 1/second; either may be infinite. Zero where 1/x overflows."""
     with np.errstate(over="ignore"):
         return np.asarray(1.0 / (1.0 / np.asarray(first) + 1.0 / np.asarray(second)))
-
-
-def _positive_or_infinite(name: str, value: Any, unit: str) -> Numeric:
-    """Return a float or array; refuse values that are not above zero."""
-    numbers = number(name, value, unit)
-    positive(name, np.where(np.isposinf(numbers), 1.0, numbers), unit)
-    numbers.setflags(write=False)
-    return numbers if numbers.ndim else float(numbers)
 
 
 def drop(

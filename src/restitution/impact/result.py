@@ -20,7 +20,7 @@ from restitution.impact.batch import Batch, shaped, solve_columns
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
-from restitution.quantities import BODY, BUDGET, HISTORY, OUTPUTS, dataset, derived
+from restitution.quantities import BODY, BUDGET, ENERGIES, HISTORY, OUTPUTS, dataset, derived
 from restitution.validity import COLUMNS, Validity, numbers, report
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class EnergyBudget(NamedTuple):
-    """Energy budget; the last three are NaN where the body does not separate, and with method "reference".
+    """Energy budget; the last four are NaN where the body does not separate, and with method "reference".
 
     Attributes
     ----------
@@ -42,14 +42,17 @@ class EnergyBudget(NamedTuple):
         Energy that the dashpots of the foundation dissipate in contact [J].
     stored : float or array
         Energy that the elements of the foundation still store when they leave contact [J].
+    radiated : float or array
+        Energy that a target with an impedance carries away [J].
     residual : float or array
-        `(kinetic_out + dissipated + stored - kinetic_in - work of the external force)/kinetic_in` [-].
+        `(kinetic_out + dissipated + stored + radiated - kinetic_in - work of the external force)/kinetic_in` [-].
     """
 
     kinetic_in: Numeric
     kinetic_out: Numeric
     dissipated: Numeric
     stored: Numeric
+    radiated: Numeric
     residual: Numeric
 
 
@@ -123,7 +126,7 @@ class ImpactResult:
     @property
     def outputs(self) -> dict[str, Numeric]:
         """All outputs of `restitution.quantities.OUTPUTS` by name, in SI; of several impacts by further solves."""
-        energies = {"dissipated_energy": self.energy.dissipated, "stored_energy": self.energy.stored}
+        energies = {name: one for name, one in zip(BUDGET, self.energy, strict=True) if name in ENERGIES}
         found = self._derived(energies | {"max_pressure": self.max_pressure})
         shape = np.shape(self.status)
         return {name: shaped(np.broadcast_to(found[name], shape), shape) for name in OUTPUTS}
@@ -212,12 +215,12 @@ class ImpactResult:
         if shape:
             columns = solve_columns(self.impact, self.rtol or 0.0, energy=True)
         else:
-            dissipated = stored = np.nan
+            energies = (np.nan, np.nan, np.nan)
             if isinstance(solution, Solution):
-                dissipated, stored = (solution.energy_unit * energy for energy in solution.stored.energies)
+                energies = (solution.energy_unit * energy for energy in solution.stored.energies)
             elif solution is not None:
-                dissipated, stored = solution.dissipated, solution.stored
-            columns = self._derived({"dissipated_energy": dissipated, "stored_energy": stored})
+                energies = solution.dissipated, solution.stored, solution.radiated
+            columns = self._derived(dict(zip(ENERGIES, energies, strict=True)))
         return EnergyBudget(*(shaped(columns[name], shape) for name in BUDGET))
 
     @cached_property
@@ -262,8 +265,9 @@ class ImpactResult:
         xarray.Dataset
             `indentation_depth`, `indentation_velocity`, `force`, `contact_radius` and `kinetic_energy` over `time`,
             with units. With the exact method also `dissipated_energy` and `stored_energy`, in the springs of the
-            foundation and in elements when they left contact. The three energies add up to the kinetic energy before
-            the impact plus the work of the constant force.
+            foundation and in elements when they left contact, and for a target with an impedance `radiated_energy`,
+            `body_velocity` and `target_displacement`. The energies add up to the kinetic energy before the impact
+            plus the work of the constant force.
 
         Raises
         ------
@@ -284,7 +288,8 @@ class ImpactResult:
             trajectory = solution.at(solution.times(n_points) if times is None else times)
         else:
             trajectory = solution.at(times)
-            kinetic = 0.5 * self._column("mass") * trajectory.indentation_velocity**2
+            body_velocity = trajectory.indentation_velocity + trajectory.force / self._column("impedance")
+            kinetic = 0.5 * self._column("mass") * body_velocity**2
             trajectory = trajectory._replace(kinetic_energy=kinetic)
         columns = {name: (one, HISTORY[name]) for name, one in trajectory._asdict().items() if one is not None}
         return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})

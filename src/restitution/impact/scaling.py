@@ -69,6 +69,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
         (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
         (isinstance(bulk, PronySeries) and not bulk.is_elastic, "the bulk relaxes"),
         (bool(np.any(impact.external_force)), "a constant force acts"),
+        (bool(np.any(np.isfinite(impact.impedance))), "the target has an impedance"),
     ]
     for wrong, reason in reasons:
         if wrong:
@@ -91,6 +92,7 @@ class ScaledImpact(NamedTuple):
     """One impact in units of a length L, the time L/v0 and the mass m, with d = s^2.
 
     `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`, `Y_k' = -Y_k/times_k + a v`.
+    If the target moves, v is here the velocity of the indentation, and v + admittance F obeys the second equation.
     The contact radius is a = s^p with the `exponent` p, or that of the `table` of the profile in SI. `first` is the
     scale of s for the first steps; `length`, `time` and `radius` are the units [m], [s], [m].
     """
@@ -100,6 +102,7 @@ class ScaledImpact(NamedTuple):
     times: Array
     viscosity: float
     external_force: float
+    admittance: float
     exponent: float
     table: PathTable | None
     first: float
@@ -115,6 +118,7 @@ class ScaledBlock(NamedTuple):
     equilibria: Array
     viscosities: Array
     external_forces: Array
+    admittances: Array
     offsets: NDArray[np.int64]
     moduli: Array
     times: Array
@@ -139,7 +143,7 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
-            float(self.external_forces[n]), self.exponent, self.table, float(self.firsts[n]),
+            float(self.external_forces[n]), float(self.admittances[n]), self.exponent, self.table, float(self.firsts[n]),
             float(self.length[n]), float(self.time[n]), float(self.radius[n]),
         )  # fmt: skip
 
@@ -149,14 +153,14 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[start]), int(self.offsets[stop]))
         return ScaledBlock(
             self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.external_forces[rows],
-            self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes], self.times[modes],
+            self.admittances[rows], self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes], self.times[modes],
             self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
         )  # fmt: skip
 
 
 def power_block(
     equilibria: Any, viscosities: Any, moduli: Any, times: Any, coefficients: Any, exponent: float,
-    masses: Any, velocities: Any, forces: Any,
+    masses: Any, velocities: Any, forces: Any, impedances: Any,
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of a power-type profile a = c s^p; arguments as in `restitution.impact.batch.Batch`.
 
@@ -182,7 +186,7 @@ def power_block(
         branches = moduli != 0.0
         return ScaledBlock(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
+            forces / (masses * velocities / time), masses / time / impedances, np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
             (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p, None, length, time, radius,
         )  # fmt: skip
 
@@ -204,7 +208,7 @@ _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 
 def table_block(
     profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
-    masses: Array, velocities: Array, forces: Array, depth_factor: float = 4.0, rtol: float = 0.0,
+    masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factor: float = 4.0, rtol: float = 0.0,
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of one profile without a power law, by a table that suffices for the tolerance `rtol` of e.
 
@@ -230,7 +234,7 @@ def table_block(
     with np.errstate(all="ignore"):
         return ScaledBlock(
             np.sqrt(depths / length), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), np.arange(size + 1, dtype=np.int64) * n_modes,
+            forces / (masses * velocities / time), masses / time / impedances, np.arange(size + 1, dtype=np.int64) * n_modes,
             (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table, lengths, time, radii,
         )  # fmt: skip
 

@@ -45,13 +45,16 @@ class Trajectory(NamedTuple):
     kinetic_energy: Array | None = None
     stored_energy: Array | None = None
     dissipated_energy: Array | None = None
+    radiated_energy: Array | None = None
+    body_velocity: Array | None = None
+    target_displacement: Array | None = None
 
 
 class Half(NamedTuple):
     """E elements of S + 1 points of the approach in sigma, or of the rebound in lambda, scaled.
 
     `columns`, shape (E, S + 1, n), are s, v, t, F, H_k; s of the rebound is that of the approach with the same contact
-    radius. `energies` are Y_k, Z_k and the dissipated energy in the approach; in the rebound, the dissipated energy,
+    radius. `energies` are Y_k, Z_k and the energies dissipated and radiated in the approach; in the rebound, these two,
     the energy per length of an element that leaves, and `int a` over it. `share` is the part of the last element that
     belongs to the half; in the approach this element extends past the turning point.
     """
@@ -132,8 +135,8 @@ class Solution:
 
         work, memory = self.stored.work, self.stored.ledger.approach
         starts, lengths = work.places[START, : len(memory)], work.places[LENGTH, : len(memory)]
-        columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-1:3]], axis=1)
-        energies = np.concatenate([memory[:, 1:-1:3], memory[:, 2:-1:3], memory[:, -1:]], axis=1)
+        columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-2:3]], axis=1)
+        energies = np.concatenate([memory[:, 1:-2:3], memory[:, 2:-2:3], memory[:, -2:]], axis=1)
         share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
         return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(energies, 1, 2), share)
 
@@ -144,10 +147,10 @@ class Solution:
 
         work, memory = self.stored.work, self.stored.ledger.rebound
         n = len(memory)
-        columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-3]], axis=1)
+        columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-4]], axis=1)
         return Half(
             work.places[BACK_START, :n], work.places[BACK_LENGTH, :n],
-            np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -3:], 1, 2), 1.0,
+            np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0,
         )  # fmt: skip
 
     def times(self, n_points: int) -> Array:
@@ -165,16 +168,16 @@ class Solution:
         """Return motion and energies at times [s] from 0 to the contact time; others are an `InputError`."""
         moments = within_contact(times, self.contact_time)
         t = np.minimum(moments / self.units.time, self.end)
-        motion, energies = np.empty((t.size, 4)), np.empty((t.size, 2))
+        motion, energies = np.empty((t.size, 4)), np.empty((t.size, 3))
         coming = t <= float(self.stored.work.turning[T_])
         places = self.find(self.approach, T_, t[coming])
         state = self.interpolate(self.approach.columns, *places)
         motion[coming] = np.column_stack([state[:, S_] ** 2, state[:, V_], state[:, F_], state[:, S_]])
         n = self.rates.size
-        Y, Z, lost = np.split(self.interpolate(self.approach.energies, *places), (n, 2 * n), 1)
+        Y, Z, spent = np.split(self.interpolate(self.approach.energies, *places), (n, 2 * n), 1)
         # At first touch the difference is rounding.
         squares = np.maximum(2.0 * state[:, H_:] * Y - Z, 0.0)
-        energies[coming] = np.column_stack([0.5 * squares @ self.moduli, lost])
+        energies[coming] = np.column_stack([0.5 * squares @ self.moduli, spent])
 
         places = self.find(self.rebound, T_, t[~coming])
         state = self.interpolate(self.rebound.columns, *places)
@@ -182,18 +185,26 @@ class Solution:
         sigma[t[~coming] >= self.end] = 0.0
         squares, density, s1 = self._foundation(state, sigma)
         motion[~coming] = np.column_stack([state[:, D_], state[:, V_], state[:, F_], s1])
-        lost, _, released = self.interpolate(self.rebound.energies, *places).T
+        lost, radiated, _, released = self.interpolate(self.rebound.energies, *places).T
         kept = 0.5 * squares @ self.moduli + released - self.radius(s1) * density
-        energies[~coming] = np.column_stack([kept, lost])
+        energies[~coming] = np.column_stack([kept, lost, radiated])
 
         velocity = motion[:, 1] * self.velocity
-        return Trajectory(
+        body_velocity = velocity + (self.units.admittance * self.velocity) * np.maximum(motion[:, 2], 0.0)
+        found = Trajectory(
             np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
             np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
             self.contact_radii(self.radius(motion[:, 3]) * self.units.radius, motion[:, 3] ** 2 * self.units.length),
-            0.5 * self.mass * velocity * velocity,
+            0.5 * self.mass * body_velocity * body_velocity,
             energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
         )  # fmt: skip
+        if self.units.admittance == 0.0:
+            return found
+        # By momentum: the target moves with F/Z.
+        moved = (self.units.admittance * self.units.time) * (self.velocity - body_velocity)
+        return found._replace(
+            radiated_energy=energies[:, 2] * self.energy_unit, body_velocity=body_velocity, target_displacement=moved
+        )
 
     def _foundation(self, state: Array, sigma: Array) -> tuple[Array, Array, Array]:
         """Return integrals of w_k^2, energy per length at the edge of contact, and s, for the approach at sigma."""
@@ -280,16 +291,18 @@ class SampledSolution(NamedTuple):
     status: Status
     dissipated: float = math.nan
     stored: float = math.nan
+    radiated: float = math.nan
     time_step: float = math.nan
     restitution_error: float = math.nan
 
 
 class Sampled(NamedTuple):
-    """Samples of the motion, and the energies dissipated and stored [J], NaN where the method has none."""
+    """Samples of the motion, and the energies dissipated, stored and radiated [J], NaN where the method has none."""
 
     trajectory: Trajectory
     dissipated: float = math.nan
     stored: float = math.nan
+    radiated: float = math.nan
 
     def at(self, times: ArrayLike | None) -> Trajectory:
         """Return the samples, or linear interpolants at the given times [s]."""

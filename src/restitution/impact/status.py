@@ -18,6 +18,7 @@ class Status(IntEnum):
     NOT_ACCURATE = outcome.NOT_ACCURATE
     TOO_DEEP = outcome.TOO_DEEP
     INADMISSIBLE = outcome.INADMISSIBLE
+    LOADED_AGAIN = outcome.LOADED_AGAIN
 
     @property
     def message(self) -> str:
@@ -33,7 +34,7 @@ class Status(IntEnum):
 _MESSAGES = {
     Status.SEPARATED: "the body separated; the result is within the tolerance",
     Status.SINKS_IN: "the material is a liquid at long times, and the body sinks in without turning back: e = 0",
-    Status.CAPTURED: "the constant force holds the body in contact: it does not separate in its first rebound, e = 0",
+    Status.CAPTURED: "the constant force, or a target that takes all of its energy, holds the body in contact: e = 0",
     Status.TOO_MANY_STEPS: (
         "the step limit was reached before separation; loosen rtol or check for extreme relaxation times"
     ),
@@ -44,6 +45,10 @@ _MESSAGES = {
     Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
     Status.TOO_DEEP: "the indentation is deeper than the profile; extend the profile",
     Status.INADMISSIBLE: "the numbers of this impact are out of range; check the combination of values along the axes",
+    Status.LOADED_AGAIN: (
+        "the contact grows again before it ends, as the force relaxes faster than the target stops the body; the theory "
+        "has one approach and one rebound"
+    ),
 }
 
 

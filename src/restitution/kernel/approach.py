@@ -3,6 +3,9 @@
     ds/dsigma = v,  dv/dsigma = -2 s (F - F0),  dY_k/dsigma = -2 s Y_k/tau_k + dPi/dsigma,
     dW_k/dsigma = -2 s W_k/tau_k + dv/dsigma,  F = E Pi + eta a v + sum E_k Y_k.
 
+Here v is the velocity of the indentation. If the target moves with the velocity z F, that of the body is v + z F, and
+the second equation gets the term -z dF/dsigma.
+
 Every right-hand side is smooth at first touch. The modes are linear and are eliminated: only s at the nodes is
 unknown. Stored elements contain s, v, t, F and, for each mode, Y_k and W_k.
 """
@@ -12,8 +15,8 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dashpot import add_dashpot, dashpot_coupling
-from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, tail
+from restitution.kernel.dashpot import add_dashpot, add_target, dashpot_coupling
+from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, product, tail
 from restitution.kernel.kinks import (
     SPACING,
     kink_effect,
@@ -41,6 +44,7 @@ from restitution.kernel.workspace import (
     RADIUS,
     S_,
     SPEED,
+    SLOPE,
     START,
     SUM,
     T_,
@@ -106,7 +110,9 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         work.vectors, work.inverses, work.modes[0], work.matrices[SUM], work.matrices[JACOBIAN],
     )  # fmt: skip
     eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
-    s0, v0 = table[S_, 0], table[V_, 0]
+    z = problem.admittance
+    implicit = eta > 0.0 or z > 0.0
+    s0, v0, F0 = table[S_, 0], table[V_, 0], table[F_, 0]
     Pi0 = radius_and_integral(problem.path, s0)[1]
     straight = s0 + (h * v0) * read8(scheme.c, 1)
     previous, drift, iterations = math.inf, 0.0, 0
@@ -144,24 +150,27 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
                     Yk = refined(problem, scheme, work, k, start, Yk, r, h)
             write8(Y, k, 0, Yk)
             F = F + E * Yk
-        if eta > 0.0:
+        if implicit:
             write8(vectors, UNKNOWN, 0, s)
             write8(vectors, FORCE, 0, F)
             write8(vectors, RADIUS, 0, a)
-            add_dashpot(problem, scheme, work, v0, h)
+            add_dashpot(problem, scheme, work, v0, F0, h)
             F, v = read8(vectors, FORCE, 0), read8(vectors, SPEED, 0)
         g = r * (F - external_force)
         if final_round:
             break
-        residual = s - s0 - h * matvec(A, v) if eta > 0.0 else s - straight + (h * h) * matvec(scheme.square, g)
+        residual = s - s0 - h * matvec(A, v) if implicit else s - straight + (h * h) * matvec(scheme.square, g)
         if refactor:
             diagonal = r * slope + 2.0 * (F - external_force)
-            if eta > 0.0:
+            if implicit:
                 dashpot_coupling(problem, scheme, work)
                 diagonal = diagonal + r * read8(vectors, RADIUS, 0)
+            if z > 0.0:
+                write8(vectors, SLOPE, 0, slope)
+                add_target(problem, scheme, work, h)
             for j in range(WIDTH):
                 column = r * read8(G, j, 0) + read8(unit, j, 0) * diagonal[j]
-                column = matvec(work.matrices[COUPLING] if eta > 0.0 else scheme.square, column)
+                column = matvec(work.matrices[COUPLING] if implicit else scheme.square, column)
                 write8(J, j, 0, read8(unit, j, 0) + (h * h) * column)
             invert(work.matrices, JACOBIAN)
         step = matvec(J, residual)
@@ -181,7 +190,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         refactor = verdict == FACTOR
         renewed = renewed or (refactor and size < ROUNDING)
         previous = size
-    v = v0 - h * matvec(A, g)
+    v = v0 - h * matvec(A, g) - z * (F - F0)
     write8(table, S_, 1, s)
     write8(table, V_, 1, v)
     write8(table, T_, 1, table[T_, 0] + h * matvec(A, r))
@@ -203,11 +212,10 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
 
 
 @inlined
-def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float) -> None:
+def _predict(scheme: Scheme, work: Work, element: int, slope: float, h: float) -> None:
     """Predict s at the nodes by extrapolation of the last element, or by a parabola if the length jumps."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
-    slope = -2.0 * s0 * (table[F_, 0] - problem.external_force)
     ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
     x = h * read8(scheme.c, 1)
     s = broadcast(0.0)
@@ -222,16 +230,14 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
 
 
 @compiled
-def _length_to(
-    problem: Problem, scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float
-) -> float:
+def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float) -> float:
     """Predicted length, at most h, of an element that ends at s = end."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
     inside = v0 * v0 + 2.0 * slope * (end - s0)
     length = min(2.0 * (end - s0) / (v0 + math.sqrt(max(inside, 0.0))), h)
     for _ in range(2):
-        _predict(problem, scheme, work, element, length)
+        _predict(scheme, work, element, slope, length)
         reached = work.vectors[UNKNOWN, WIDTH - 1] - s0
         if reached > 0.0:
             length = min(length * min(max((end - s0) / reached, _CORRECTION[0]), _CORRECTION[1]), h)
@@ -256,11 +262,12 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     table = work.approach[0]
     for n in range(rows):
         table[n, 0] = 0.0
-    table[V_, 0] = 1.0
+    # A dashpot under a flat face has a force at once, which moves the target at once.
+    drag = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
+    table[V_, 0] = 1.0 / (1.0 + problem.admittance * drag)
     for n in range(MODES_ + 1, rows, 2):
-        table[n, 0] = 1.0
-    # A dashpot under a flat face has a force at once.
-    table[F_, 0] = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
+        table[n, 0] = table[V_, 0]
+    table[F_, 0] = drag * table[V_, 0]
     sigma, attempts = 0.0, 0
     glass = problem.equilibrium
     for k in range(problem.moduli.shape[0]):
@@ -276,10 +283,11 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         if not h > _SHORTEST * sigma + _SHORTEST_FIRST:
             return STEP_TOO_SMALL
         table = work.approach[element]
-        if element > 0:
-            slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
-            if slope < 0.0:
-                h = min(h, _PAST_TURNING * table[V_, 0] / -slope)
+        slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
+        if problem.admittance > 0.0 and element > 0:
+            slope = product(scheme.derivative[S], work.approach[element - 1, V_]) / work.places[LENGTH, element - 1]
+        if element > 0 and slope < 0.0:
+            h = min(h, _PAST_TURNING * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
             # Elements must not extend far beyond the table, where its polynomials are meaningless.
             end = problem.path.end
@@ -287,14 +295,13 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
                 return TOO_DEEP
             h = min(h, _PAST_TABLE * end + (end - table[S_, 0]) / table[V_, 0])
             if missed == 0:
-                slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
                 if behind >= 0:
                     h = length_beyond(problem, glass, behind, table[V_, 0], h, KINK_TAIL * accept)
                 unhindered = h
                 target = next_kink(problem, glass, ahead, table[S_, 0], table[V_, 0], slope, h, KINK_EFFECT * accept)
                 if target >= 0:
-                    h = _length_to(problem, scheme, work, element, kinks[target], slope, h)
-        _predict(problem, scheme, work, element, h)
+                    h = _length_to(scheme, work, element, kinks[target], slope, h)
+        _predict(scheme, work, element, slope, h)
         iterations = approach_element(problem, scheme, work, table, h, accept)
         work.counts[N_FACTOR] += 1
         if iterations < 0:
@@ -354,8 +361,9 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
         # The velocity is below the tolerance of e. A force that does not fade with it would drive the body back.
         least = _FADED * accept
-        fades = 2.0 * table[F_, S] * table[V_, 0] < table[F_, 0] * least
-        slow = table[V_, S] < _STOPPED or (fades and 2.0 * table[V_, S] < least)
+        speed = table[V_, S] + problem.admittance * table[F_, S]
+        fades = 2.0 * table[F_, S] * (table[V_, 0] + problem.admittance * table[F_, 0]) < table[F_, 0] * least
+        slow = speed < _STOPPED or (fades and 2.0 * speed < least)
         stops = problem.equilibrium == 0.0 and (balanced or creeps or slow)
         if stops or creeps or (balanced and table[V_, S] < _AT_REST):
             for n in range(rows):

@@ -1,4 +1,4 @@
-"""Parallel dashpot in an element of the approach; its force eta a v makes the velocity implicit."""
+"""Parallel dashpot, or a target that moves, in an element of the approach: both make the velocity implicit."""
 
 from restitution.kernel.compile import compiled
 from restitution.kernel.dense import invert, matvec
@@ -6,22 +6,25 @@ from restitution.kernel.lanes import WIDTH, read8, write8
 from restitution.kernel.modes import write_matrix
 from restitution.kernel.path import radius_slope
 from restitution.kernel.radau import Scheme
-from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SPEED, UNKNOWN, Problem, Work
+from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SLOPE, SPEED, SUM, UNKNOWN, Problem, Work
 
 
 @compiled
-def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, h: float) -> None:
+def add_dashpot(problem: Problem, scheme: Scheme, work: Work, v0: float, start: float, h: float) -> None:
     """Add the force eta a v of a parallel dashpot to F and solve for v; store the inverse in `matrices[DASHPOT]`.
 
-    (I + h A diag(eta r a)) v = v0 - h A r (F - F0), with F without the dashpot.
+    (I + diag(z eta a) + h A diag(eta r a)) v = v0 - h A r (F - F0) - z (F - F(0)), with F without the dashpot, but
+    with it in F(0) = `start`, and the admittance z.
     """
-    A, vectors, M = scheme.columns, work.vectors, work.matrices[DASHPOT]
+    A, vectors, M, z = scheme.columns, work.vectors, work.matrices[DASHPOT], problem.admittance
     F, a = read8(vectors, FORCE, 0), read8(vectors, RADIUS, 0)
     r = 2.0 * read8(vectors, UNKNOWN, 0)
     braking = (h * problem.viscosity) * (r * a)
     write_matrix(scheme, work.matrices, DASHPOT, braking)
+    for j in range(WIDTH):
+        M[j, j] += z * problem.viscosity * a[j]
     invert(work.matrices, DASHPOT)
-    v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)))
+    v = matvec(M, v0 - h * matvec(A, r * (F - problem.external_force)) - z * (F - start))
     write8(vectors, SPEED, 0, v)
     write8(vectors, FORCE, 0, F + problem.viscosity * (a * v))
 
@@ -36,3 +39,17 @@ def dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
     for i in range(WIDTH):
         slope = radius_slope(problem.path, vectors[UNKNOWN, i], vectors[RADIUS, i])
         vectors[RADIUS, i] = problem.viscosity * slope * vectors[SPEED, i]
+
+
+@compiled
+def add_target(problem: Problem, scheme: Scheme, work: Work, h: float) -> None:
+    """Turn `matrices[SUM]`, the coupling of F through the modes, into that of F + z/h (A r)^-1 F.
+
+    `vectors[SLOPE]` contains the rest of the slope of F, and `vectors[RADIUS]` that of its dashpot.
+    """
+    vectors, coupling = work.vectors, work.matrices[SUM]
+    weight = (0.5 * problem.admittance / h) / read8(vectors, UNKNOWN, 0)
+    slope = read8(vectors, SLOPE, 0) + read8(vectors, RADIUS, 0)
+    for j in range(WIDTH):
+        column = read8(coupling, j, 0)
+        write8(coupling, j, 0, column + weight * matvec(scheme.inverse, column + read8(scheme.identity, j, 0) * slope[j]))

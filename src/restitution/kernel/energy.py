@@ -55,24 +55,25 @@ _SHARE = 0.5  # part over what is left of the element
 class Ledger(NamedTuple):
     """Memory and energies along an impact with N modes and E elements of S = 8 stages in each half."""
 
-    approach: Any  # (E, 3 (N + 1) + 1, S + 1): H_k, Y_k, Z_k of each mode in turn; last the energy dissipated
-    # (E, N + 4, S + 1): H_k; then the energy dissipated, the energy per length of an element that leaves, and `int a`
-    # over it
+    # (E, 3 (N + 1) + 2, S + 1): H_k, Y_k, Z_k of each mode in turn; last the energies dissipated and radiated
+    approach: Any
+    # (E, N + 5, S + 1): H_k; then the energies dissipated and radiated, the energy per length of an element that
+    # leaves, and `int a` over it
     rebound: Any
     slope: Any  # (S + 1,): slope of the energy per length
     past: Any  # (3 (N + 1), S): the memory at the instants t1 of a rebound element's nodes
-    present: Any  # (3 (N + 1) + 1,): the approach's rows at the turning point
+    present: Any  # (3 (N + 1) + 2,): the approach's rows at the turning point
 
 
 def allocate_ledger(N: int, elements: int) -> Ledger:
     """Room for the energy budget."""
     rows = 3 * (N + 1)
     return Ledger(
-        np.zeros((elements, rows + 1, WIDTH + 1)),
-        np.zeros((elements, N + 4, WIDTH + 1)),
+        np.zeros((elements, rows + 2, WIDTH + 1)),
+        np.zeros((elements, N + 5, WIDTH + 1)),
         np.zeros(WIDTH + 1),
         np.zeros((rows, WIDTH)),
-        np.zeros(rows + 1),
+        np.zeros(rows + 2),
     )
 
 
@@ -98,14 +99,15 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
         for n in range(memory.shape[0]):
             memory[n, 0] = ledger.approach[element - 1, n, WIDTH] if element > 0 else 0.0
         h = work.places[LENGTH, element]
-        s, v = read8(table, S_, 1), read8(table, V_, 1)
+        s, v, F = read8(table, S_, 1), read8(table, V_, 1), read8(table, F_, 1)
         a, Pi = radii_and_integrals(problem.path, s, work.vectors[VALUES:])
         pace = 2.0 * s
         source = pace * v
         power = problem.viscosity * (a * v * source)
         if element == 0:
             # a(s) may have an infinite slope at first touch: int v dPi by parts, and so Y below.
-            power = (problem.viscosity * Pi) * (pace * (read8(table, F_, 1) - problem.external_force))
+            power = (problem.viscosity * Pi) * (pace * (F - problem.external_force))
+            power = power - (problem.viscosity * problem.admittance) * (F * a * source)
         for k in range(N + 1):
             rows = memory[3 * k : 3 * k + 3]
             # Sources: dd of H, a dd of Y, 2 a H dd of Z, which decays at twice the rate.
@@ -126,11 +128,18 @@ def _approach(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> N
         lost = memory[3 * (N + 1)]
         dissipated = lost[0] + h * matvec(scheme.columns, power)
         if element == 0:
-            dissipated = dissipated + problem.viscosity * (v * Pi)
+            dissipated = dissipated + problem.viscosity * ((v + problem.admittance * F) * Pi)
         write8(lost, 1, dissipated)
+        _radiate(problem, scheme, memory[3 * (N + 1) + 1], F, pace, h)
     last = work.counts[N_APPROACH]
     x = (work.turning_place[0] - work.places[START, last]) / work.places[LENGTH, last]
     interpolate(scheme, work, ledger.approach[last], min(x, 1.0), ledger.present)
+
+
+@inlined
+def _radiate(problem: Problem, scheme: Scheme, radiated: Any, F: Any, pace: Any, h: float) -> None:
+    """Continue the energy z F^2 dt that the target carries away over an element."""
+    write8(radiated, 1, radiated[0] + (h * problem.admittance) * matvec(scheme.columns, F * F * pace))
 
 
 @compiled
@@ -193,8 +202,9 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
         first[k, 0] = ledger.present[3 * k]
     first[0, 0] = work.turning[S_] ** 2
     first[N + 1, 0] = ledger.present[3 * (N + 1)]
-    first[N + 2, 0] = 0.0
+    first[N + 2, 0] = ledger.present[3 * (N + 1) + 1]
     first[N + 3, 0] = 0.0
+    first[N + 4, 0] = 0.0
     for element in range(last + 1):
         table, rows = work.rebound[element], ledger.rebound[element]
         if element > 0:
@@ -223,7 +233,8 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
             power = power + (problem.moduli[k] * rate) * _squares(past, k + 1, a, H, X)
             left = H - X * read8(past, 3 * k + 3, 0)
             density = density + (0.5 * problem.moduli[k]) * (left * left)
-        lost, leaving, released = rows[N + 1], rows[N + 2], rows[N + 3]
+        lost, leaving, released = rows[N + 1], rows[N + 3], rows[N + 4]
+        _radiate(problem, scheme, rows[N + 2], read8(table, F_, 1), pace, h)
         write8(leaving, 1, density)
         for i in range(WIDTH + 1):
             ledger.slope[i] = product(scheme.derivative[i], leaving)
@@ -237,8 +248,8 @@ def _rebound(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> No
 
 
 @entry_point
-def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float]:
-    """Energy dissipated during an impact and stored at its end, in units of m v0^2; fills the ledger.
+def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) -> tuple[float, float, float]:
+    """Energy dissipated in an impact, stored at its end, and radiated, in units of m v0^2; fills the ledger.
 
     `work` contains an impact that ended in separation. The function is a separate entry point, so that it is compiled
     only if the energy is requested.
@@ -247,4 +258,4 @@ def energy_budget(problem: Problem, scheme: Scheme, work: Work, ledger: Ledger) 
     _rebound(problem, scheme, work, ledger)
     N = problem.moduli.shape[0]
     rows = ledger.rebound[work.counts[N_REBOUND]]
-    return rows[N + 1, WIDTH], rows[N + 3, WIDTH]
+    return rows[N + 1, WIDTH], rows[N + 4, WIDTH], rows[N + 2, WIDTH]

@@ -11,6 +11,7 @@ from restitution.kernel.outcome import (
     CAPTURED,
     CONTACT_TIME,
     FACTORISATIONS,
+    LOADED_AGAIN,
     MAX_DEPTH,
     MAX_FORCE,
     MAX_RADIUS,
@@ -122,6 +123,7 @@ def solve_block(
     equilibria: Any,
     viscosities: Any,
     external_forces: Any,
+    admittances: Any,
     offsets: Any,
     moduli: Any,
     times: Any,
@@ -137,7 +139,15 @@ def solve_block(
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
-        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosities[n], external_forces[n], path)
+        problem = Problem(
+            equilibria[n],
+            moduli[low:high],
+            times[low:high],
+            viscosities[n],
+            external_forces[n],
+            admittances[n],
+            path,
+        )
         outcome = outcomes[n]
         for column in range(outcome.shape[0]):
             outcome[column] = math.nan
@@ -178,7 +188,7 @@ def solve_block(
                     sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue
-            if status < TOO_MANY_STEPS or status == TOO_DEEP:
+            if status < TOO_MANY_STEPS or status in (TOO_DEEP, LOADED_AGAIN):
                 break
             # From a turning point of coarse elements a rebound may fail to start; finer ones succeed.
             finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER

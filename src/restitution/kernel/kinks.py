@@ -1,7 +1,7 @@
 """Kinks of a profile: elements end at the kinks that matter.
 
 Beyond a kink `a = smooth + strength z^p` with z = s - kink and a half-integer p >= 3/2. The force has a term z^(p+1),
-or z^p with a dashpot, and the velocity one of z^(p+2). An element that contains the kink loses its order. The end of
+or z^p with a dashpot, and the velocity one of z^(p+2), or z^(p+1) if the target moves. An element that contains the kink loses its order. The end of
 an element that begins there is only as accurate as its inside.
 """
 
@@ -26,12 +26,12 @@ _NO_TAIL = 1e-300
 
 @inlined
 def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h: float) -> float:
-    """Bound of the change of velocity due to a kink up to z beyond it, at velocity v within a length h of sigma."""
+    """Bound of the change of velocity or s due to a kink up to z beyond it, at velocity v within a length h of sigma."""
     path = problem.path
     s, p = path.kinks[kink], path.power
     radius = abs(path.strengths[kink]) * z**p
     force = (glass * 2.0 * s * z / (p + 1.0) + problem.viscosity * v) * radius
-    return 2.0 * s * force * min(z / v, h)
+    return (2.0 * s + problem.admittance) * force * min(z / v, h)
 
 
 @compiled
@@ -57,7 +57,7 @@ def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float,
     """Length, at most h, of an element that begins at a kink, such that its tail is about `allowed`."""
     tail = _TAIL * kink_effect(problem, glass, kink, v, h * v, h)
     p = problem.path.power
-    power = 1.0 / (p + 1.0) if problem.viscosity > 0.0 else 1.0 / (p + 2.0)
+    power = 1.0 / (p + 1.0) if problem.viscosity > 0.0 or problem.admittance > 0.0 else 1.0 / (p + 2.0)
     return h * min(1.0, (allowed / max(tail, _NO_TAIL)) ** power)
 
 

@@ -4,6 +4,10 @@
     psi = E v - eta (F - F0) + sum E_k [W_k + X_k (v1 - W1_k)],  F = E Pi1 + sum E_k X_k Y1_k,
     dv/dlambda = -(F - F0) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
+Here v is the velocity of the indentation. If the target moves with the velocity z F, the rates of v get the term
+-z dF/dlambda, with `dF/dlambda = -2 s1 v1 a1 phi + F_t u` and `F_t = -sum E_k X_k Y1_k/tau_k`. With a dashpot the first
+line becomes `u (psi - eta z F_t) + 2 s1 v1 phi (1 + eta z a1) = 0`.
+
 The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where there is no node.
 Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
 """
@@ -18,7 +22,7 @@ from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrang
 from restitution.kernel.kinks import missed_rebound
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, smallest, write8
 from restitution.kernel.modes import LAG, factor_modes, refined
-from restitution.kernel.outcome import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
+from restitution.kernel.outcome import CAPTURED, LOADED_AGAIN, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
@@ -34,6 +38,7 @@ from restitution.kernel.workspace import (
     N_APPROACH,
     N_FACTOR,
     N_REBOUND,
+    RADIUS,
     S_,
     START,
     SUM,
@@ -74,6 +79,7 @@ _BEYOND_KINK = 1.01  # factor by which an element may exceed that of the approac
 # Capture, where the edge of contact turns outwards.
 _PAUSE = 1e3  # dt/dlambda over s at the turning point
 _PAUSE_LENGTH = 1e-9  # length of an element over sigma at the turning point
+_AT_REST = 1e-6  # rest of the way over that at which a flat face comes to rest on a target that moves
 
 
 @inlined
@@ -82,8 +88,8 @@ def rebound_element(
 ) -> int:
     """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the other columns.
 
-    `work.vectors[UNKNOWN]` contains the predicted u at the nodes, `work.past` the stored approach there and
-    `work.vectors[INTEGRAL]` its Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or
+    `work.vectors[UNKNOWN]` contains the predicted u at the nodes, `work.past` the stored approach there, and
+    `work.vectors[RADIUS]` and `[INTEGRAL]` its a and Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or
     -1 if they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
@@ -92,8 +98,10 @@ def rebound_element(
     J, G, M = work.matrices[JACOBIAN], work.matrices[SUM], work.matrices[WEIGHTED]
     v0 = table[V_, 0]
     eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
+    z = problem.admittance
+    brake = eta * z
     v1, r1 = read8(past, V_, 0), 2.0 * read8(past, S_, 0)
-    past_depth_slope = r1 * v1
+    past_depth_slope = r1 * v1 * (1.0 + brake * read8(work.vectors, RADIUS, 0))
     # The delay is integrated: a difference of times would lose digits that matter for fast modes.
     elapsed = delay + h * matvec(A, r1)
     Pi = read8(work.vectors, INTEGRAL, 0)
@@ -127,12 +135,12 @@ def rebound_element(
             F = F + force_k
             phi = phi + x
             memory = memory + memory_k
-            if refactor:
+            if refactor or brake > 0.0:
                 F_t = F_t - force_k * inverse
                 phi_t = phi_t - x * inverse
-                psi_t = psi_t - memory_k * inverse
-        v = v0 - h * matvec(A, (F - external_force) * u)
-        psi = equilibrium * v - eta * (F - external_force) + memory
+                psi_t = psi_t - (memory_k + (brake * inverse) * force_k) * inverse
+        v = v0 - h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
+        psi = equilibrium * v - eta * (F - external_force) + memory - brake * F_t
         mode_slope = broadcast(0.0)
         if refactor:
             factor_modes(problem, scheme, work, u, h)
@@ -168,7 +176,7 @@ def rebound_element(
             direct = h * (u * (psi_t - eta * F_t) + past_depth_slope * phi_t)
             for j in range(WIDTH):
                 column = read8(A, j, 0)
-                change = -h * (column * net[j] + matvec(A, row * column))
+                change = -h * (column * net[j] + matvec(A, row * column)) - (h * z) * (F_t * column)
                 change = matvec(G, change) + read8(M, j, 0) - read8(unit, j, 0) * mode_slope[j]
                 write8(J, j, 0, u * change + direct * column + read8(unit, j, 0) * psi[j])
             invert(work.matrices, JACOBIAN)
@@ -231,6 +239,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         if work.turning[F_] * problem.times[k] * problem.moduli[k] > _MATTERS * tolerance * amplitude * glass:
             h = min(h, _OF_RELAXATION * problem.times[k] / (2.0 * s_m))
+    may_grow = problem.external_force > 0.0 or problem.admittance > 0.0
     kink = work.counts[N_APPROACH]
     position = 0.0
     delay = 0.0
@@ -240,11 +249,12 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         attempts += 1
         if element >= work.rebound.shape[0] - 1 or attempts > ATTEMPTS * work.rebound.shape[0]:
             return TOO_MANY_STEPS
-        # Under a constant force the contact may grow again. There psi vanishes, dt/dlambda diverges as the inverse
-        # root of the distance in lambda, and rounding would stop the elements before that instant.
+        # Under a constant force, or on a target that moves, the contact may grow again. There psi vanishes, dt/dlambda
+        # diverges as the inverse root of the distance in lambda, and rounding would stop the elements before that.
         paused = element > 0 and work.slopes[element - 1, S - 1] > _PAUSE * s_m
-        if problem.external_force > 0.0 and paused and h < _PAUSE_LENGTH * sigma_m:
-            return CAPTURED
+        if may_grow and paused and h < _PAUSE_LENGTH * sigma_m:
+            at_rest = sigma_m - position < _AT_REST * sigma_m
+            return CAPTURED if problem.external_force > 0.0 or at_rest else LOADED_AGAIN
         if not h > _SHORTEST * sigma_m:
             return STEP_TOO_SMALL
         left = sigma_m - position
@@ -267,7 +277,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if final:
             sigma = at_least(sigma, 0.0)
         place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
-        Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])[1]
+        a, Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])
+        write8(work.vectors, RADIUS, 0, a)
         write8(work.vectors, INTEGRAL, 0, Pi)
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
@@ -298,8 +309,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         previous = h
         hint = place
         delay = work.vectors[DELAY, S - 1]
-        if problem.external_force > 0.0 and table[V_, S] >= 0.0:
-            return CAPTURED
+        if may_grow and table[V_, S] >= 0.0:
+            return CAPTURED if problem.external_force > 0.0 else LOADED_AGAIN
         if final:
             break
         position += h

@@ -12,6 +12,7 @@ S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 
 # Rows of `vectors`, values at the nodes. UNKNOWN is s in the approach and u = dt/dlambda in the rebound.
 UNKNOWN, RADIUS, INTEGRAL, SPEED, FORCE, DELAY, BASIS, VALUES, N_VECTORS = 0, 1, 2, 3, 4, 5, 6, 7, 9
+SLOPE = DELAY  # of the force, in the approach, which has no delay
 # Members of `matrices`: inverse of the Jacobian, sums over the modes, coupling of the modes, inverse of the dashpot.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
 # Rows of `places`: start and length of an element in sigma and in lambda; whether one of the approach starts at a
@@ -24,7 +25,8 @@ N_APPROACH, N_REBOUND, N_FACTOR = range(3)
 class Problem(NamedTuple):
     """One impact in units with mass and impact velocity 1, d = s^2 and a = a(s).
 
-    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, and v' = -(F - external_force).
+    F = equilibrium Pi + viscosity a v + sum moduli_k Y_k, d' = v, and v + admittance F, the velocity of the body, has
+    the rate -(F - external_force).
     """
 
     equilibrium: float
@@ -32,6 +34,7 @@ class Problem(NamedTuple):
     times: Any
     viscosity: float
     external_force: float
+    admittance: float  # velocity of the target over the force; 0 for a target that does not move
     path: Path
 
 

@@ -23,7 +23,7 @@ from restitution.doubts import Tally
 from restitution.errors import InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
-from restitution.quantities import QUADRATURES, STATUS, VALIDITY, needs
+from restitution.quantities import ENERGIES, STATUS, VALIDITY, needs
 from restitution.sweeps.grid import Grid, Index
 from restitution.sweeps.templates import Assembly, Template
 from restitution.validity import COLUMNS, Numbers, together
@@ -148,7 +148,7 @@ class Plan:
             tick(finished - done)
             done = finished
 
-        energy, pressure = needs(self.outputs, QUADRATURES), needs(self.outputs, {"max_pressure"})
+        energy, pressure = needs(self.outputs, ENERGIES), needs(self.outputs, {"max_pressure"})
         return batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
 
 

@@ -295,5 +295,6 @@ def _batches(
     bodies = [columns.get(name, np.full(n, getattr(impact, name))) for name in BODY]
     material = {name: column for name, column in columns.items() if name not in (*BODY, *names)}
     for places, series in material_rows(impact, material, n, prepared.held, tick, strict=strict):
-        mass, velocity, force, c = (column[places] for column in (*bodies, coefficient))
-        yield places, Batch(*series, mass, velocity, force, c, float(np.asarray(exponent)))
+        mass, velocity, force, impedance, c = (column[places] for column in (*bodies, coefficient))
+        batch = Batch(*series, mass, velocity, force, c, float(np.asarray(exponent)), impedances=impedance)
+        yield places, batch
