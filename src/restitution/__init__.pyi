@@ -37,6 +37,8 @@ from .impact import closed_forms as closed_forms
 from .impact.bounces import Bounces as Bounces
 from .impact.bounces import bounces as bounces
 from .impact.elements import element_history as element_history
+from .impact.impedance import plate_impedance as plate_impedance
+from .impact.impedance import rod_impedance as rod_impedance
 from .impact.problem import Body as Body
 from .impact.problem import Impact as Impact
 from .impact.problem import collision as collision

@@ -188,6 +188,7 @@ def numbers(
     restitution_coefficient: ArrayLike = math.nan,
     residual_indentation_depth: ArrayLike = math.nan,
     body_size: ArrayLike = math.nan,
+    impedance: ArrayLike = math.inf,
 ) -> Numbers:
     """Return the numbers that the report compares, for contacts of one kind or each of its own.
 
@@ -196,11 +197,11 @@ def numbers(
     the target; that of the contact counts too. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    radius, depth, speed, time, mass, force, e, residual, tip, ball, slope, size, thickness = (
+    radius, depth, speed, time, mass, force, e, residual, tip, ball, slope, size, thickness, Z = (
         np.asarray(column, dtype=np.float64).reshape(-1)
         for column in np.broadcast_arrays(
             max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force,
-            restitution_coefficient, residual_indentation_depth, *_sizes(contacts, body_size),
+            restitution_coefficient, residual_indentation_depth, *_sizes(contacts, body_size), impedance,
         )
     )  # fmt: skip
     # Impacts of the same materials share one row of numbers.
@@ -217,8 +218,8 @@ def numbers(
         # The change of momentum and the last depth give the centroid of the force.
         skewness = (1.0 - residual / (speed * time)) / (1.0 + e) - 0.5
         wave_speed, wave_energy = radiated([one.materials for one in kinds.values()], kind, time, force, skewness)
-        # Waves that come back before the contact ends bring their energy back.
-        kept = 2.0 * thickness <= wave_speed * time
+        # Waves that come back bring their energy back, and the energy budget has those of an impedance.
+        kept = (2.0 * thickness <= wave_speed * time) | np.isfinite(Z)
         return Numbers(
             strain_number=np.fmax(np.fmax(radius / tip, depth / radius), slope),
             contact_size_ratio=radius / size,
@@ -344,12 +345,11 @@ def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
 def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
     share, deep = one.radiated_energy_ratio, f"{0.5 * one.wave_speed * one.contact_time:.3g} m"
     if share == 0.0:
-        return f"they return before the contact ends, as the target is not deeper than {deep}", ""
+        return f"they return in contact, as the target is not deeper than {deep}, or count by its impedance", ""
+    text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, "
+    text += f"in a target deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
     if math.isnan(share):
         text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}"
-    else:
-        text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, "
-        text += f"in a target deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
     advice = "Expect a lower rebound where the target is that deep, or state its size; take a lower velocity."
     return f"{text}; c = {one.wave_speed:.3g} m/s", advice
 

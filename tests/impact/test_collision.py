@@ -104,10 +104,10 @@ def test_sizes_and_velocities_broadcast():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Body(RUBBER, radius=0.0), "radius = 0 m: must be finite and > 0"),
-        (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), "radius = -inf m: must be finite and > 0"),
-        (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), "radius[1] = -1 m: must be finite and > 0"),
-        (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be finite and > 0"),
+        (lambda: Body(RUBBER, radius=0.0), "radius = 0 m: must be > 0"),
+        (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), "radius = -inf m: must be > 0"),
+        (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), "radius[1] = -1 m: must be > 0"),
+        (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be > 0"),
         (
             lambda: Body(SOFT, radius=0.1),
             "mass: must be given for a ball whose material has no density",

@@ -1,6 +1,7 @@
 """Results: quantities, history with energies, energy budget, picture."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def test_dictionary_holds_plain_numbers():
     found = result.to_dict()
     assert found["restitution_coefficient"] == result.restitution_coefficient
     assert found["energy"]["dissipated"] == result.energy.dissipated
-    assert set(found["energy"]) == {"kinetic_in", "kinetic_out", "dissipated", "stored", "residual"}
+    assert set(found["energy"]) == {"kinetic_in", "kinetic_out", "dissipated", "stored", "radiated", "residual"}
     assert found["status"] is Status.SEPARATED
     assert found["warnings"] == result.warnings
     numbers = [value for value in found.values() if isinstance(value, float)]
@@ -67,10 +68,12 @@ def test_energy_adds_up(method):
 
 
 def test_history_has_units_and_the_ends():
-    history = solve(BALL).history
-    assert set(history.data_vars) == set(HISTORY) - {"time"}
-    assert all(history[name].attrs["units"] == quantity.unit for name, quantity in HISTORY.items())
-    assert all(history[name].attrs["long_name"] for name in HISTORY)
+    history, moving = solve(BALL).history, solve(replace(BALL, impedance=10.0)).history
+    assert set(moving.data_vars) == set(HISTORY) - {"time"}
+    of_target = {"radiated_energy", "body_velocity", "target_displacement"}
+    assert set(history.data_vars) == set(HISTORY) - {"time"} - of_target
+    assert all(moving[name].attrs["units"] == quantity.unit for name, quantity in HISTORY.items())
+    assert all(moving[name].attrs["long_name"] for name in HISTORY)
     assert history.time.attrs["units"] == "s"
     assert history.sizes["time"] == 401
     assert history.attrs == {"method": "exact", "rtol": 1e-9}

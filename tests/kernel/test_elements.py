@@ -68,7 +68,7 @@ def _changed() -> Scheme:
 
 def _swinging(end, count, prediction=None, scheme=SCHEME):
     """Nodes, stored elements and state at `end` of a body that swings under a constant force from s = 1 on."""
-    problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, power_path(1.0))
+    problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, 0.0, power_path(1.0))
     work, h = allocate(1, count + 1), end / count
     state = work.approach[0, :, 0]
     state[S_], state[V_], state[F_] = 1.0, 0.5, 2.0 / 3.0
@@ -95,7 +95,7 @@ class _Rebound:
     """Rebound under a constant force; the reference has a fine approach and 196 short elements in the rebound."""
 
     def __init__(self):
-        self.problem = Problem(1.0, np.array([1.0]), np.array([2.0]), 0.0, 0.4, power_path(1.0))
+        self.problem = Problem(1.0, np.array([1.0]), np.array([2.0]), 0.0, 0.4, 0.0, power_path(1.0))
         self.work = allocate(1, 2000)
         assert _whole_approach(self.problem, SCHEME, self.work, 1e-14, 2e-14, 0.05) == SEPARATED
         self.sigma_m = float(self.work.turning_place[0])
@@ -184,7 +184,7 @@ def test_a_wrong_coefficient_lowers_the_orders(swing, rebounding):
 
 def test_turning_point_of_an_elastic_body():
     # 1/2 = int F dd = int (2/3) s^3 2 s ds = (4/15) s^5
-    problem = Problem(1.0, np.zeros(0), np.zeros(0), 0.0, 0.0, power_path(1.0))
+    problem = Problem(1.0, np.zeros(0), np.zeros(0), 0.0, 0.0, 0.0, power_path(1.0))
     work = allocate(0, 200)
     assert _whole_approach(problem, SCHEME, work, 1e-13, 2e-14, 0.3) == SEPARATED
     assert work.turning[S_] == pytest.approx((15.0 / 8.0) ** 0.2, rel=1e-13)

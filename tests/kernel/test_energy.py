@@ -17,13 +17,13 @@ ELEMENTS = 400
 
 
 def _budget(problem):
-    """Restitution coefficient, energy dissipated, and energy stored at the end in units of m v0^2."""
+    """Restitution coefficient, and energies dissipated, stored at the end and radiated, in units of m v0^2."""
     N = problem.moduli.size
     work, outcomes = allocate(N, ELEMENTS), np.empty((1, len(OUTCOME)))
     one = np.ones(1)
     solve_block(
         radau(8), 1e-11, 2e-14, one, problem.equilibrium * one, problem.viscosity * one, 0.0 * one,
-        np.array([0, N]), problem.moduli, problem.times, problem.path, work, outcomes,
+        problem.admittance * one, np.array([0, N]), problem.moduli, problem.times, problem.path, work, outcomes,
     )  # fmt: skip
     assert outcomes[0, STATUS] == SEPARATED
     return outcomes[0, RESTITUTION], *energy_budget(problem, radau(8), work, allocate_ledger(N, ELEMENTS))
@@ -45,7 +45,9 @@ def test_kelvin_voigt_punch(damping):
     assert depth(end) + 2.0 * damping * velocity(end) == pytest.approx(0.0, abs=1e-15)
     lost = quad(lambda t: 2.0 * damping * velocity(t) ** 2, 0.0, end, epsabs=1e-13, epsrel=1e-13)[0]
     none = np.zeros(0)
-    e, dissipated, stored = _budget(Problem(1.0, none, none, 2.0 * damping, 0.0, power_path(0.0)))
+    problem = Problem(1.0, none, none, 2.0 * damping, 0.0, 0.0, power_path(0.0))
+    e, dissipated, stored, radiated = _budget(problem)
+    assert radiated == 0.0
     assert e == pytest.approx(-velocity(end), rel=1e-10)
     assert dissipated == pytest.approx(lost, rel=1e-9)
     assert stored == pytest.approx(0.5 * depth(end) ** 2, rel=1e-9)
@@ -54,13 +56,15 @@ def test_kelvin_voigt_punch(damping):
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_energies_sum_to_the_initial_kinetic_energy(exponent, seed):
-    # 1/2 = e^2/2 + dissipated + stored, computed from the velocity, the modes, and the elements at separation.
+    # 1/2 = e^2/2 + dissipated + stored + radiated, computed from the velocity, the modes, and the elements at separation.
     random = np.random.default_rng(seed)
     moduli, times = 10.0 ** random.uniform(-1.0, 0.5, 3), 10.0 ** random.uniform(-2.0, 1.0, 3)
     viscosity = 0.0 if seed == 0 else 10.0 ** random.uniform(-2.0, 0.0)
-    problem = Problem(random.uniform(0.2, 2.0), moduli, times, viscosity, 0.0, power_path(exponent))
-    e, dissipated, stored = _budget(problem)
+    admittance = 0.0 if seed == 1 else random.uniform(0.05, 0.3)
+    problem = Problem(random.uniform(0.2, 2.0), moduli, times, viscosity, 0.0, admittance, power_path(exponent))
+    e, dissipated, stored, radiated = _budget(problem)
     assert 0.0 < e < 1.0
     assert dissipated > 0.01
     assert stored >= 0.0
-    assert 0.5 * e**2 + dissipated + stored == pytest.approx(0.5, abs=1e-8)
+    assert (radiated > 0.0) == (admittance > 0.0)
+    assert 0.5 * e**2 + dissipated + stored + radiated == pytest.approx(0.5, abs=1e-8)

@@ -30,6 +30,7 @@ LATER = {
     "cards": 250,
     "radiation": 120,
     "rebound_resilience": 700,
+    "impedance": 100,
     "explorer": 2_000,
 }
 

@@ -51,4 +51,7 @@ def _single(impact: Impact) -> Impact:
     if impact.external_force != 0.0:
         wanted = "must be 0, as the codes add the weight themselves; see with_weight of drop"
         raise InputError("external_force", impact.external_force, wanted, "N")
+    if impact.impedance != math.inf:
+        wanted = "must be infinite, as the codes move the bodies themselves"
+        raise InputError("impedance", impact.impedance, wanted, "kg/s")
     return impact

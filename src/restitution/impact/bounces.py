@@ -190,8 +190,8 @@ def bounces(
 
     Notes
     -----
-    The surface is taken to have recovered before each touch. The flights are free, from the depth at separation to the
-    undeformed surface, without air resistance.
+    The surface is taken to have recovered, and a target with an impedance to have come back, before each touch. The
+    flights are free, from the depth at separation to the undeformed surface, without air resistance.
 
     Examples
     --------
@@ -227,6 +227,7 @@ def bounces(
         result = solve(replace(first, velocity=velocity), rtol=rtol)
         results.append(result)
         away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
+        depth += float(impact.mass) * (velocity + away) / float(impact.impedance)
         rise = away**2 / (2.0 * g) - depth if result.status is Status.SEPARATED else 0.0
         touches.append((time, rise))
         ending = _ending(result.status, rise, floor, len(results) == max_bounces)

@@ -18,7 +18,7 @@ from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.solution import SampledSolution
-from restitution.impact.status import SolverError, Status
+from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY
@@ -196,11 +196,9 @@ class _Foundation:
 
     def sizes(self, depth: float, duration: float) -> _Sizes:
         radius = float(self.profile.contact_radius(depth))
-        # Explicit Euler is stable below twice the shortest relaxation time and, with a dashpot, below 2/drag; on a
-        # target that moves also below 2/rate.
-        drag = 2.0 * self.series.parallel_viscosity * radius / self.mass
+        # Explicit Euler is stable below twice the shortest relaxation time, and below 2/drag of dashpots and target.
         glass = self.series.equilibrium_modulus + float(self.series.branch_moduli.sum())
-        drag = max(drag, 2.0 * glass * radius * self.admittance)
+        drag = 2.0 * radius * max(self.series.parallel_viscosity / self.mass, glass * self.admittance)
         shortest = float(self.series.relaxation_times.min(initial=math.inf))
         return _Sizes(depth, self.velocity, radius, duration, min(shortest, 1.0 / drag if drag > 0.0 else math.inf))
 
@@ -211,7 +209,7 @@ class _Foundation:
         transform = self.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
-        d, v, deepest, n, dissipated, stored, radiated = 0.0, self.velocity, 0.0, 0, 0.0, 0.0, 0.0
+        d, v, deepest, n, dissipated, stored = 0.0, self.velocity, 0.0, 0, 0.0, 0.0
         may_rest = self.series.is_liquid or self.load > 0.0
         rows: list[tuple[float, float, float, float]] = []
         while True:
@@ -231,9 +229,9 @@ class _Foundation:
             displacement += growth
             law.advance(displacement, growth, step)
             # The dashpots and the velocity of the target depend on each other, and both are linear.
-            elastic = 2.0 * spacing * float(law.line_load(displacement, 0.0) @ touching) if self.admittance else 0.0
-            drag = 2.0 * spacing * self.series.parallel_viscosity * int(np.count_nonzero(touching))
-            rate = (v - self.admittance * elastic) / (1.0 + self.admittance * drag)
+            recoil, drag = 2.0 * spacing * self.admittance, self.series.parallel_viscosity
+            elastic = float(law.line_load(displacement, 0.0) @ touching) if recoil else 0.0
+            rate = (v - recoil * elastic) / (1.0 + recoil * drag * int(np.count_nonzero(touching)))
             line_load = law.line_load(displacement, rate)
             leaving = touching & (line_load < 0.0)
             if leaving.any():
@@ -242,7 +240,6 @@ class _Foundation:
             force = 2.0 * spacing * float(line_load @ touching)
             rate = v - self.admittance * force
             dissipated += 2.0 * spacing * step * float(law.dissipation(displacement, rate) @ touching)
-            radiated += step * self.admittance * force**2
             radius = spacing * int(np.count_nonzero(touching))
             if snapshots is not None and len(rows) % every == 0:
                 columns = {"displacement": displacement.copy(), "force": spacing * line_load, **law.inner(n)}
@@ -251,9 +248,7 @@ class _Foundation:
             if n > 0 and radius == 0.0:
                 status = Status.SEPARATED
                 break
-            returns = rate > 0.0 and d < deepest
-            if returns and self.admittance:
-                raise SolverError(Status.LOADED_AGAIN)
+            returns = self.load > 0.0 and rate > 0.0 and d < deepest
             if returns or (may_rest and self.is_over(len(rows) * step, radius)):
                 status = Status.CAPTURED if returns or not self.series.is_liquid else Status.SINKS_IN
                 stored += 2.0 * spacing * float(law.energy(displacement) @ touching)
@@ -271,8 +266,8 @@ class _Foundation:
             max_indentation_depth=float(depths.max()),
             max_force=float(forces.max()),
             max_contact_radius=float(self.profile.contact_radius(depths.max())),
-            residual_indentation_depth=float(depths[-1]),
-            dissipated=dissipated, stored=stored, radiated=radiated, status=status, time_step=step,
+            residual_indentation_depth=float(depths[-1]), status=status, time_step=step,
+            dissipated=dissipated, stored=stored, radiated=step * self.admittance * float(forces @ forces),
         )  # fmt: skip
 
     def is_over(self, time: float, radius: float) -> bool:

@@ -217,9 +217,7 @@ def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
     from restitution.kernel.workspace import Problem
 
     row = block.row(n)
-    return Problem(
-        row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, row.admittance, path
-    )
+    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, row.admittance, path)
 
 
 def is_ready() -> bool:

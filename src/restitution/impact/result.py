@@ -158,6 +158,7 @@ class ImpactResult:
         """
         found = {name: getattr(self, name) for name in COLUMNS}
         found |= {"velocity": self.velocity, "mass": self._column("mass"), "body_size": body_size}
+        found["impedance"] = self._column("impedance")
         contact = [one.contact for one in self.impact] if isinstance(self.impact, list) else self.impact.contact
         compared = numbers(contact, **found)
         if not np.shape(self.status):

@@ -143,8 +143,8 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
-            float(self.external_forces[n]), float(self.admittances[n]), self.exponent, self.table, float(self.firsts[n]),
-            float(self.length[n]), float(self.time[n]), float(self.radius[n]),
+            float(self.external_forces[n]), float(self.admittances[n]), self.exponent, self.table,
+            float(self.firsts[n]), float(self.length[n]), float(self.time[n]), float(self.radius[n]),
         )  # fmt: skip
 
     def part(self, start: int, stop: int) -> ScaledBlock:
@@ -153,8 +153,8 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[start]), int(self.offsets[stop]))
         return ScaledBlock(
             self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.external_forces[rows],
-            self.admittances[rows], self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes], self.times[modes],
-            self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
+            self.admittances[rows], self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes],
+            self.times[modes], self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
         )  # fmt: skip
 
 
@@ -186,7 +186,8 @@ def power_block(
         branches = moduli != 0.0
         return ScaledBlock(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), masses / time / impedances, np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
+            forces / (masses * velocities / time), masses / time / impedances,
+            np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
             (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p, None, length, time, radius,
         )  # fmt: skip
 
@@ -234,7 +235,8 @@ def table_block(
     with np.errstate(all="ignore"):
         return ScaledBlock(
             np.sqrt(depths / length), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), masses / time / impedances, np.arange(size + 1, dtype=np.int64) * n_modes,
+            forces / (masses * velocities / time), masses / time / impedances,
+            np.arange(size + 1, dtype=np.int64) * n_modes,
             (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table, lengths, time, radii,
         )  # fmt: skip
 

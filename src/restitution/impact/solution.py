@@ -54,9 +54,9 @@ class Half(NamedTuple):
     """E elements of S + 1 points of the approach in sigma, or of the rebound in lambda, scaled.
 
     `columns`, shape (E, S + 1, n), are s, v, t, F, H_k; s of the rebound is that of the approach with the same contact
-    radius. `energies` are Y_k, Z_k and the energies dissipated and radiated in the approach; in the rebound, these two,
-    the energy per length of an element that leaves, and `int a` over it. `share` is the part of the last element that
-    belongs to the half; in the approach this element extends past the turning point.
+    radius. `energies` are Y_k, Z_k and the energies dissipated and radiated in the approach; in the rebound, these
+    two, the energy per length of an element that leaves, and `int a` over it. `share` is the part of the last element
+    that belongs to the half; in the approach this element extends past the turning point.
     """
 
     starts: Array

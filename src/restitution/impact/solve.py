@@ -257,7 +257,11 @@ def _solve_by_sampling(
 
         found = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
         fields, trajectory = _in_si(found, (1.0, 1.0, 1.0, 1.0, 1.0))
-        samples, finer, notes = Sampled(trajectory, found.dissipated, found.stored, found.radiated), "more elements", []
+        samples, finer, notes = (
+            Sampled(trajectory, found.dissipated, found.stored, found.radiated),
+            "more elements",
+            [],
+        )
     else:
         if np.isfinite(impact.impedance):
             raise InputError("method", method, "must be 'exact' or 'elements' for a target with an impedance")

@@ -18,7 +18,6 @@ class Status(IntEnum):
     NOT_ACCURATE = outcome.NOT_ACCURATE
     TOO_DEEP = outcome.TOO_DEEP
     INADMISSIBLE = outcome.INADMISSIBLE
-    LOADED_AGAIN = outcome.LOADED_AGAIN
 
     @property
     def message(self) -> str:
@@ -45,10 +44,6 @@ _MESSAGES = {
     Status.NOT_ACCURATE: "the requested tolerance was not reached; loosen rtol",
     Status.TOO_DEEP: "the indentation is deeper than the profile; extend the profile",
     Status.INADMISSIBLE: "the numbers of this impact are out of range; check the combination of values along the axes",
-    Status.LOADED_AGAIN: (
-        "the contact grows again before it ends, as the force relaxes faster than the target stops the body; the theory "
-        "has one approach and one rebound"
-    ),
 }
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dashpot import add_dashpot, add_target, dashpot_coupling
+from restitution.kernel.dashpot import add_dashpot, dashpot_coupling, target_jacobian
 from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, product, tail
 from restitution.kernel.kinks import (
     SPACING,
@@ -34,6 +34,7 @@ from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
     COUPLING,
+    DIAGONAL,
     F_,
     FORCE,
     JACOBIAN,
@@ -43,8 +44,8 @@ from restitution.kernel.workspace import (
     N_FACTOR,
     RADIUS,
     S_,
-    SPEED,
     SLOPE,
+    SPEED,
     START,
     SUM,
     T_,
@@ -165,13 +166,14 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
             if implicit:
                 dashpot_coupling(problem, scheme, work)
                 diagonal = diagonal + r * read8(vectors, RADIUS, 0)
-            if z > 0.0:
-                write8(vectors, SLOPE, 0, slope)
-                add_target(problem, scheme, work, h)
             for j in range(WIDTH):
                 column = r * read8(G, j, 0) + read8(unit, j, 0) * diagonal[j]
                 column = matvec(work.matrices[COUPLING] if implicit else scheme.square, column)
                 write8(J, j, 0, read8(unit, j, 0) + (h * h) * column)
+            if z > 0.0:
+                write8(vectors, SLOPE, 0, slope)
+                write8(vectors, DIAGONAL, 0, diagonal)
+                target_jacobian(problem, scheme, work, h)
             invert(work.matrices, JACOBIAN)
         step = matvec(J, residual)
         s = s - step

@@ -6,7 +6,20 @@ from restitution.kernel.lanes import WIDTH, read8, write8
 from restitution.kernel.modes import write_matrix
 from restitution.kernel.path import radius_slope
 from restitution.kernel.radau import Scheme
-from restitution.kernel.workspace import COUPLING, DASHPOT, FORCE, RADIUS, SLOPE, SPEED, SUM, UNKNOWN, Problem, Work
+from restitution.kernel.workspace import (
+    COUPLING,
+    DASHPOT,
+    DIAGONAL,
+    FORCE,
+    JACOBIAN,
+    RADIUS,
+    SLOPE,
+    SPEED,
+    SUM,
+    UNKNOWN,
+    Problem,
+    Work,
+)  # fmt: skip
 
 
 @compiled
@@ -42,14 +55,17 @@ def dashpot_coupling(problem: Problem, scheme: Scheme, work: Work) -> None:
 
 
 @compiled
-def add_target(problem: Problem, scheme: Scheme, work: Work, h: float) -> None:
-    """Turn `matrices[SUM]`, the coupling of F through the modes, into that of F + z/h (A r)^-1 F.
+def target_jacobian(problem: Problem, scheme: Scheme, work: Work, h: float) -> None:
+    """Write the Jacobian on a target that moves, I + h A M^-1 (h A dg + z dF), with g = r (F - F0).
 
-    `vectors[SLOPE]` contains the rest of the slope of F, and `vectors[RADIUS]` that of its dashpot.
+    dF is `matrices[SUM]` and, on the diagonal, `vectors[SLOPE]` with the slope of the dashpot in `vectors[RADIUS]`;
+    `vectors[DIAGONAL]` is the diagonal of dg.
     """
-    vectors, coupling = work.vectors, work.matrices[SUM]
-    weight = (0.5 * problem.admittance / h) / read8(vectors, UNKNOWN, 0)
+    A, vectors, matrices = scheme.columns, work.vectors, work.matrices
+    r, diagonal = 2.0 * read8(vectors, UNKNOWN, 0), read8(vectors, DIAGONAL, 0)
     slope = read8(vectors, SLOPE, 0) + read8(vectors, RADIUS, 0)
     for j in range(WIDTH):
-        column = read8(coupling, j, 0)
-        write8(coupling, j, 0, column + weight * matvec(scheme.inverse, column + read8(scheme.identity, j, 0) * slope[j]))
+        unit, coupling = read8(scheme.identity, j, 0), read8(matrices, SUM, j, 0)
+        column = h * matvec(A, r * coupling + unit * diagonal[j])
+        column = column + problem.admittance * (coupling + unit * slope[j])
+        write8(matrices, JACOBIAN, j, 0, unit + h * matvec(A, matvec(matrices[DASHPOT], column)))

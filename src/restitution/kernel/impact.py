@@ -11,7 +11,6 @@ from restitution.kernel.outcome import (
     CAPTURED,
     CONTACT_TIME,
     FACTORISATIONS,
-    LOADED_AGAIN,
     MAX_DEPTH,
     MAX_FORCE,
     MAX_RADIUS,
@@ -188,7 +187,7 @@ def solve_block(
                     sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue
-            if status < TOO_MANY_STEPS or status in (TOO_DEEP, LOADED_AGAIN):
+            if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
             # From a turning point of coarse elements a rebound may fail to start; finer ones succeed.
             finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER

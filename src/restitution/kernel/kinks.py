@@ -1,8 +1,8 @@
 """Kinks of a profile: elements end at the kinks that matter.
 
 Beyond a kink `a = smooth + strength z^p` with z = s - kink and a half-integer p >= 3/2. The force has a term z^(p+1),
-or z^p with a dashpot, and the velocity one of z^(p+2), or z^(p+1) if the target moves. An element that contains the kink loses its order. The end of
-an element that begins there is only as accurate as its inside.
+or z^p with a dashpot, and the velocity one of z^(p+2), or z^(p+1) if the target moves. An element that contains the
+kink loses its order. The end of an element that begins there is only as accurate as its inside.
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ _NO_TAIL = 1e-300
 
 @inlined
 def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h: float) -> float:
-    """Bound of the change of velocity or s due to a kink up to z beyond it, at velocity v within a length h of sigma."""
+    """Bound of the changes of velocity and s due to a kink up to z beyond it, at velocity v within h of sigma."""
     path = problem.path
     s, p = path.kinks[kink], path.power
     radius = abs(path.strengths[kink]) * z**p

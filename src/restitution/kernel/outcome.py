@@ -3,8 +3,7 @@
 # `restitution.impact.status.Status` contains their names and messages.
 (
     SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, NOT_ACCURATE, TOO_DEEP, INADMISSIBLE,
-    LOADED_AGAIN,
-) = range(10)  # fmt: skip
+) = range(9)  # fmt: skip
 # The same for an indentation, in `restitution.indentation.result.IndentationStatus`.
 (
     IN_CONTACT, NO_TOUCH, TOUCHES_AT_START, BEYOND_PROFILE, GROWS_AGAIN, TOUCHES_AGAIN, NOT_RESOLVED, OVERFLOW,

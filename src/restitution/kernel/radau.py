@@ -19,7 +19,6 @@ class Scheme(NamedTuple):
     A: Array  # (S, S): Butcher matrix, `A_ij = int_0^c_i l_j`
     columns: Array  # (S, S): the columns of A
     square: Array  # (S, S): the columns of its square
-    inverse: Array  # (S, S): the columns of its inverse
     identity: Array  # (S, S)
     weights: Array  # (S + 1,): weights of interpolation on `c`: `l_j(x) = weights_j prod_(i != j) (x - c_i)`
     # (2, S + 1): rows that map values at `c` to the Legendre coefficients of degree S - 1 and S of their interpolant
@@ -118,7 +117,7 @@ def radau(stages: int) -> Scheme:
     rule = np.linalg.solve(legendre.legvander(2.0 * both - 1.0, 2 * stages - 1).T, np.eye(2 * stages)[0])
     missed = (rule - np.append(A[-1], np.zeros(stages))).reshape(2, stages)
     arrays = [
-        points, A, A.T, (A @ A).T, np.linalg.inv(A).T, np.eye(stages), weights, tail, _lagrange_weights(nodes),
+        points, A, A.T, (A @ A).T, np.eye(stages), weights, tail, _lagrange_weights(nodes),
         _differentiation(points, weights), between, _interpolation(points, between), _interpolation(nodes, between),
         missed,
     ]  # fmt: skip

@@ -5,8 +5,8 @@
     dv/dlambda = -(F - F0) u,  dW_k/dlambda = -(u/tau_k) W_k + dv/dlambda.
 
 Here v is the velocity of the indentation. If the target moves with the velocity z F, the rates of v get the term
--z dF/dlambda, with `dF/dlambda = -2 s1 v1 a1 phi + F_t u` and `F_t = -sum E_k X_k Y1_k/tau_k`. With a dashpot the first
-line becomes `u (psi - eta z F_t) + 2 s1 v1 phi (1 + eta z a1) = 0`.
+-z dF/dlambda, with `dF/dlambda = -2 s1 v1 a1 phi + F_t u` and `F_t = -sum E_k X_k Y1_k/tau_k`. With a dashpot the
+first line becomes `u (psi - eta z F_t) + 2 s1 v1 phi (1 + eta z a1) = 0`.
 
 The unknown is u at the nodes; nothing is divided by psi. The first line is 0/0 at lambda = 0, where there is no node.
 Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
@@ -22,7 +22,7 @@ from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrang
 from restitution.kernel.kinks import missed_rebound
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, smallest, write8
 from restitution.kernel.modes import LAG, factor_modes, refined
-from restitution.kernel.outcome import CAPTURED, LOADED_AGAIN, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
+from restitution.kernel.outcome import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
@@ -89,8 +89,8 @@ def rebound_element(
     """Solve one element of length h from the first column of `table` and t - t1 = `delay`; fill the other columns.
 
     `work.vectors[UNKNOWN]` contains the predicted u at the nodes, `work.past` the stored approach there, and
-    `work.vectors[RADIUS]` and `[INTEGRAL]` its a and Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of Newton iterations, or
-    -1 if they do not converge.
+    `work.vectors[RADIUS]` and `[INTEGRAL]` its a and Pi; `work.vectors[DELAY]` receives t - t1. Returns the number of
+    Newton iterations, or -1 if they do not converge.
     """
     A, unit = scheme.columns, scheme.identity
     N = problem.moduli.shape[0]
@@ -239,7 +239,6 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         if work.turning[F_] * problem.times[k] * problem.moduli[k] > _MATTERS * tolerance * amplitude * glass:
             h = min(h, _OF_RELAXATION * problem.times[k] / (2.0 * s_m))
-    may_grow = problem.external_force > 0.0 or problem.admittance > 0.0
     kink = work.counts[N_APPROACH]
     position = 0.0
     delay = 0.0
@@ -249,12 +248,13 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         attempts += 1
         if element >= work.rebound.shape[0] - 1 or attempts > ATTEMPTS * work.rebound.shape[0]:
             return TOO_MANY_STEPS
-        # Under a constant force, or on a target that moves, the contact may grow again. There psi vanishes, dt/dlambda
-        # diverges as the inverse root of the distance in lambda, and rounding would stop the elements before that.
+        # Under a constant force the contact may grow again. There psi vanishes, dt/dlambda diverges as the inverse
+        # root of the distance in lambda, and rounding would stop the elements before that instant. On a target that
+        # moves, a flat face may come to rest, at the end of the way.
         paused = element > 0 and work.slopes[element - 1, S - 1] > _PAUSE * s_m
-        if may_grow and paused and h < _PAUSE_LENGTH * sigma_m:
-            at_rest = sigma_m - position < _AT_REST * sigma_m
-            return CAPTURED if problem.external_force > 0.0 or at_rest else LOADED_AGAIN
+        rests = problem.admittance > 0.0 and sigma_m - position < _AT_REST * sigma_m
+        if (problem.external_force > 0.0 or rests) and paused and h < _PAUSE_LENGTH * sigma_m:
+            return CAPTURED
         if not h > _SHORTEST * sigma_m:
             return STEP_TOO_SMALL
         left = sigma_m - position
@@ -309,8 +309,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         previous = h
         hint = place
         delay = work.vectors[DELAY, S - 1]
-        if may_grow and table[V_, S] >= 0.0:
-            return CAPTURED if problem.external_force > 0.0 else LOADED_AGAIN
+        if problem.external_force > 0.0 and table[V_, S] >= 0.0:
+            return CAPTURED
         if final:
             break
         position += h

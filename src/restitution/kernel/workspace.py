@@ -12,7 +12,7 @@ S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
 
 # Rows of `vectors`, values at the nodes. UNKNOWN is s in the approach and u = dt/dlambda in the rebound.
 UNKNOWN, RADIUS, INTEGRAL, SPEED, FORCE, DELAY, BASIS, VALUES, N_VECTORS = 0, 1, 2, 3, 4, 5, 6, 7, 9
-SLOPE = DELAY  # of the force, in the approach, which has no delay
+SLOPE, DIAGONAL = DELAY, INTEGRAL  # in the approach, which uses neither
 # Members of `matrices`: inverse of the Jacobian, sums over the modes, coupling of the modes, inverse of the dashpot.
 JACOBIAN, SUM, WEIGHTED, COUPLING, DASHPOT, N_MATRICES = range(6)
 # Rows of `places`: start and length of an element in sigma and in lambda; whether one of the approach starts at a

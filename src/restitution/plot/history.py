@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 # From the bottom of the stack to its top.
 _PARTS = {
+    "radiated_energy": ("radiated", style.PURPLE),
     "dissipated_energy": ("dissipated", style.ORANGE),
     "stored_energy": ("stored", style.GREEN),
     "kinetic_energy": ("kinetic", style.BLUE),
@@ -85,38 +86,46 @@ def depth_time(ax: Axes, history: xr.Dataset, *, color: str = style.VERMILION) -
 
 
 def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
-    """Draw dissipated, stored and kinetic energy [J] over time as a stacked area.
+    """Draw dissipated, stored and kinetic energy [J] over time as a stacked area, and what a target carries away.
 
-    The three add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
-    exact method has all three; another one is refused.
+    They add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
+    exact method has all of them; another one is refused.
     """
-    missing = [name for name in _PARTS if name not in history.variables]
+    parts = {name: one for name, one in _PARTS.items() if name in history.variables or name != "radiated_energy"}
+    missing = [name for name in parts if name not in history.variables]
     if missing:
         wanted = f"must have {missing[0]!r}, which only the exact method computes"
         raise InputError("history", list(history.data_vars), wanted)
     time, label = _column(history, "time")
-    parts = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in _PARTS])
-    total = parts.sum(axis=0)
+    energies = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in parts])
+    total = energies.sum(axis=0)
     factor, unit = scaled_unit(total, "J")
-    words, colors = zip(*_PARTS.values(), strict=True)
-    ax.stackplot(time, parts * factor, labels=words, colors=colors, alpha=0.75, linewidth=0)
-    ax.axhline(parts[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
+    words, colors = zip(*parts.values(), strict=True)
+    ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0)
+    ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
     ax.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.05 * total.max() * factor), xlabel=label, ylabel=f"energy [{unit}]")
     handles, labels = ax.get_legend_handles_labels()
     # Over the axes: within, it would hide a part.
-    ax.legend(handles[::-1], labels[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+    ax.legend(
+        handles[::-1], labels[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(parts), borderaxespad=0.2
+    )
     return ax
 
 
 def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
-    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material."""
-    parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored)]
+    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material, radiated."""
+    parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored, energy.radiated)]
     # The total is above the kinetic energy before the impact where a constant force did work on the body.
     total, before = sum(parts), float(energy.kinetic_in)
     factor, unit = scaled_unit(total, "J")
     start = 0.0
-    looks = (("rebound", style.BLUE), ("dissipated", style.ORANGE), ("left in the material", style.GREEN))
-    for value, (words, color) in zip(parts, looks, strict=True):
+    looks = (
+        ("rebound", style.BLUE),
+        ("dissipated", style.ORANGE),
+        ("left in the material", style.GREEN),
+        ("radiated", style.PURPLE),
+    )
+    for value, (words, color) in zip(parts if parts[-1] else parts[:-1], looks, strict=False):
         label = f"{words} {100 * value / total:.1f} %"
         ax.barh(0.0, value * factor, left=start, height=0.5, color=color, label=label)
         start += value * factor

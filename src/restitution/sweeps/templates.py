@@ -188,7 +188,8 @@ class Assembly:
             for inner, impact, is_own in _impacts(prepared, own, places.size, tick, most=most):
                 there = places[inner]
                 outputs = {name: column[there] for name, column in found.items()}
-                yield there, numbers(impact.contact, **outputs, velocity=impact.velocity, mass=impact.mass), is_own
+                bodies = {"velocity": impact.velocity, "mass": impact.mass, "impedance": impact.impedance}
+                yield there, numbers(impact.contact, **outputs, **bodies), is_own
 
     def _groups(
         self, columns: Columns, n: int, tick: Tick, *, strict: bool = False, most: int | None = None
