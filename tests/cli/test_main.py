@@ -96,7 +96,7 @@ def result(**changes: Any) -> ImpactResult:
         "impact": read_case("ball.toml").impact,
         "method": "exact",
         "rtol": 1e-9,
-        "_solution": Sampled(motion, 1.8e-3, 7.5e-5),
+        "_solution": Sampled(motion, 1.8e-3, 7.5e-5, 0.0),
     }
     made = ImpactResult(**(values | changes))
     # The largest pressure is made up, too.
@@ -131,6 +131,7 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
         "kinetic_out": 6.25e-4,
         "dissipated": 1.8e-3,
         "stored": 7.5e-5,
+        "radiated": 0.0,
         "residual": 0.0,
     }
     assert content["energy_residual"] == 0.0

@@ -53,7 +53,9 @@ def test_history_of_another_method_is_refused(history) -> None:
 
 
 def test_energy_bars_add_up_to_the_initial_kinetic_energy() -> None:
-    energy = SimpleNamespace(kinetic_in=2e-3, kinetic_out=1e-3, dissipated=6e-4, stored=4e-4, residual=1e-12)
+    energy = SimpleNamespace(
+        kinetic_in=2e-3, kinetic_out=1e-3, dissipated=6e-4, stored=4e-4, radiated=0.0, residual=1e-12
+    )
     ax = plots.energy_bar(style.new_figure().add_subplot(), energy)
     edges = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in ax.patches]
     assert np.ravel(edges) == pytest.approx([0.0, 1.0, 1.0, 1.6, 1.6, 2.0], abs=1e-12)

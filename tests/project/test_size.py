@@ -30,7 +30,7 @@ LATER = {
     "cards": 250,
     "radiation": 120,
     "rebound_resilience": 700,
-    "impedance": 100,
+    "impedance": 150,
     "explorer": 2_000,
 }
 

@@ -15,8 +15,9 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dashpot import add_dashpot, dashpot_coupling, target_jacobian
+from restitution.kernel.dashpot import add_dashpot, dashpot_coupling
 from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, product, tail
+from restitution.kernel.impedance import target_jacobian
 from restitution.kernel.kinks import (
     SPACING,
     kink_effect,

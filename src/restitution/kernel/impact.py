@@ -138,15 +138,8 @@ def solve_block(
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
-        problem = Problem(
-            equilibria[n],
-            moduli[low:high],
-            times[low:high],
-            viscosities[n],
-            external_forces[n],
-            admittances[n],
-            path,
-        )
+        viscosity, force, admittance = viscosities[n], external_forces[n], admittances[n]
+        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosity, force, admittance, path)
         outcome = outcomes[n]
         for column in range(outcome.shape[0]):
             outcome[column] = math.nan
