@@ -113,7 +113,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
 
 
 def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
-    """Draw the energies after the impact [J] as one stacked bar: rebound, dissipated, left in the material, radiated."""
+    """Draw the energies after the impact [J] as a stacked bar: rebound, dissipated, left in the material, radiated."""
     parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored, energy.radiated)]
     # The total is above the kinetic energy before the impact where a constant force did work on the body.
     total, before = sum(parts), float(energy.kinetic_in)
