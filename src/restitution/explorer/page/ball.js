@@ -178,7 +178,7 @@ export class Ball {
     ctx.fill();
     ctx.textAlign = "left";
     ctx.textBaseline = "middle";
-    ctx.fillText(`F = ${phrase(this.at("force"), this.outputs.force, 3)}`, left + 10, Math.max(end + 10, 0.8 * em));
+    ctx.fillText(`F = ${phrase(this.at("force"), this.outputs.force, 3)}`, left + 10, Math.max(Math.min(end + 10, tip - 1.5 * em), 0.8 * em));
   }
 }
 
@@ -257,13 +257,12 @@ function outline(ctx, profile, radius, left, bottom, scale) {
     return;
   }
   const top = 2 * radius;
-  const count = 60;
-  for (let n = -count; n <= count; n++) {
-    const r = (n / count) * radius;
-    ctx.lineTo(left + r * scale, bottom - Math.min(shapeAt(profile, Math.abs(r), radius), top) * scale);
-  }
-  ctx.lineTo(left + radius * scale, bottom - top * scale);
-  ctx.lineTo(left - radius * scale, bottom - top * scale);
+  const count = 120;
+  const half = Array.from({ length: count + 1 }, (_, n) => (n / count) * radius).filter((r) => shapeAt(profile, r, radius) < top);
+  const widest = half.at(-1);
+  for (const r of [...half.toReversed().map((one) => -one), ...half]) ctx.lineTo(left + r * scale, bottom - shapeAt(profile, Math.abs(r), radius) * scale);
+  ctx.lineTo(left + widest * scale, bottom - top * scale);
+  ctx.lineTo(left - widest * scale, bottom - top * scale);
   ctx.closePath();
 }
 

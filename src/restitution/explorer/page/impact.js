@@ -7,6 +7,7 @@ import { planePicture } from "./map.js";
 import { Assumptions, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { timeControl } from "./player.js";
+import { menu, png } from "./save.js";
 import { convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
@@ -31,7 +32,9 @@ export class ImpactTab {
     this.clock = new Clock();
     const { outputs } = app.schema;
     this.numbers = new Numbers(root, [...TILES, "p2", "p3"], outputs);
-    const stage = element("section", { className: "card stage" }, element("h3", { id: "stage-title" }, "Slow motion"));
+    const stage = element("section", { className: "card stage" }, element("header", {},
+      element("h3", { id: "stage-title" }, "Slow motion"),
+      menu("Slow motion", [["PNG", () => png("slow-motion", "Slow motion", [this.ball.scene.canvas, this.ball.zoom.canvas])]])));
     stage.setAttribute("aria-labelledby", "stage-title");
     const scenes = element("div", { className: "scenes" });
     stage.append(scenes, timeControl(this.clock));

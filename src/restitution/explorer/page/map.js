@@ -18,7 +18,7 @@ function plane(paper, nu, levels) {
   if (!kept.has(key)) {
     if (kept.size > 12) kept.delete(kept.keys().next().value);
     const values = paper.map(nu, P2, P3);
-    kept.set(key, { curves: isolines(values, levels), image: shade(values, low, high) });
+    kept.set(key, { curves: isolines(values, levels), image: shade(values, low, high), values });
   }
   return kept.get(key);
 }
@@ -94,7 +94,7 @@ const channels = (hex) => [1, 3, 5].map((n) => parseInt(hex.slice(n, n + 2), 16)
 
 // What a panel draws: the plane at this Poisson ratio, and the present point if it is on the plane.
 export function planePicture(paper, nu, marks = [], levels = LEVELS) {
-  const { curves, image } = plane(paper, nu, levels);
+  const { curves, image, values } = plane(paper, nu, levels);
   const edge = (1 - 2 * nu) / (3 * nu);
   const dots = nu > 0 && edge > P2[0] && edge < P2.at(-1) ? [{ x: edge, label: "ν₀ < 0 to the left" }] : [];
   return {
@@ -103,6 +103,11 @@ export function planePicture(paper, nu, marks = [], levels = LEVELS) {
     marks: [...dots, ...marks],
     x: { label: "p₂ = G∞/G₁", short: "p₂", log: true },
     y: { label: "p₃, dimensionless viscosity", short: "p₃", log: true },
+    columns: () => [
+      { name: "p2", unit: "", values: Array.from(values, (_, n) => P2[n % P2.length]) },
+      { name: "p3", unit: "", values: Array.from(values, (_, n) => P3[Math.floor(n / P2.length)]) },
+      { name: `e at nu = ${nu}`, unit: "", values: [...values] },
+    ],
     ranges: { x: [P2[0], P2.at(-1)], y: [P3[0], P3.at(-1)] },
   };
 }

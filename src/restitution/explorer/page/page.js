@@ -146,6 +146,7 @@ class App {
       if (answer && (NEEDED[this.tab].includes(kind) || (this.tab === "impact" && kind !== "bounces" && kind !== "indentation"))) this.draw(answer);
     }
     if (this.tab === "paper") this.tabs.paper.draw();
+    if (!NEEDED[this.tab].includes("impact")) this.pins.table(null);
   }
 
   // A solve that fails shows its one line; the last good picture stays, greyed.

@@ -62,9 +62,10 @@ export class Pins {
     return Boolean(pin);
   }
 
+  // `present` is null where the tab shows no impact.
   table(present) {
-    this.root.hidden = !this.pins.length;
-    if (!this.pins.length) return;
+    this.root.hidden = !this.pins.length || !present;
+    if (this.root.hidden) return;
     const differing = this.state.inputs.filter((input) => input.type !== "list" && this.pins.some((pin) =>
       pin.values[input.key] !== this.state.get(input.key)));
     const cell = (name, text, properties = {}) => element(name, properties, text);
@@ -74,7 +75,7 @@ export class Pins {
     head.lastChild.append(element("span", { className: "sr-only" }, "Actions"));
     const row = (letter, numbers, values, pin) => {
       const made = element("tr", {}, cell("th", letter, { scope: "row" }),
-        ...COMPARED.map((name) => cell("td", numbers ? phrase(numbers[name], this.outputs[name] ?? {}) : "…")),
+        ...COMPARED.map((name) => cell("td", numbers === undefined ? "…" : phrase(numbers?.[name], this.outputs[name] ?? {}))),
         ...differing.map((input) => cell("td", input.type === "choice"
           ? input.options.find((option) => option.value === values[input.key])?.words ?? "" : phrase(values[input.key], input))));
       const actions = element("td", { className: "actions" });
@@ -91,7 +92,7 @@ export class Pins {
       return made;
     };
     const body = element("tbody", {}, row("Present", present, this.state.values),
-      ...this.pins.map((pin) => row(pin.letter, pin.answers.impact?.numbers, pin.values, pin)));
+      ...this.pins.map((pin) => row(pin.letter, pin.answers.impact ? pin.answers.impact.numbers ?? null : undefined, pin.values, pin)));
     const table = element("table", {}, element("caption", {}, "Compared settings"), element("thead", {}, head), body);
     const box = element("div", { className: "scroll", tabIndex: 0 }, table);
     box.setAttribute("role", "region");

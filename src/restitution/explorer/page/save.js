@@ -12,24 +12,31 @@ export function download(name, type, content) {
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
-export function saveMenu(panel) {
+// The menu of a picture; its files are [words, act].
+export function menu(title, files) {
   const summary = element("summary", {}, "Save");
-  summary.setAttribute("aria-label", `Save: ${panel.title}`);
+  summary.setAttribute("aria-label", `Save: ${title}`);
   const button = (words, act) => {
     const made = element("button", { type: "button" }, words);
     made.addEventListener("click", () => {
-      menu.open = false;
+      box.open = false;
       summary.focus();
       act();
     });
     return made;
   };
-  const menu = element("details", { className: "menu" }, summary, element("div", { className: "sheet" },
-    button("PNG", () => png(panel)),
-    button("SVG", () => download(`${panel.name}.svg`, "image/svg+xml", svgOf(panel.figure, panel.title))),
-    button("CSV", () => download(`${panel.name}.csv`, "text/csv", csv(panel.columns)))));
-  closing(menu);
-  return menu;
+  const box = element("details", { className: "menu" }, summary,
+    element("div", { className: "sheet" }, ...files.map(([words, act]) => button(words, act))));
+  closing(box);
+  return box;
+}
+
+export function saveMenu(panel) {
+  return menu(panel.title, [
+    ["PNG", () => png(panel.name, panel.title, [panel.figure.plot.ctx.canvas])],
+    ["SVG", () => download(`${panel.name}.svg`, "image/svg+xml", svgOf(panel.figure, panel.title))],
+    ["CSV", () => download(`${panel.name}.csv`, "text/csv", csv(typeof panel.columns === "function" ? panel.columns() : panel.columns))],
+  ]);
 }
 
 // An open menu closes with Escape and with a click elsewhere.
@@ -53,18 +60,24 @@ export function csv(columns) {
   return `${[head, ...rows].join("\n")}\n`;
 }
 
-function png(panel) {
-  const source = panel.figure.plot.ctx.canvas;
+// Canvases side by side, under a title.
+export function png(name, title, sources) {
   const palette = colours();
   const em = palette.em * devicePixelRatio;
-  const canvas = element("canvas", { width: source.width, height: source.height + 2 * em });
+  const canvas = element("canvas", {
+    width: sources.reduce((total, one) => total + one.width, 0), height: Math.max(...sources.map((one) => one.height)) + 2 * em,
+  });
   const ctx = canvas.getContext("2d");
   ctx.fillStyle = palette.card;
   ctx.fillRect(0, 0, canvas.width, canvas.height);
   ctx.fillStyle = palette.ink;
   ctx.font = `600 ${em}px ${palette.font}`;
   ctx.textBaseline = "middle";
-  ctx.fillText(panel.title, em, em);
-  ctx.drawImage(source, 0, 2 * em);
-  canvas.toBlob((blob) => download(`${panel.name}.png`, "image/png", blob));
+  ctx.fillText(title, em, em);
+  let left = 0;
+  for (const source of sources) {
+    ctx.drawImage(source, left, 2 * em);
+    left += source.width;
+  }
+  canvas.toBlob((blob) => download(`${name}.png`, "image/png", blob));
 }

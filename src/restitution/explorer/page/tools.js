@@ -11,6 +11,7 @@ export function bindTools(app) {
   const { state, schema } = app;
   $("case-title").textContent = schema.title ?? "";
   $("case-title").hidden = !schema.title;
+  if (schema.title) document.title = `${schema.title} – Restitution explorer`;
   $("undo").addEventListener("click", () => state.undo());
   $("redo").addEventListener("click", () => state.redo());
   document.addEventListener("keydown", (event) => {
