@@ -16,6 +16,7 @@ const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
   { name: "stored_energy", label: "stored", colour: "second", dash: "dashed" },
   { name: "dissipated_energy", label: "dissipated", colour: "third", dash: "dashdot" },
+  { name: "radiated_energy", label: "radiated", colour: "ink", dash: "dotted" },
 ];
 const SHEAR = [
   { name: "relaxation_modulus", label: "reduced modulus E*(t)", colour: "accent" },
@@ -104,7 +105,8 @@ export class ImpactTab {
     this.force.show({ ...force, summary: `The largest force is ${phrase(numbers.max_force, outputs.max_force)}; the contact lasts ${phrase(numbers.contact_time, outputs.contact_time)}.` });
     const loop = picture(sets, "indentation_depth", [{ name: "force" }], outputs);
     this.loop.show({ ...loop, summary: `The largest depth is ${phrase(numbers.max_indentation_depth, outputs.max_indentation_depth)}; the area of the loop is the energy lost.` });
-    const energy = picture(sets, "time", ENERGIES, outputs, { words: "energy" });
+    const energies = ENERGIES.filter(({ name }) => sets[0].table[name]?.some(Boolean));
+    const energy = picture(sets, "time", energies, outputs, { words: "energy" });
     this.energy.show({ ...energy, summary: `Of ${phrase(numbers.kinetic_energy_in, outputs.kinetic_energy_in)}, ${phrase(numbers.dissipated_energy, outputs.dissipated_energy)} is dissipated.` });
     this.scales = { force, loop, energy };
   }
