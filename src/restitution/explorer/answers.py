@@ -34,7 +34,8 @@ from restitution.indentation.evolution import MOST_ELEMENTS
 from restitution.indentation.result import IndentationStatus
 from restitution.indentation.solve import indent
 from restitution.material.fractional import Window
-from restitution.quantities import BUDGET, HISTORY
+from restitution.quantities import BUDGET as ENERGIES
+from restitution.quantities import HISTORY
 
 Array = NDArray[np.float64]
 Answer = dict[str, Any]
@@ -113,7 +114,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
     separated = result.status == Status.SEPARATED
     numbers |= {name: getattr(result, name) if separated else math.nan for name in _TIMES_OF_CONTACT}
-    numbers |= dict(zip(BUDGET, result.energy, strict=True))
+    numbers |= dict(zip(ENERGIES, result.energy, strict=True))
     problem = cast("Any", result.impact)
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
