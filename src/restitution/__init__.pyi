@@ -12,6 +12,7 @@ from .contact.analytic import TruncatedCone as TruncatedCone
 from .contact.ellipsoid import Ellipsoid as Ellipsoid
 from .contact.ellipsoid import crossed_cylinders as crossed_cylinders
 from .contact.force_law.law import ForceLaw as ForceLaw
+from .contact.layer.layer import Layer as Layer
 from .contact.power_law import Cone as Cone
 from .contact.power_law import FlatPunch as FlatPunch
 from .contact.power_law import PowerLaw as PowerLaw

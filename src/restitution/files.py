@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import sys
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -26,6 +27,23 @@ def path_of(value: Any, name: str = "path") -> Path:
     if not isinstance(value, str | os.PathLike):
         raise InputTypeError(name, value, "must be the name of a file or folder")
     return Path(value)
+
+
+def user_cache() -> Path | None:
+    """Folder for caches in the home directory, or None without a home."""
+    if sys.platform == "win32":
+        stated, beside_home = os.environ.get("LOCALAPPDATA"), "AppData/Local"
+    elif sys.platform == "darwin":
+        stated, beside_home = None, "Library/Caches"
+    else:
+        stated, beside_home = os.environ.get("XDG_CACHE_HOME"), ".cache"
+    # By the XDG standard a relative path must be ignored.
+    if stated and Path(stated).is_absolute():
+        return Path(stated) / "restitution"
+    try:
+        return Path.home() / beside_home / "restitution"
+    except RuntimeError:
+        return None
 
 
 @contextmanager

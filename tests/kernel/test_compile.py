@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from restitution import files
 from restitution.errors import RestitutionWarning
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
@@ -134,13 +135,11 @@ def test_a_folder_of_another_user_is_not_used(tmp_path: Path, monkeypatch: pytes
 
 
 def test_a_relative_cache_home_is_ignored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.kernel import compile as module
-
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
-    assert module._user_cache() == tmp_path / ".cache" / "restitution"
+    assert files.user_cache() == tmp_path / ".cache" / "restitution"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "absolute"))
-    assert module._user_cache() == tmp_path / "absolute" / "restitution"
+    assert files.user_cache() == tmp_path / "absolute" / "restitution"
 
 
 def test_no_cache_folder_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,11 +19,11 @@ def test_no_module_is_longer_than_400_lines(path):
 
 # Features later than the solver, each with the most lines that it may have.
 LATER = {
-    "geometry": 175,
+    "geometry": 185,
     "ellipsoid": 260,
     "pyramid": 120,
     "force_law": 500,
-    "layer": 1_200,
+    "layer": 1_500,
     "identification": 6_700,
     "law": 1_500,
     "calibration": 2_000,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import fields
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_type_hints
 
 import numpy as np
@@ -103,6 +103,10 @@ class Geometry(ABC):
         It is the radius of a disc of equal area where the contact is no disc, and NaN where it is not known.
         """
 
+    def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
+        """Contact radius [m] at depth d [m] where the stiffness radius [m] is known too, which may be quicker."""
+        return self.contact_radius(depth)
+
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the geometry of a contact of these materials; refuse materials for which it does not hold."""
         return self
@@ -155,6 +159,10 @@ class Geometry(ABC):
 
     def __hash__(self) -> int:
         """Hash of the type and the parameters."""
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
         values = (one if isinstance(one, Geometry) else np.asarray(one).tobytes() for one in _values(self))
         return hash((type(self), *values))
 

@@ -70,6 +70,11 @@ class Profile(Geometry):
         """Largest contact radius [m] that the profile describes."""
         return math.inf
 
+    @property
+    def joints(self) -> Array:
+        """Radii [m] beyond a flat face at which a derivative of f jumps; none for most profiles."""
+        return np.empty(0)
+
 
 def as_profile(geometry: Geometry, wanting: str) -> Profile:
     """Return the geometry if it is a profile on a half-space, which `wanting` needs; refuse others with the reason."""

@@ -130,6 +130,11 @@ class Tabulated(Profile, case_name="tabulated"):
         return float(self._samples[1][-1])
 
     @property
+    def joints(self) -> Array:
+        """Radii [m] of the joints of the interpolant."""
+        return np.asarray(self._flank.x[1:-1])
+
+    @property
     def kinks(self) -> Kinks:
         """Depths of the joints of the interpolant, where one of its derivatives jumps.
 

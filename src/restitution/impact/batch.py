@@ -276,7 +276,8 @@ class Batch:
         if self.profile is None or isinstance(self.profile, Profile):
             return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
         known = np.isfinite(depth) & np.isfinite(stiffness_radius)
-        return np.where(known, self.profile.contact_radius(np.where(known, depth, 0.0)), stiffness_radius)
+        place = np.where(known, depth, 0.0), np.where(known, stiffness_radius, 0.0)
+        return np.where(known, self.profile.contact_radius_at(*place), stiffness_radius)
 
     def _stiffness_radius(self, depth: Array) -> Array:
         """Return the stiffness radius [m] at depths [m]."""

@@ -228,9 +228,9 @@ def table_block(
     length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
     least = min(rounded_down(float(depths.min()), 4.0), length)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
-    table = _of_profile(_path_table, profile, length, least, error)
+    table, radius = _of_profile(_path_table, profile, length, least, error)
     size, n_modes = moduli.shape
-    lengths, radii = np.full(size, length), np.full(size, float(profile.stiffness_radius(length)))
+    lengths, radii = np.full(size, length), np.full(size, radius)
     time, factor = _units(lengths, radii, masses, velocities)
     with np.errstate(all="ignore"):
         return ScaledBlock(
@@ -251,10 +251,11 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> PathTable:
+def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> tuple[PathTable, float]:
+    """Return the table and the stiffness radius [m] at its end."""
     from restitution.contact.path import path_table
 
-    return path_table(profile, depth_max, rtol, depth_min=depth_min)
+    return path_table(profile, depth_max, rtol, depth_min=depth_min), float(profile.stiffness_radius(depth_max))
 
 
 @lru_cache(maxsize=32)

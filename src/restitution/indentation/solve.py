@@ -104,6 +104,7 @@ def indent(
     1.38541713e-09 N, contact ends at 1.407006 s
     """
     contact = _contact(material, profile, counter_material)
+    profile = contact.profile
     if np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", wanted="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
@@ -272,7 +273,7 @@ class Solution:
             sampled = np.concatenate([free, sampled], axis=1)
         depth, rate, force, radius, place = sampled[:, np.argsort(order)]
         if not isinstance(self._profile, Profile):
-            radius = np.where(radius > 0.0, self._profile.contact_radius(place**2 * units.length), 0.0)
+            radius = np.where(radius > 0.0, self._profile.contact_radius_at(place**2 * units.length, radius), 0.0)
         return depth, rate, force, radius
 
     def _moment(self, scaled: float) -> float:

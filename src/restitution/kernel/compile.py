@@ -4,7 +4,6 @@ import gc
 import hashlib
 import os
 import stat
-import sys
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -16,6 +15,7 @@ import numba
 from numba.core import caching, config
 
 from restitution.errors import RestitutionWarning
+from restitution.files import user_cache
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
@@ -31,23 +31,6 @@ def source_hash(folder: Path = Path(__file__).parent) -> str:
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()
-
-
-def _user_cache() -> Path | None:
-    """Folder for caches in the home directory, or None without a home."""
-    if sys.platform == "win32":
-        stated, beside_home = os.environ.get("LOCALAPPDATA"), "AppData/Local"
-    elif sys.platform == "darwin":
-        stated, beside_home = None, "Library/Caches"
-    else:
-        stated, beside_home = os.environ.get("XDG_CACHE_HOME"), ".cache"
-    # By the XDG standard a relative path must be ignored.
-    if stated and Path(stated).is_absolute():
-        return Path(stated) / "restitution"
-    try:
-        return Path.home() / beside_home / "restitution"
-    except RuntimeError:
-        return None
 
 
 def _is_mine_alone(folder: Path) -> bool:
@@ -66,7 +49,7 @@ def cache_folder() -> str | None:
     The cache contains pickles: anyone who can write them can run code as the user who reads them.
     """
     own = os.environ.get("NUMBA_CACHE_DIR")
-    candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", _user_cache()]
+    candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", user_cache()]
     for folder in candidates:
         if folder is None:
             continue

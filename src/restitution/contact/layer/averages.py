@@ -1,0 +1,234 @@
+"""Means of the resolvent and the load of flat punches over the transform of a profile, for all contact radii.
+
+Lengths are in units of the thickness. With ``G = int_0^a g dx`` the means are ``sigma(a) = int_0^a r g dx/G`` and
+``tau(a) = int_0^a w g dx/G``. Both are smooth: an edge or a joint of the profile appears in G and hardly in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.contact.geometry import Array
+from restitution.contact.layer.punch import PANELS, Punches
+
+# Gauss nodes and Chebyshev nodes of a cell, the widest cell of g, and the tolerance of both series.
+_NODES, _WIDEST, _TAIL = 16, 2.0, 1e-12
+# Largest numbers of halvings of a cell, of cells apart from those of joints, and of values in memory at a time.
+_HALVINGS, _CELLS, _BLOCK = 40, 1024, 2_000_000
+_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
+_TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODES - 1))
+_ANGLE = np.pi * (np.arange(_NODES) + 0.5) / _NODES
+_TO_CHEBYSHEV: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(np.cos(_ANGLE), _NODES - 1))
+
+
+def power_law_series(found: Punches, exponent: float) -> tuple[Array, Array]:
+    """Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
+
+    The integrals over ``v = (x/a)^2`` with the weight ``v^((n - 1)/2)`` are exact by Gauss-Jacobi nodes.
+    """
+    from scipy.special import roots_jacobi
+
+    def mean(series: Array) -> Array:
+        nodes, weights = roots_jacobi(series.shape[1] // 2 + 1, 0.0, 0.5 * (exponent - 1.0))
+        weights = weights / np.sum(weights)
+        return series @ (np.polynomial.chebyshev.chebvander(nodes, series.shape[1] - 1).T @ weights)
+
+    parts = found.resolvent, found.load
+    sigma, tau = (np.array([mean(series) for series in part]) for part in parts)
+    return sigma, tau
+
+
+class _Cells(NamedTuple):
+    """Cells over x; in the first piece of a profile with the face b ``x = hypot(b, t)``, beyond a joint ``x = joint +
+    t^2``, in which g is smooth.
+    """
+
+    joint: Array  # The joint, NaN in the first piece
+    low: Array  # t at the start of the cell
+    high: Array  # t at the end
+
+    def place(self, t: Array, face: float) -> tuple[Array, Array]:
+        """Return x and dx/dt, shape (n_cell, k), at t of this shape."""
+        joint = self.joint[:, None]
+        first = np.isnan(joint)
+        x = np.where(first, np.hypot(face, t), joint + t * t)
+        return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
+
+    def part(self, chosen: Any) -> _Cells:
+        return _Cells(self.joint[chosen], self.low[chosen], self.high[chosen])
+
+    def halves(self) -> _Cells:
+        middle = 0.5 * (self.low + self.high)
+        return _Cells(np.tile(self.joint, 2), np.append(self.low, middle), np.append(middle, self.high))
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """Means over the transform of a profile in units of the thickness.
+
+    Parameters
+    ----------
+    punches : Punches
+        The flat punches.
+    transform : callable
+        Transform g(x) of the profile, with any unit.
+    face, joints, end : float, array, float
+        Radius of the flat face, radii at which g is not smooth, largest radius.
+    """
+
+    punches: Punches
+    transform: Callable[[Array], Array]
+    face: float
+    joints: Array
+    end: float
+
+    @cached_property
+    def _pieces(self) -> tuple[_Cells, Array]:
+        """Cells that resolve g, in the order of x, and its Legendre coefficients there."""
+        starts = np.append(self.face, self.joints)
+        ends = np.append(self.joints, self.end)
+        first = np.arange(starts.size) == 0
+        reach = np.sqrt(np.where(first, (ends - self.face) * (ends + self.face), ends - starts))
+        pending = _Cells(np.where(first, np.nan, starts), np.zeros(starts.size), reach)
+        done: list[tuple[_Cells, Array]] = []
+        count = 0
+        for rank in range(_HALVINGS + 1):
+            t = pending.low[:, None] + 0.5 * (pending.high - pending.low)[:, None] * (1.0 + _GAUSS)
+            x, _ = pending.place(t, self.face)
+            g = self.transform(np.minimum(x, self.end))
+            series = g @ _TO_LEGENDRE.T
+            good = np.max(np.abs(series[:, -2:]), axis=1) <= _TAIL * np.max(np.abs(g), axis=1)
+            good &= x[:, -1] - x[:, 0] <= _WIDEST
+            count += pending.low.size
+            good |= rank == _HALVINGS or count > _CELLS + 4 * starts.size
+            done.append((pending.part(good), series[good]))
+            pending = pending.part(~good).halves()
+            if not pending.low.size:
+                break
+        cells = _Cells(*(np.concatenate(one) for one in zip(*(cells for cells, _ in done), strict=True)))
+        order = np.argsort(cells.place(cells.low[:, None], self.face)[0][:, 0], kind="stable")
+        return cells.part(order), np.concatenate([series for _, series in done])[order]
+
+    def at(self, radius: Array) -> tuple[Array, Array]:
+        """Means sigma and tau at radii of one panel, shape (n,)."""
+        cells, series = self._pieces
+        start = cells.place(cells.low[:, None], self.face)[0][:, 0]
+        own = np.clip(np.searchsorted(start, radius, side="right") - 1, 0, start.size - 1)
+        last = int(own.max())
+        whole = cells.part(slice(0, last))
+        half = 0.5 * (whole.high - whole.low)[:, None]
+        x, pace = whole.place(whole.low[:, None] + half * (1.0 + _GAUSS), self.face)
+        mass = half * _WEIGHTS * pace * np.polynomial.legendre.legval(_GAUSS, series[:last].T)
+        # The cell that contains the radius, up to there.
+        cell = cells.part(own)
+        beyond = np.isnan(cell.joint)
+        reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
+        reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
+        half = 0.5 * (reach - cell.low)[:, None]
+        t = cell.low[:, None] + half * (1.0 + _GAUSS)
+        inner, pace = cell.place(t, self.face)
+        local = 2.0 * (t - cell.low[:, None]) / (cell.high - cell.low)[:, None] - 1.0
+        g = np.polynomial.legendre.legval(local, series[own].T[..., None], tensor=False)
+        inner_mass = half * _WEIGHTS * pace * g
+        sums = np.empty((3, radius.size))
+        rows = max(1, _BLOCK // (x.size + _NODES))
+        for part in (slice(i, i + rows) for i in range(0, radius.size, rows)):
+            a = radius[part]
+            counted = np.arange(last)[:, None] < own[part, None, None]
+            masses = np.concatenate([np.where(counted, mass, 0.0).reshape(a.size, -1), inner_mass[part]], axis=1)
+            places = np.concatenate([np.broadcast_to(x.ravel(), (a.size, x.size)), inner[part]], axis=1)
+            r, w = self.punches.inside(a, np.minimum(places, a[:, None]))
+            sums[:, part] = np.sum(masses, axis=1), np.sum(masses * r, axis=1), np.sum(masses * w, axis=1)
+        return sums[1] / sums[0], sums[2] / sums[0]
+
+
+class MeanTable(NamedTuple):
+    """Chebyshev series of sigma and tau over cells of the contact radius.
+
+    Attributes
+    ----------
+    edges, joint, low, high : array, shape (n_cell,)
+        Start of each cell, and its coordinate as in `_Cells`.
+    series : array, shape (n_cell, 2, 16)
+        Coefficients.
+    face : float
+        Radius of the flat face.
+    """
+
+    edges: Array
+    joint: Array
+    low: Array
+    high: Array
+    series: Array
+    face: float
+
+    def __call__(self, radius: Array) -> tuple[Array, Array]:
+        """Means at radii of any shape, at least that of the face."""
+        cell = np.clip(np.searchsorted(self.edges, radius, side="right") - 1, 0, self.edges.size - 1)
+        joint, low, high = self.joint[cell], self.low[cell], self.high[cell]
+        squared = np.where(np.isnan(joint), (radius - self.face) * (radius + self.face), radius - joint)
+        t = np.sqrt(np.maximum(squared, 0.0))
+        local = np.clip((2.0 * t - low - high) / (high - low), -1.0, 1.0)
+        series = np.moveaxis(self.series[cell], (-2, -1), (0, 1))
+        sigma, tau = (np.polynomial.chebyshev.chebval(local, one, tensor=False) for one in series)
+        return np.asarray(sigma), np.asarray(tau)
+
+
+def mean_table(averages: Averages) -> MeanTable:
+    """Tabulate the means; a cell that is not resolved ends at a joint, where there is one, or in its middle."""
+    face, end = averages.face, averages.end
+    last = np.sqrt((end - face) * (end + face))
+    # Singular at x = +-i b and, weakly, at multiples of +-2i.
+    t = min(1.0, face, last) if face > 0.0 else min(1.0, last)
+    edges = [0.0]
+    while t < 0.75 * last:
+        edges.append(t)
+        t *= 2.0
+    inner = PANELS[(face < PANELS) & (end > PANELS)]
+    ends = np.unique(np.concatenate([edges, np.sqrt((inner - face) * (inner + face)), [last]]))
+    pending = _Cells(np.full(ends.size - 1, np.nan), ends[:-1], ends[1:])
+    done: list[tuple[_Cells, Array]] = []
+    count = 0
+    for rank in range(_HALVINGS + 1):
+        count += pending.low.size
+        last_round = rank == _HALVINGS or count > _CELLS + 4 * averages.joints.size
+        series = np.empty((pending.low.size, 2, _NODES))
+        good = np.empty(pending.low.size, dtype=bool)
+        for i in range(pending.low.size):
+            one = pending.part(slice(i, i + 1))
+            t = 0.5 * (one.low + one.high) + 0.5 * (one.high - one.low) * np.cos(_ANGLE)
+            a = np.minimum(one.place(t[None], face)[0][0], end)
+            series[i] = np.stack(averages.at(a)) @ _TO_CHEBYSHEV.T
+            tails = np.max(np.abs(series[i, :, -2:]), axis=1)
+            good[i] = bool(np.all(tails <= _TAIL * np.abs(series[i, :, 0]))) or last_round
+        done.append((pending.part(good), series[good]))
+        pending = _split(pending.part(~good), averages.joints, face)
+        if not pending.low.size:
+            break
+    cells = _Cells(*(np.concatenate(one) for one in zip(*(cells for cells, _ in done), strict=True)))
+    start = cells.place(cells.low[:, None], face)[0][:, 0]
+    order = np.argsort(start, kind="stable")
+    return MeanTable(start[order], *cells.part(order), np.concatenate([one for _, one in done])[order], face)
+
+
+def _split(cells: _Cells, joints: Array, face: float) -> _Cells:
+    """Split each cell at the joint that is nearest to its middle; at its middle where there is no joint inside."""
+    made: list[tuple[float, float, float]] = []
+    for joint, low, high in zip(*cells, strict=True):
+        start, middle, end = (
+            float(_Cells(np.array([joint]), np.zeros(1), np.zeros(1)).place(np.array([[t]]), face)[0][0, 0])
+            for t in (low, 0.5 * (low + high), high)
+        )
+        inside = joints[(joints > start * (1.0 + 1e-12)) & (joints < end * (1.0 - 1e-12))]
+        if inside.size:
+            at = float(inside[np.argmin(np.abs(inside - middle))])
+            t = np.sqrt((at - face) * (at + face) if np.isnan(joint) else at - joint)
+            made += [(joint, low, float(t)), (at, 0.0, float(np.sqrt(end - at)))]
+        else:
+            made += [(joint, low, 0.5 * (low + high)), (joint, 0.5 * (low + high), high)]
+    return _Cells(*np.array(made).reshape(-1, 3).T)

@@ -1,0 +1,175 @@
+"""A body on an elastic or viscoelastic layer that rests on a rigid base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution.checks import Numeric, one_of, single
+from restitution.contact.geometry import Array, Geometry, Kinks, as_array
+from restitution.contact.layer.depths import Depths, PunchDepths, depths
+from restitution.contact.profile import Profile
+from restitution.errors import InputError, InputTypeError
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from restitution.quantities import LENGTH, Quantity
+
+# Change of the Poisson ratio in time that does not matter, and the value above which every change may be neglected.
+CONSTANT, INCOMPRESSIBLE = 1e-9, 0.498
+
+Base = Literal["bonded", "frictionless"]
+
+# Digits of the Poisson ratio after the point, of which thin incompressible layers need most.
+_DIGITS = 14
+# Times at which the Poisson ratio is compared.
+_MOMENTS = 200
+
+THICKNESS = Quantity("thickness", LENGTH, "thickness of the layer", "$h$", 0.0, open=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Layer(Geometry):
+    """Rigid body on a layer of uniform thickness on a rigid base.
+
+    Parameters
+    ----------
+    profile : Profile
+        Profile of the body, with single numbers as parameters.
+    thickness : float
+        Thickness h of the layer [m], > 0.
+    base : {"bonded", "frictionless"}
+        Whether the layer sticks to the base or slides on it without friction.
+
+    Raises
+    ------
+    InputError
+        If the profile or a number is out of its range. In a contact: if the indenter deforms too, or the contact
+        radius exceeds 40 h.
+
+    Notes
+    -----
+    The line load q of the foundation obeys ``q(x) - int m(x - y) q(y) dy = E* (d - g(x))``, with the kernel m of the
+    compliance of the layer; it vanishes at the edge of the contact. The equation is solved by Gauss nodes, and tables
+    over a/h keep the depth, the stiffness radius and the force integral to about 1e-12. An infinite thickness would
+    give the half-space. Valid for small strains and a layer that is wide compared with its thickness.
+
+    The material of the contact gives the Poisson ratio of a bonded layer, that of its equilibrium. The solution is
+    exact on a frictionless base for every material, and on a bonded base if the Poisson ratio does not change in time.
+    Where it changes but stays above 0.498, as that of rubber, the map at equilibrium is used: in finite elements at
+    0.4989 to 0.4999 this changes e by less than 1 %. Other materials with a Poisson ratio that changes are refused.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.Material(rs.PronySeries(1e6, [5e6], [1e-3]), bulk=float("inf"))
+    >>> pad = rs.Layer(rs.Sphere(0.0075), thickness=0.0125)
+    >>> print(round(rs.solve(rs.Impact(rubber, pad, mass=0.25, velocity=0.1)).restitution_coefficient, 5))
+    0.35595
+    """
+
+    obstacle = "the elements of a layer are coupled"
+
+    profile: Profile
+    thickness: Annotated[float, THICKNESS]
+    base: Base = "bonded"
+    _poisson_ratio: float | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        single("thickness", self.thickness, "m")
+        one_of("base", self.base, ("bonded", "frictionless"))
+        if not isinstance(self.profile, Profile):
+            raise InputTypeError("profile", self.profile, "must be a Profile, such as Parabola(radius)")
+        if np.ndim(self.profile.contact_radius(0.0)):
+            raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
+
+    def between(self, material: Material, counter_material: Material | None) -> Self:
+        """Return the layer with the Poisson ratio of its material; refuse a second body that deforms."""
+        if counter_material is not None:
+            wanted = "must be left out on a layer: the compliances of a layer and of another body are not proportional"
+            raise InputError("counter_material", wanted=wanted)
+        if self.base == "frictionless":
+            return self
+        low, high = poisson_ratios(material)
+        if high - low > CONSTANT and low <= INCOMPRESSIBLE:
+            wanted = "must have a Poisson ratio that does not change in time, or stays above "
+            wanted += f"{INCOMPRESSIBLE:g}, on a bonded layer; that of this one is between {low:.3g} and {high:.3g}"
+            raise InputError("material", wanted=wanted)
+        # The same material gives slightly different numbers after changes of its form.
+        poisson_ratio = round(material.poisson_ratio, _DIGITS)
+        if self._poisson_ratio == poisson_ratio:
+            return self
+        bound = replace(self)
+        object.__setattr__(bound, "_poisson_ratio", poisson_ratio)
+        return bound
+
+    @cached_property
+    def _depths(self) -> Depths | PunchDepths:
+        if self.base == "bonded" and self._poisson_ratio is None:
+            wanted = "has no Poisson ratio yet: a bonded layer takes that of the material of its Contact or Impact"
+            raise InputError("profile", self, wanted)
+        return depths(self.profile, self.thickness, self._poisson_ratio)
+
+    def stiffness_radius(self, depth: ArrayLike) -> Array:
+        """Stiffness radius a kappa [m] at depth d [m]."""
+        return self._depths.stiffness_radius(self._half_space_depth(depth))
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
+        return self._depths.force_integral(self._half_space_depth(depth))
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a [m] at depth d [m]."""
+        return self._depths.radius(self._half_space_depth(depth))
+
+    def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
+        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        return self._depths.punches.radius(as_array(stiffness_radius) / self.thickness) * self.thickness
+
+    def _half_space_depth(self, depth: ArrayLike) -> Array:
+        depth = as_array(depth)
+        if np.any(depth > self.max_depth):
+            wanted = f"must be <= {self.max_depth:g} m, where the tables of the layer end"
+            raise InputError("depth", float(np.max(depth)), wanted, "m")
+        return self._depths.half_space_depth(depth)
+
+    @property
+    def path_exponent(self) -> Numeric | None:
+        """Exponent of a kappa = c s^p: 0 for a flat punch, None for other profiles."""
+        return 0.0 if self.profile.path_exponent == 0.0 else None
+
+    @property
+    def path_coefficient(self) -> Numeric | None:
+        """Coefficient of a kappa = c s^p: a kappa [m] for a flat punch, None for other profiles."""
+        return float(self.stiffness_radius(0.0)) if self.path_exponent == 0.0 else None
+
+    @property
+    def tip_radius(self) -> Numeric:
+        """Radius [m] of a round body."""
+        return self.profile.tip_radius
+
+    @property
+    def max_depth(self) -> float:
+        """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
+        return self._depths.max_depth
+
+    @property
+    def kinks(self) -> Kinks:
+        """Depths at which a(d) is not smooth: those of the profile, to leading order."""
+        return self._depths.kinks
+
+
+def poisson_ratios(material: Material) -> tuple[float, float]:
+    """Smallest and largest Poisson ratio over all times."""
+    if material.is_incompressible:
+        return 0.5, 0.5
+    times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
+    known = np.concatenate([*times, [1.0] * all(one.size == 0 for one in times)])
+    moments = np.geomspace(0.01 * known.min(), 100.0 * known.max(), _MOMENTS)
+    values = material.relaxation_poisson_ratio(moments)
+    ends = material.poisson_ratio, material.instantaneous_poisson_ratio
+    return float(min(*ends, values.min())), float(max(*ends, values.max()))

@@ -1,0 +1,159 @@
+"""Flat punches on a layer: the solutions of the integral equation of the line load for all radii.
+
+Lengths are in units of the thickness, E* = 1. The line load of a flat punch of the radius a at the depth 1 obeys ``w -
+M w = 1`` with ``M w = int_0^a (m(x - y) + m(x + y)) w(y) dy``. Its stiffness radius is ``int_0^a w dx = a kappa(a)``.
+The resolvent at the edge obeys ``r - M r = m(x - a) + m(x + a)``. A body with the transform g then has the line load
+``d w - omega`` with ``omega(a) = g(a) + int_0^a r g dy`` and ``int_0^a omega dx = int_0^a w g dx``.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.contact.geometry import Array
+from restitution.contact.layer.compliance import LineKernel
+
+PANELS = np.array([0.0, 2.0, 10.0, 40.0])
+"""Ends of the ranges of a/h, each with a series of its own."""
+
+# Radii in each range; nodes over the radius, of which 16 + 6 a/h are enough for every Poisson ratio.
+_RADII, _LEAST, _PER_RADIUS = 32, 16, 6
+# Newton steps of Gauss nodes, of which two leave 1e-16.
+_NEWTON = 4
+
+
+class Punches(NamedTuple):
+    """Series of the flat punches, over the radius in each of the `PANELS`.
+
+    Attributes
+    ----------
+    stiffness, edge : array, shape (n_panel, n_radius)
+        Chebyshev coefficients of ln kappa(a) and ln w(a).
+    resolvent, load : tuple of array, shape (n_radius, n)
+        Chebyshev coefficients of r(x) and w(x) over the radius and over ``2 (x/a)^2 - 1``.
+    softness : array, shape (n_panel, n_radius)
+        Chebyshev coefficients of -ln kappa over ``ln(1 + a kappa)``.
+    ends : array
+        Stiffness radii a kappa at the ends of the panels.
+    """
+
+    stiffness: Array
+    edge: Array
+    resolvent: tuple[Array, ...]
+    load: tuple[Array, ...]
+    softness: Array
+    ends: Array
+
+    def kappa(self, radius: Array) -> Array:
+        """Ratio kappa [-] of the stiffness of a flat punch to that on a half-space."""
+        return np.exp(over_panels(self.stiffness, radius))
+
+    def edge_load(self, radius: Array) -> Array:
+        """Line load w(a) at the edge, without the factor E* d; its square is d(a kappa)/da."""
+        return np.exp(over_panels(self.edge, radius))
+
+    def radius(self, stiffness_radius: Array) -> Array:
+        """Radius a of a flat punch of the stiffness radius a kappa."""
+        ends = self.ends
+        panel = np.clip(np.searchsorted(ends, stiffness_radius, side="right") - 1, 0, len(PANELS) - 2)
+        low, high = np.log1p(ends[panel]), np.log1p(ends[panel + 1])
+        place = np.clip((2.0 * np.log1p(stiffness_radius) - low - high) / (high - low), -1.0, 1.0)
+        series = np.moveaxis(self.softness[panel], -1, 0)
+        return stiffness_radius * np.exp(np.polynomial.chebyshev.chebval(place, series, tensor=False))
+
+    def inside(self, radius: Array, x: Array) -> tuple[Array, Array]:
+        """Resolvent r(x) and load w(x) of radii, shape (n,), of one panel, at places x < a, shape (n, k)."""
+        panel = panel_of(radius[:1])[0]
+        basis = np.polynomial.chebyshev.chebvander(_local(panel, radius), _RADII - 1)
+        place = 2.0 * (x / radius[:, None]) ** 2 - 1.0
+        r, w = (
+            np.asarray(np.polynomial.chebyshev.chebval(place, (basis @ series[panel]).T[..., None], tensor=False))
+            for series in (self.resolvent, self.load)
+        )
+        return r, w
+
+
+def punches(poisson_ratio: float | None) -> Punches:
+    """Solve the flat punches on a bonded layer of a Poisson ratio, or on a frictionless base for None.
+
+    Examples
+    --------
+    >>> found = punches(0.5)
+    >>> print(found.kappa(np.array([0.0, 1.0])).round(8))
+    [1.         3.61873585]
+    """
+    # Numba takes half a second to import.
+    from restitution.contact.layer.line_loads import solve_line_loads
+
+    kernel = LineKernel(poisson_ratio)
+    angle = np.pi * (np.arange(_RADII) + 0.5) / _RADII
+    transform = np.cos(np.arange(_RADII)[:, None] * angle) * (2.0 / _RADII)
+    transform[0] *= 0.5
+    stiffness, edge, resolvent, load = [], [], [], []
+    for low, high in pairwise(PANELS):
+        count = int(_LEAST + _PER_RADIUS * high)
+        nodes, weights = _half_gauss(2 * count)
+        radii = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        lines, ends = np.empty((_RADII, 2, count)), np.empty((_RADII, 2))
+        space = np.empty((count, count)), np.empty(count)
+        solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, *space, lines, ends)
+        fit = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * nodes * nodes - 1.0, count - 1))
+        series = np.einsum("ij,jkl,ml->ikm", transform, lines, fit, optimize=True)
+        stiffness.append(transform @ np.log(ends[:, 0] / radii))
+        edge.append(transform @ np.log(ends[:, 1]))
+        resolvent.append(series[:, 0])
+        load.append(series[:, 1])
+    found = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
+    found = found._replace(ends=PANELS * found.kappa(PANELS))
+    return found._replace(softness=_softness(found, np.cos(angle)) @ transform.T)
+
+
+def _softness(found: Punches, place: Array) -> Array:
+    """Values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
+    low, high = np.log1p(found.ends[:-1, None]), np.log1p(found.ends[1:, None])
+    target = np.expm1(0.5 * (low + high) + 0.5 * (high - low) * place)
+    a = np.interp(target, found.ends, PANELS)
+    for _ in range(60):
+        step = (target - a * found.kappa(a)) / found.edge_load(a) ** 2
+        a = np.clip(a + step, 0.0, PANELS[-1])
+    return np.log(a / target)
+
+
+def _half_gauss(count: int) -> tuple[Array, Array]:
+    """Positive Gauss nodes of an even count, and their weights by a sum that keeps all digits near the end.
+
+    Errors of weights grow 1e5-fold on thin incompressible layers.
+    """
+    place = np.arange(count // 2, 0, -1)
+    x = np.cos(math.pi * (4.0 * place - 1.0) / (4.0 * count + 2.0)) * (1.0 - (count - 1.0) / (8.0 * count**3))
+    total = before = value = x
+    for _ in range(_NEWTON):
+        before, value = np.ones_like(x), x
+        total = 0.5 + 1.5 * x * x
+        for k in range(1, count):
+            before, value = value, ((2 * k + 1) * x * value - k * before) / (k + 1)
+            total = total + (k + 1.5) * value * value
+        x = x - value * (x * x - 1.0) / (count * (x * value - before))
+    return x, 1.0 / (total - (count + 0.5) * value * value)
+
+
+def panel_of(radius: Array) -> Any:
+    """Index of the panel of each radius."""
+    return np.clip(np.searchsorted(PANELS, radius, side="right") - 1, 0, len(PANELS) - 2)
+
+
+def _local(panel: Any, radius: Array) -> Array:
+    low, high = PANELS[panel], PANELS[panel + 1]
+    return (2.0 * radius - low - high) / (high - low)
+
+
+def over_panels(series: Array, radius: Array) -> Array:
+    """Series of each panel at radii of any shape."""
+    panel = panel_of(radius)
+    coefficients = np.moveaxis(series[panel], -1, 0)
+    value: Any = np.polynomial.chebyshev.chebval(_local(panel, radius), coefficients, tensor=False)
+    return value
