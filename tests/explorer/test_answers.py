@@ -56,6 +56,8 @@ def test_numbers_are_those_of_solve_for_every_material(model, tmp_path):
     for name in ("contact_time", "max_force", "max_indentation_depth", "max_contact_radius"):
         value = getattr(expected, name)
         assert numbers[name] == (pytest.approx(value, rel=1e-12) if np.isfinite(value) else None)
+    budget = ("kinetic_energy_in", "kinetic_energy_out", "dissipated_energy", "stored_energy", "energy_residual")
+    assert [numbers[name] for name in budget] == answers.plain(list(expected.energy))
     assert numbers["instantaneous_poisson_ratio"] == expected.impact.material.instantaneous_poisson_ratio
     assert [row["kind"] for row in found["validity"] if row["state"] == "doubtful"] == [
         check.kind for check in expected.validity if check.exceeded
