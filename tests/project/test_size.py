@@ -31,7 +31,7 @@ LATER = {
     "radiation": 120,
     "rebound_resilience": 700,
     "impedance": 150,
-    "explorer": 2_000,
+    "explorer": 2_050,
 }
 
 

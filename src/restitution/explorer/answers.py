@@ -34,13 +34,12 @@ from restitution.indentation.evolution import MOST_ELEMENTS
 from restitution.indentation.result import IndentationStatus
 from restitution.indentation.solve import indent
 from restitution.material.fractional import Window
-from restitution.quantities import BUDGET as ENERGIES
-from restitution.quantities import HISTORY
+from restitution.quantities import BUDGET, HISTORY
 
 Array = NDArray[np.float64]
 Answer = dict[str, Any]
 
-BUDGET = 0.1
+TIME_LIMIT = 0.1
 """Time [s] that one answer may take; longer curves get fewer points."""
 
 # Tolerance of curves. Single impacts have the default of `solve`.
@@ -114,7 +113,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
     separated = result.status == Status.SEPARATED
     numbers |= {name: getattr(result, name) if separated else math.nan for name in _TIMES_OF_CONTACT}
-    numbers |= dict(zip(ENERGIES, result.energy, strict=True))
+    numbers |= dict(zip(BUDGET, result.energy, strict=True))
     problem = cast("Any", result.impact)
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
@@ -192,7 +191,7 @@ def velocity(state: Mapping[str, Any]) -> Answer:
     def evaluate(new: NDArray[np.int64]) -> dict[str, Array]:
         return _columns(problem, speeds[new])
 
-    places, columns = _refined(evaluate, places, 0.5 * BUDGET)
+    places, columns = _refined(evaluate, places, 0.5 * TIME_LIMIT)
     return {"curves": {"velocity": plain({"velocity": speeds[places]} | columns)}}
 
 
@@ -251,7 +250,7 @@ def surface(state: Mapping[str, Any]) -> Answer:
     for n in sorted(range(_TIMES), key=lambda n: (n & -n) or _TIMES, reverse=True):
         if recovered and grid[n] > contact_time:
             rows[n] = np.zeros(_RADII)
-        elif len(rows) < _LEAST_ROWS or time.thread_time() - started < 0.5 * BUDGET:
+        elif len(rows) < _LEAST_ROWS or time.thread_time() - started < 0.5 * TIME_LIMIT:
             rows[n] = result.surface_displacement(radius, grid[n])
     places = np.array(sorted(rows))
     columns = {"displacement": np.array([rows[n] for n in places.tolist()])}
@@ -273,7 +272,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     started = time.thread_time()
     solve(problem, rtol=_RTOL)
     each = max(time.thread_time() - started, 1e-4)
-    most = int(min(max(0.5 * BUDGET / each, 5), _MOST_BOUNCES))
+    most = int(min(max(0.5 * TIME_LIMIT / each, 5), _MOST_BOUNCES))
     height = motion.impact_velocity**2 / (2.0 * motion.gravity)
     floor = _LEAST_RISE * height
     found = series_of_bounces(problem, gravity=motion.gravity, max_bounces=most, min_height=floor, rtol=_RTOL)

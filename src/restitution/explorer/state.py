@@ -166,8 +166,8 @@ def of_impact(impact: Impact) -> State:
         raise InputError("impact", wanted="must be an Impact or the name of a case file")
     if impact.shape:
         raise InputError("impact", wanted=f"must be a single impact, but has shape {impact.shape}")
-    if impact.counter_material is not None:
-        raise InputError("impact", wanted="must have a rigid body; the explorer shows no second material")
+    if impact.counter_material is not None or not math.isinf(impact.impedance):
+        raise InputError("impact", wanted="must be of a rigid body on a half-space; the explorer shows no other")
     names = {profile: name for name, profile in Geometry.registered.items()}
     kind = type(impact.profile)
     if kind not in names or names[kind] not in {one.value for one in inputs()["profile.type"].options}:
