@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import finite, whole
+from restitution.contact.profile import as_profile
 from restitution.errors import InputError
 from restitution.impact.elements import element_law
 from restitution.impact.problem import Impact
@@ -33,7 +34,7 @@ def element_forces(impact: Impact, time: ArrayLike, depth: ArrayLike, *, n_eleme
     Raises
     ------
     InputError
-        If the times do not ascend, a step is longer than the shortest relaxation time, as explicit Euler is then
+        If the body is no profile on a half-space, the times do not ascend, a step is longer than the shortest relaxation time, as explicit Euler is then
         unstable, or a number is out of range.
 
     Notes
@@ -57,7 +58,7 @@ def element_forces(impact: Impact, time: ArrayLike, depth: ArrayLike, *, n_eleme
     steps = np.diff(times, prepend=0.0)
     if times.ndim != 1 or times.shape != depths.shape or not np.all(steps > 0.0):
         raise InputError("time, depth", wanted="must be of one length, with times that ascend from above 0")
-    series, profile = impact.reduced_modulus, impact.profile
+    series, profile = impact.reduced_modulus, as_profile(impact.profile, "element_forces")
     longest = float(series.relaxation_times.min(initial=np.inf))
     if steps.max() > longest:
         raise InputError("time", float(steps.max()), f"must have steps of at most {longest:g} s", "s")

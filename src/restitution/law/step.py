@@ -105,7 +105,9 @@ def thin_out(law: NDArray, state: NDArray, count: int) -> int:
 
 
 @compiled
-def touch_again(law: NDArray, state: NDArray, count: int, contact: int, depth: float) -> int:
+def touch_again(
+    law: NDArray, state: NDArray, count: int, contact: int, depth: float, stiffness: float, lag: float
+) -> int:
     """Advance the free nodes; return the number of nodes in contact, which grows if the body touches some again."""
     branches = int(law[BRANCHES])
     room = int(law[NODES])
@@ -119,27 +121,35 @@ def touch_again(law: NDArray, state: NDArray, count: int, contact: int, depth: f
     displacement = nodes[DISPLACEMENT * room :]
     trial = nodes[TRIAL * room :]
     loads = nodes[ROWS * room :]
-    stiffness = state[STIFFNESS]
     touched = contact
     for n in range(contact, count):
         total = law[EQUILIBRIUM] * displacement[n] + stiffness * (depth - place[n] - displacement[n])
         for k in range(branches):
-            total += decay[k] * loads[k * room + n]
+            if decay[k] == 0.0:
+                total -= lag * loads[k * room + n]
+            else:
+                total += decay[k] * loads[k * room + n]
         trial[n] = total
         if total > 0.0:
             touched = n + 1
     if depth > place[count - 1]:
         touched = count
+    opened = max(state[EDGE], 0.0)
+    if touched > contact:
+        state[EDGE] = 0.0
+        if touched < count:
+            state[EDGE] = (trial[touched] - trial[touched - 1]) / stiffness
     for n in range(contact, count):
         change = depth - place[n] - displacement[n]
         if n >= touched:
             change -= trial[n] / stiffness
         displacement[n] += change
         for k in range(branches):
-            loads[k * room + n] = decay[k] * loads[k * room + n] + gain[k] * change + TINY
+            before = loads[k * room + n]
+            loads[k * room + n] = decay[k] * before + gain[k] * change + TINY
             if decay[k] == 0.0 and n < touched:
                 # A dashpot that is touched within the step has the velocity of the body at its end.
-                trial[n] += beyond[k] - loads[k * room + n]
+                trial[n] += beyond[k] - (1.0 + lag) * gain[k] * change + lag * before
                 loads[k * room + n] = beyond[k]
     if touched > contact:
         for k in range(branches):
@@ -152,18 +162,16 @@ def touch_again(law: NDArray, state: NDArray, count: int, contact: int, depth: f
                     radius = (integral[n] - integral[n - 1]) / (place[n] - place[n - 1])
                     inner[n] = inner[n - 1] + radius * (load[n - 1] - load[n])
                     if n == contact:
-                        inner[n] += max(state[EDGE], 0.0) * bulge[k] / 1.5
-        state[EDGE] = 0.0
-        if touched < count:
-            state[EDGE] = (trial[touched] - trial[touched - 1]) / stiffness
+                        inner[n] += opened * bulge[k] / 1.5
     return touched
 
 
 @compiled
-def release(law: NDArray, state: NDArray, contact: int, depth: float) -> int:
+def release(law: NDArray, state: NDArray, contact: int, depth: float, risen: float, stiffness: float) -> int:
     """Let go of the nodes at the edge that would pull; return the number of nodes in contact."""
     branches = int(law[BRANCHES])
     room = int(law[NODES])
+    decay = state[NUMBERS + DECAY * branches :]
     gain = state[NUMBERS + GAIN * branches :]
     bulge = state[NUMBERS + BULGE * branches :]
     beyond = state[NUMBERS + BEYOND * branches :]
@@ -187,7 +195,7 @@ def release(law: NDArray, state: NDArray, contact: int, depth: float) -> int:
         if n > 0:
             radius = (integral[n] - integral[n - 1]) / (place[n] - place[n - 1])
             growth = radius_at(law, place[n]) - radius_at(law, place[n - 1])
-        change = total / state[STIFFNESS]
+        change = total / stiffness
         displacement[n] = depth - place[n] - change
         for k in range(branches):
             load = loads[k * room :]
@@ -197,6 +205,8 @@ def release(law: NDArray, state: NDArray, contact: int, depth: float) -> int:
             if growth > 0.0:
                 bulge[k] = 1.5 * (inner[n] - inner[n - 1] - radius * (load[n - 1] - load[n])) / growth
             load[n] -= gain[k] * change
+            if decay[k] == 0.0:
+                load[n] = gain[k] * (risen - change)
         state[EDGE] = growth
         left = n
     return left
@@ -231,7 +241,9 @@ def grow(law: NDArray, state: NDArray, count: int, depth: float, growth: float) 
 
 
 @compiled
-def force_within(law: NDArray, state: NDArray, count: int, contact: int, depth: float, growth: float) -> float:
+def force_within(
+    law: NDArray, state: NDArray, count: int, contact: int, depth: float, growth: float, stiffness: float
+) -> float:
     """Half of the force of a contact within its largest extent.
 
     The edge lies in the cell behind the last node in contact. There q is a parabola, with which the cell has the force
@@ -258,7 +270,7 @@ def force_within(law: NDArray, state: NDArray, count: int, contact: int, depth: 
         # The body touches the cell again, which it has covered as far as the gap at the outer node has closed.
         share = 1.0
         if state[EDGE] < 0.0:
-            share = min(max(1.0 - trial[n + 1] / state[STIFFNESS] / state[EDGE], 1e-9), 1.0)
+            share = min(max(1.0 - trial[n + 1] / stiffness / state[EDGE], 1e-9), 1.0)
         gained = 0.0
         for k in range(branches):
             gained += bend[k]
@@ -309,7 +321,9 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
     growth = depth - state[DEPTH]
     rate = growth / dt
     acceleration = 0.0
+    lag = 0.0
     if state[STEP] > 0.0:
+        lag = dt / (dt + state[STEP])
         acceleration = 2.0 * (rate - state[RATE]) / (dt + state[STEP])
     if count == 0 and depth > 0.0:
         if state[DEPTH] < 0.0:
@@ -336,7 +350,11 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
     bend = state[NUMBERS + BEND * branches :]
     bulge = state[NUMBERS + BULGE * branches :]
     beyond = state[NUMBERS + BEYOND * branches :]
+    # A free dashpot has the velocity that follows from the mean ones of this step and of the last one.
+    stiffness = state[STIFFNESS]
     for k in range(branches):
+        if decay[k] == 0.0:
+            stiffness += lag * gain[k]
         left = decay[k]
         gained = gain[k] * growth + bend[k] * acceleration * elapsed * elapsed + TINY
         load = nodes[(ROWS + k) * room :]
@@ -349,7 +367,7 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
             inner[n] = left * inner[n] + TINY
     contact = before
     if before < count:
-        contact = touch_again(law, state, count, before, depth)
+        contact = touch_again(law, state, count, before, depth, stiffness, lag)
     force = 0.0
     if depth > nodes[PLACE * room + count - 1]:
         if count == room:
@@ -359,9 +377,9 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
         contact = count
     else:
         if contact == before:
-            contact = release(law, state, contact, depth)
+            contact = release(law, state, contact, depth, growth, stiffness)
         if contact > 0:
-            force = force_within(law, state, count, contact, depth, growth)
+            force = force_within(law, state, count, contact, depth, growth, stiffness)
         elif depth < 0.0 and is_forgotten(law, state, count):
             count = 0
     state[COUNT] = count
