@@ -34,8 +34,8 @@ def element_forces(impact: Impact, time: ArrayLike, depth: ArrayLike, *, n_eleme
     Raises
     ------
     InputError
-        If the body is no profile on a half-space, the times do not ascend, a step is longer than the shortest relaxation time, as explicit Euler is then
-        unstable, or a number is out of range.
+        If the body is no profile on a half-space, the times do not ascend, a number is out of range, or a step is
+        longer than the shortest relaxation time, as explicit Euler is then unstable.
 
     Notes
     -----
