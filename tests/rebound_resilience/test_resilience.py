@@ -27,6 +27,43 @@ def test_half_space_under_the_schob_pendulum():
     assert found.rebound_resilience[0] == pytest.approx(63.16, abs=6e-3)
 
 
+# Pad in mm and its base; R, contact time [ms], depth and contact radius [mm], force [N]: an independent integration.
+PADS = {
+    (12.5, "bonded"): (59.86, 6.75, 4.53, 7.13, 263.0),
+    (12.5, "frictionless"): (61.13, 7.51, 4.98, 6.97, 228.0),
+    (25.0, "bonded"): (61.61, 7.82, 5.17, 6.93, 216.0),
+    (6.0, "bonded"): (56.73, 5.11, 3.50, 7.02, 371.0),
+}
+
+
+@pytest.mark.parametrize(("thickness", "base"), PADS)
+def test_pads_under_the_schob_pendulum(thickness, base):
+    found = rs.resilience(RUBBER, "ASTM D7121", thickness=1e-3 * thickness, base=base)
+    numbers = [float(getattr(found, name)[0]) for name in NUMBERS]
+    resilience, *others = PADS[thickness, base]
+    assert numbers[0] == pytest.approx(resilience, abs=6e-3)
+    assert numbers[1:] == pytest.approx(np.array(others) * [1e-3, 1e-3, 1e-3, 1.0], rel=1.5e-3)
+
+
+def test_the_base_brackets_the_pad_and_a_thick_one_is_a_half_space():
+    thin, thick = (rs.resilience(RUBBER, "ISO 4662", thickness=h) for h in (0.008, 10.0))
+    assert thin.base == ("bonded", "frictionless", "half-space")
+    assert thin.contact_time[0] < thin.contact_time[1] < thin.contact_time[2]
+    # F/F_Hertz = 1 + 2 m0 a/h: 6e-4 of the force at a/h = 6e-4.
+    assert thick.rebound_resilience == pytest.approx(thick.rebound_resilience[2], rel=3e-4)
+    assert thick.max_force == pytest.approx(thick.max_force[2], rel=1e-3)
+
+
+def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
+    # The Poisson ratio of this foam changes in time.
+    foam = rs.Material(rs.PronySeries(2e4, [2e4, 5e4], [1e-3, 1e-4]), 6e4)
+    found = rs.resilience(foam, "ISO 8307")
+    assert found.base == ("frictionless", "half-space")
+    assert any("bonded" in one and "Poisson ratio" in one for one in found.warnings)
+    with pytest.raises(rs.InputError, match="Poisson ratio"):
+        rs.resilience(foam, "ISO 8307", base="bonded")
+
+
 @pytest.mark.parametrize("name", STANDARDS)
 def test_numbers_of_each_standard(name):
     test, radius = STANDARDS[name], 0.009

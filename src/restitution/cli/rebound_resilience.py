@@ -24,7 +24,10 @@ def resilience(
     temperature: Annotated[
         list[str] | None, option('Temperature, e.g. "23 degC"; may be repeated.', metavar="TEMPERATURE")
     ] = None,
-    base: Annotated[list[str] | None, option("How the pad is held: BASES; may be repeated.", metavar="BASE")] = None,
+    base: Annotated[
+        list[str] | None,
+        option("Hold of the pad: bonded, frictionless or half-space; may be repeated.", metavar="BASE"),
+    ] = None,
     thickness: Annotated[
         str | None, option("Thickness of the pad in place of that of the standard.", metavar="LENGTH")
     ] = None,
@@ -43,7 +46,6 @@ def resilience(
         from restitution.material.fractional import Window
         from restitution.quantities import LENGTH, TEMPERATURE
         from restitution.rebound_resilience.loss import implied_loss_tangent
-        from restitution.rebound_resilience.resilience import BASES
         from restitution.rebound_resilience.resilience import resilience as of_standard
 
         kelvin = [tables.read_quantity("--temperature", text, TEMPERATURE) for text in temperature or []]
@@ -55,7 +57,7 @@ def resilience(
         problem = read_case(case)
         material = problem.sections.material.build(Window(*_WINDOW))
         with compilation():
-            found = of_standard(material, standard, temperature=kelvin or None, base=base or BASES, **lengths)
+            found = of_standard(material, standard, temperature=kelvin or None, base=base or None, **lengths)
             implied = None if measured is None else implied_loss_tangent(measured)
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))

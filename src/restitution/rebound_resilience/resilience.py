@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import validity
 from restitution.checks import single_positive, within
+from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import Base, Layer
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import solve_columns
@@ -25,9 +27,8 @@ from restitution.rebound_resilience.standards import STANDARDS
 
 Array = NDArray[np.float64]
 
-HALF_SPACE = "half-space"
-BASES = (HALF_SPACE,)
-"""Ways to hold the pad. The holder of a test is between bonded and frictionless."""
+BASES = ("bonded", "frictionless", "half-space")
+"""Ways to hold the pad. The holder of a test is between bonded and frictionless; a half-space is a thick pad."""
 
 
 def resilience(
@@ -35,7 +36,7 @@ def resilience(
     standard: str = "ISO 4662",
     *,
     temperature: ArrayLike | None = None,
-    base: str | Sequence[str] = BASES,
+    base: str | Sequence[str] | None = None,
     thickness: float | None = None,
     tip_radius: float | None = None,
     rtol: float = 1e-9,
@@ -52,7 +53,9 @@ def resilience(
     temperature : float or array, optional
         Temperatures [K]; the material needs a shift. By default that of the material.
     base : str or sequence of str
-        How the pad is held: "half-space" is a thick one.
+        How the pad is held: "bonded", "frictionless", between which the holder of a test is, or "half-space", a thick
+        pad. By default all that hold for the material: a bonded pad needs a Poisson ratio that is constant in time,
+        or near 1/2.
     thickness : float, optional
         Thickness of the pad [m] in place of that of the standard.
     tip_radius : float, optional
@@ -90,8 +93,8 @@ def resilience(
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     test = STANDARDS[known("standard", standard, STANDARDS)]
-    bases = tuple(known("base", one, BASES) for one in ([base] if isinstance(base, str) else base))
-    if not bases:
+    bases = tuple(known("base", one, BASES) for one in ([base] if isinstance(base, str) else base or ()))
+    if base is not None and not bases:
         raise InputError("base", wanted="must name at least one")
     within("rtol", rtol, 1e-12, 1e-2)
     radius = test.radius if tip_radius is None else single_positive("tip_radius", tip_radius, "m")
@@ -104,6 +107,9 @@ def resilience(
     temperatures = None if temperature is None else np.atleast_1d(check("temperature", temperature))
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
         raise InputError("temperature", wanted="must be a number or a list of numbers", unit="K")
+    notes = ()
+    if base is None:
+        bases, notes = _bases(material, radius, size)
     force = test.mass * STANDARD_GRAVITY if test.falls else 0.0
     impacts = [
         Impact(one, geometry, test.mass, test.velocity, external_force=force, body_size=stated)
@@ -115,12 +121,26 @@ def resilience(
         if Status(int(status)).failed:
             raise SolverError(Status(int(status)))
     found = _columns(columns, impacts, len(bases))
-    return Resilience(test, material, bases, temperatures, validity=_validity(columns, impacts), **found)
+    return Resilience(test, material, bases, temperatures, validity=_validity(columns, impacts), notes=notes, **found)
+
+
+def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Ways to hold a pad of a material, and why others are left out."""
+    bases, notes = list[str](), list[str]()
+    for base in BASES:
+        try:
+            Contact(material, _pad(base, radius, thickness)[0])
+        except InputError as error:
+            notes.append(f"a {base} pad is left out: {error}")
+        else:
+            bases.append(base)
+    return tuple(bases), tuple(notes)
 
 
 def _pad(base: str, radius: float, thickness: float) -> tuple[Geometry, float | None]:
     """Geometry of the contact, and the size of the pad where the geometry does not contain it."""
-    return Parabola(radius), thickness
+    sphere = Parabola(radius)
+    return (sphere, thickness) if base == "half-space" else (Layer(sphere, thickness, cast("Base", base)), None)
 
 
 def _columns(columns: dict[str, Array], impacts: list[Impact], n_bases: int) -> dict[str, Array]:

@@ -66,6 +66,8 @@ class Resilience:
         Loss tangent [-] of the material at the angular frequency pi over the contact time.
     validity : Validity
         Report on the assumptions of the theory: the worst of each.
+    notes : tuple of str
+        Ways to hold the pad that were left out, with the reason.
     """
 
     standard: Standard
@@ -79,6 +81,7 @@ class Resilience:
     max_force: Array
     loss_tangent: Array
     validity: Validity
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.temperature is None:
@@ -93,7 +96,7 @@ class Resilience:
     @property
     def warnings(self) -> list[str]:
         """Doubtful assumptions, with numbers, and the general limit of these tests."""
-        return [*self.validity.warnings, _TREND]
+        return [*self.validity.warnings, *self.notes, _TREND]
 
     def to_dataset(self) -> xarray.Dataset:
         """Dataset of all columns over `temperature` and `base`, with units."""
