@@ -152,6 +152,17 @@ def test_waves_that_return_before_the_contact_ends_are_kept():
     assert stated["half_space"].value == pytest.approx(result.max_contact_radius / (0.999 * deep))
 
 
+def test_a_thin_layer_keeps_its_waves():
+    rubber = rs.Material(1e6, math.inf, density=1000.0)
+    pads = [rs.Layer(rs.Parabola(0.01), thickness, "frictionless") for thickness in (0.01, 1.0)]
+    thin, thick = (rs.solve(rs.Impact(rubber, pad, 0.004, 1.0)) for pad in pads)
+    speed = math.sqrt(1e6 / 1000.0)
+    assert 2.0 * 0.01 / speed < thin.contact_time
+    assert thick.contact_time < 2.0 * 1.0 / speed
+    assert thin.validity["waves"].value == 0.0
+    assert thick.validity["waves"].exceeded
+
+
 @pytest.mark.parametrize("size", [0.0, -0.01, math.nan, [0.01, 0.02]])
 def test_a_size_of_the_target_that_is_none_is_refused(size):
     with pytest.raises(rs.InputError, match="body_size"):

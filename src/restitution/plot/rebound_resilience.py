@@ -28,7 +28,8 @@ def overview(found: Resilience) -> Figure:
         factor, unit = scaled_unit(times, "s")
         _draw(axes[1], found, factor * times, quantity_label("contact_time", unit))
         axes[0].set_ylim(0.0, 100.0)
-        axes[1].set_ylim(bottom=0.0)
+        longest = float(np.max(factor * times, initial=0.0, where=np.isfinite(times)))
+        axes[1].set_ylim(0.0, 1.12 * longest or 1.0)
         return style.finish(figure, found.heading.replace(": ", "\n"))
 
 
