@@ -14,7 +14,6 @@ from restitution.checks import whole
 from restitution.errors import InputError
 from restitution.explorer import answers
 from restitution.explorer.server import Access, application
-from restitution.explorer.state import State
 
 if TYPE_CHECKING:
     from uvicorn import Server
@@ -120,10 +119,13 @@ def _listener(host: str, port: int) -> socket.socket:
 
 
 def warm_up() -> None:
-    """Load or compile the kernel, so that the first answers take no longer than the others."""
-    start: State = {}
-    for kind in answers.KINDS.values():
-        kind(start)
+    """Load or compile what the first page needs, and in another thread the rest.
+
+    The compilation of everything takes half a minute after an installation.
+    """
+    first, *others = answers.KINDS.values()
+    first({})
+    threading.Thread(target=lambda: [kind({}) for kind in others], daemon=True).start()
 
 
 def in_thread(running: Running) -> threading.Thread:
