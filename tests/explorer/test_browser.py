@@ -466,3 +466,18 @@ def test_a_frame_in_a_notebook_shows_the_impact(browser, tmp_path):
         assert float(shown.get_attribute("data-value")) == pytest.approx(expected, rel=1e-9)
         page.context.close()
         server.shutdown()
+
+
+@pytest.mark.parametrize("key", ["material.model", "profile.type"])
+def test_every_choice_is_solved_and_drawn(opened, key):
+    page = opened()
+    options = page.evaluate(f"explorer.state.byKey.get({key!r}).options.map(option => option.value)")
+    assert len(options) > 5
+    # The first one is that of the start.
+    for option in options[1:]:
+        until(page, "explorer.backend.sent.size === 0")
+        page.evaluate(f"explorer.last.impact = null; explorer.state.set({{{key!r}: {option!r}}}, true)")
+        # An empty series, with which "prony" begins, may be refused.
+        until(page, "explorer.last.impact || !document.getElementById('problem').hidden")
+        assert page.evaluate("Boolean(explorer.last.impact)") or option == "prony"
+        page.evaluate("base => explorer.state.set({...explorer.state.defaults, ...base}, true)", BASE)

@@ -76,14 +76,15 @@ export class ImpactTab {
     const live = Boolean(curves);
     for (const panel of [this.force, this.loop, this.energy]) panel.root.hidden = !curves?.history;
     for (const panel of [this.relaxation, this.moduli]) panel.root.hidden = !curves?.[panel.name];
-    this.ball.scene.root.closest(".stage").hidden = !live;
+    // A body without an axis of symmetry has no outline to draw.
+    this.ball.scene.root.closest(".stage").hidden = !curves?.shape;
     this.assumptions.box.hidden = !answer.validity;
     if (answer.validity) this.assumptions.show(answer.validity, [...(answer.notes ?? []), ...(curves?.history ? [] : [answer.status.message])]);
     this.showMap(numbers);
     this.markVelocity();
     if (!live) return;
     if (curves.history) this.showHistory(numbers, outputs);
-    this.ball.show(answer, this.app.radius());
+    if (curves.shape) this.ball.show(answer, this.app.radius());
     if (curves.moduli) this.showModuli(numbers, marks, outputs);
     this.clock.span(numbers.contact_time ?? 1);
   }

@@ -137,7 +137,7 @@ class App {
       this.asked.velocity = text;
       this.backend.ask("velocity", { state: asked.state });
     }
-    if (LIVE) this.resting = setTimeout(() => answer.curves.history && this.backend.ask("surface", { state: asked.state }), REST);
+    if (LIVE) this.resting = setTimeout(() => answer.curves.history && answer.curves.shape && this.backend.ask("surface", { state: asked.state }), REST);
   }
 
   redraw() {
