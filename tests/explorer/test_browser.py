@@ -66,6 +66,10 @@ def browser():
 
 @pytest.fixture(scope="module")
 def address():
+    from restitution.explorer import launch
+
+    # A first solve compiles for longer than a page waits.
+    launch.warm_up()
     with serving() as running:
         yield running.address
 
