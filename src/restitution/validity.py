@@ -254,8 +254,10 @@ def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Any]:
     """Radii of the tip and of the ball, slope of the faces, size of the target and its thickness for waves."""
     shapes = [[getattr(one.profile, name) for one in contacts] for name in ("tip_radius", "ball_radius", "slope")]
     size = np.fmin(body_size, [one.body_size or math.nan for one in contacts])
-    layers = [getattr(one.profile, "thickness", math.nan) for one in contacts]
-    return [*(one if len(one) > 1 else one[0] for one in shapes), size, np.fmin(size, layers)]
+    layers = np.array([getattr(one.profile, "thickness", math.nan) for one in contacts])
+    # A layer is no half-space, and its thickness is part of the solution.
+    half_space = np.where(np.isnan(layers), size, math.nan)
+    return [*(one if len(one) > 1 else one[0] for one in shapes), half_space, np.fmin(size, layers)]
 
 
 def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:

@@ -18,7 +18,7 @@ from restitution.errors import InputError
 _EQUATOR = 0.99
 # Radii of the first estimate of the depth: decades below the thickness, and number.
 _DECADES, _STARTS = 4.0, 240
-_STEPS = 8
+_STEPS = 30
 
 
 class PowerMeans:
@@ -45,14 +45,17 @@ class Depths:
         face = checked_face(float(profile.contact_radius(0.0)), thickness)
         most = float(PANELS[-1])
         end = float(profile.max_contact_radius) / thickness
-        if math.isfinite(end) and not math.isfinite(float(profile.transform(end * thickness))):
+        if math.isfinite(end) and not math.isfinite(float(profile.transform(profile.max_contact_radius))):
             end *= _EQUATOR
         self.face, self.end = face, min(end, most)
         self.means: PowerMeans | MeanTable = self._means()
         t = np.sqrt((self.end - face) * (self.end + face))
         radii = np.hypot(face, t * 10.0 ** np.linspace(-_DECADES - math.log10(max(t, 1.0)), 0.0, _STARTS))
         radii[-1] = self.end
-        start = np.minimum(np.maximum.accumulate(self._transform(radii)), self.profile.max_depth)
+        start = self._transform(radii)
+        # Near an equator the depth rises much faster than the radius.
+        start = np.sort(np.concatenate([start, start[-1] * np.linspace(0.02, 1.0, _STARTS // 2)]))
+        start = np.minimum(start, self.profile.max_depth)
         kept = np.append(np.diff(start) > 0.0, True) & (start > 0.0)
         self._start = np.log(start[kept])
         self._reached = np.log(self.depth(start[kept]))
@@ -92,8 +95,13 @@ class Depths:
         x = np.interp(target, self._reached, self._start)
         x = np.where(target < self._reached[0], target + self._start[0] - self._reached[0], x)
         slope = np.interp(x, self._start, self._slope)
-        for _ in range(_STEPS):
-            step = (target - np.log(self.depth(self._inside(x)))) / slope
+        before = reached = x
+        for rank in range(_STEPS):
+            now = np.log(self.depth(self._inside(x)))
+            # The secant, from the second step on, while the steps are above rounding.
+            moved = (np.abs(x - before) > 1e-9) & (rank > 0)
+            slope = np.where(moved, (now - reached) / np.where(moved, x - before, 1.0), slope)
+            step, before, reached = (target - now) / slope, x, now
             x = np.minimum(x + step, self._start[-1])
             if np.all(np.abs(step) <= 1e-15 * np.maximum(np.abs(x), 1.0)):
                 break
