@@ -138,17 +138,18 @@ export class ImpactTab {
     this.app.state.set({ "impact.velocity": Number(Math.min(Math.max(value, low), high).toPrecision(3)) }, done);
   }
 
-  // Out of sight the map waits until the sliders rest.
+  // A map of another Poisson ratio comes after the other pictures; out of sight it waits until the sliders rest.
   showMap(numbers, later = false) {
     const { paper } = this.app;
     const known = paper && numbers.p2 !== null && numbers.p2 !== undefined && numbers.p3 !== null;
     this.map.root.hidden = !known;
     clearTimeout(this.mapTimer);
     if (!known) return;
-    if (!this.map.figure.visible && !later) {
-      this.mapTimer = setTimeout(() => this.showMap(numbers, true), 400);
+    if (!later && numbers.nu !== this.mapNu) {
+      this.mapTimer = setTimeout(() => this.showMap(numbers, true), this.map.figure.visible ? 0 : 400);
       return;
     }
+    this.mapNu = numbers.nu;
     const words = `ν = ${digits(numbers.nu, 4)}, p₂ = ${digits(numbers.p2, 3)}, p₃ = ${digits(numbers.p3, 3)}`;
     this.map.show({
       ...planePicture(paper, numbers.nu, [{ x: numbers.p2, y: numbers.p3, colour: "accent" }]),
