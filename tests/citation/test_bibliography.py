@@ -18,7 +18,7 @@ REQUIRED = {
 }
 # Standards, handbooks and programs are cited beside their numbers.
 NOT_LISTED = {"crc", "en1993", "en1999", "en572", "pyvisco", "restitution"} | {
-    "ballrebound", "bayshore", "gbt1681", "iso8307", "schob"
+    "ballrebound", "gbt1681", "iso8307", "schob", "verticalrebound"
 }  # fmt: skip
 ACCENTS = {"`": "\u0300", "'": "\u0301", '"': "\u0308"}
 

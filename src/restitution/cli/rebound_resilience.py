@@ -34,6 +34,9 @@ def resilience(
     tip_radius: Annotated[
         str | None, option("Radius of the indentor in place of that of the standard.", metavar="LENGTH")
     ] = None,
+    mass: Annotated[
+        str | None, option("Mass of the indentor in place of that of the standard.", metavar="MASS")
+    ] = None,
     measured: Annotated[
         float | None, option("Measured resilience in per cent; prints the loss tangent that it means.", metavar="R")
     ] = None,
@@ -44,20 +47,24 @@ def resilience(
     with user_input():
         from restitution.case.impact import read_case
         from restitution.material.fractional import Window
-        from restitution.quantities import LENGTH, TEMPERATURE
+        from restitution.quantities import LENGTH, MASS, TEMPERATURE
         from restitution.rebound_resilience.loss import implied_loss_tangent
         from restitution.rebound_resilience.resilience import resilience as of_standard
 
         kelvin = [tables.read_quantity("--temperature", text, TEMPERATURE) for text in temperature or []]
-        lengths = {
-            name: tables.read_quantity(f"--{name.replace('_', '-')}", text, LENGTH)
-            for name, text in (("thickness", thickness), ("tip_radius", tip_radius))
+        replaced = {
+            name: tables.read_quantity(f"--{name.replace('_', '-')}", text, unit)
+            for name, text, unit in (
+                ("thickness", thickness, LENGTH),
+                ("tip_radius", tip_radius, LENGTH),
+                ("mass", mass, MASS),
+            )
             if text is not None
         }
         problem = read_case(case)
         material = problem.sections.material.build(Window(*_WINDOW))
         with compilation():
-            found = of_standard(material, standard, temperature=kelvin or None, base=base or None, **lengths)
+            found = of_standard(material, standard, temperature=kelvin or None, base=base or None, **replaced)
             implied = None if measured is None else implied_loss_tangent(measured)
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))

@@ -39,6 +39,7 @@ def resilience(
     base: str | Sequence[str] | None = None,
     thickness: float | None = None,
     tip_radius: float | None = None,
+    mass: float | None = None,
     rtol: float = 1e-9,
 ) -> Resilience:
     """Rebound resilience R = e^2 of a material in a standard test, at temperatures.
@@ -59,7 +60,10 @@ def resilience(
     thickness : float, optional
         Thickness of the pad [m] in place of that of the standard.
     tip_radius : float, optional
-        Radius of the indentor [m] in place of that of the standard. ASTM D2632 needs it: no source had its tip.
+        Radius of the indentor [m] in place of that of the standard.
+    mass : float, optional
+        Mass of the indentor [kg] in place of that of the standard. ASTM D2632 needs the radius and the mass, because
+        no reliable source had them.
     rtol : float
         Relative error of the coefficient of restitution, from 1e-12 to 1e-2.
 
@@ -98,21 +102,23 @@ def resilience(
         raise InputError("base", wanted="must name at least one")
     within("rtol", rtol, 1e-12, 1e-2)
     radius = test.radius if tip_radius is None else single_positive("tip_radius", tip_radius, "m")
-    if radius is None:
-        raise InputError("tip_radius", wanted=f"must be given: no source had the tip of {test.name}")
+    weighed = test.mass if mass is None else single_positive("mass", mass, "kg")
+    if radius is None or weighed is None:
+        name = "tip_radius" if radius is None else "mass"
+        raise InputError(name, wanted=f"must be given: no reliable source had that of {test.name}")
     size = test.thickness if thickness is None else single_positive("thickness", thickness, "m")
-    given = {"radius": tip_radius, "thickness": thickness}
+    given = {"radius": tip_radius, "mass": mass, "thickness": thickness}
     sources = {name: source for name, source in test.sources.items() if given.get(name) is None}
-    test = replace(test, radius=radius, thickness=size, sources=sources)
+    test = replace(test, radius=radius, mass=weighed, thickness=size, sources=sources)
     temperatures = None if temperature is None else np.atleast_1d(check("temperature", temperature))
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
         raise InputError("temperature", wanted="must be a number or a list of numbers", unit="K")
     notes = ()
     if base is None:
         bases, notes = _bases(material, radius, size)
-    force = test.mass * STANDARD_GRAVITY if test.falls else 0.0
+    force = weighed * STANDARD_GRAVITY if test.falls else 0.0
     impacts = [
-        Impact(one, geometry, test.mass, test.velocity, external_force=force, body_size=stated)
+        Impact(one, geometry, weighed, test.velocity, external_force=force, body_size=stated)
         for one in ([material] if temperatures is None else [material.at(float(t)) for t in temperatures])
         for geometry, stated in (_pad(held, radius, size) for held in bases)
     ]

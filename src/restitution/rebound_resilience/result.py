@@ -144,7 +144,7 @@ class Resilience:
         """The test in one line."""
         one = self.standard
         return (
-            f"{one.name}, {one.words}: sphere of {2e3 * (one.radius or 0.0):.4g} mm, {1e3 * one.mass:.4g} g, "
+            f"{one.name}, {one.words}: sphere of {2e3 * (one.radius or 0.0):.4g} mm, {1e3 * (one.mass or 0.0):.4g} g, "
             f"{one.velocity:.3g} m/s, pad of {1e3 * one.thickness:.4g} mm"
         )
 

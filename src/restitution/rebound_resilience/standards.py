@@ -17,10 +17,10 @@ class Standard:
     ----------
     name, words : str
         Name of the standard, and the test in words.
-    radius : float or None
-        Radius [m] of the rigid spherical indentor; None where no source was found.
-    mass, velocity : float
-        Mass [kg] and impact velocity [m/s].
+    radius, mass : float or None
+        Radius [m] of the rigid spherical indentor and its mass [kg]; None where no reliable source was found.
+    velocity : float
+        Impact velocity [m/s].
     thickness : float
         Thickness of the pad [m].
     sources : dict of str
@@ -32,7 +32,7 @@ class Standard:
     name: str
     words: str
     radius: float | None
-    mass: float
+    mass: float | None
     velocity: float
     thickness: float
     sources: Mapping[str, str]
@@ -79,11 +79,10 @@ STANDARDS = {
         Standard("DIN 53512", *_SCHOB),
         Standard("ASTM D7121", *_SCHOB),
         Standard(
-            "ASTM D2632", "plunger that falls", None, 0.028, _fall(0.4), 0.0125,
+            "ASTM D2632", "plunger that falls", None, None, _fall(0.4), 0.0125,
             {
-                "mass": "bayshore: plunger of 28 g",
-                "velocity": "bayshore: fall of 400 mm",
-                "thickness": "bayshore: 12.5 mm",
+                "velocity": "verticalrebound: scale of 100 divisions of 4 mm, a fall of 400 mm",
+                "thickness": "verticalrebound: test piece of 12.5 mm",
             },
             falls=True,
         ),
