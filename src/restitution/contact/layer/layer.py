@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -163,6 +163,7 @@ class Layer(Geometry):
         return self._depths.kinks
 
 
+@lru_cache(maxsize=64)
 def poisson_ratios(material: Material) -> tuple[float, float]:
     """Smallest and largest Poisson ratio over all times."""
     if material.is_incompressible:
