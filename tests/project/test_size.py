@@ -17,30 +17,31 @@ def test_no_module_is_longer_than_400_lines(path):
     assert lines(path) <= 400
 
 
-# Features later than the solver, each with the most lines that it may have.
+# Features later than the solver, each with the most lines that it may have. A feature is a folder or a module.
 LATER = {
-    "geometry": 185,
+    "force_law": 500,
     "ellipsoid": 260,
     "pyramid": 120,
-    "force_law": 500,
     "layer": 1_500,
     "identification": 6_700,
-    "law": 1_520,
-    "laws": 400,
+    "law": 1_500,
     "calibration": 2_000,
-    "cards": 250,
-    "radiation": 120,
     "rebound_resilience": 700,
     "impedance": 150,
     "explorer": 2_050,
 }
 
 
+def feature(path: Path) -> str | None:
+    """Feature to which a module belongs: the first that its path names."""
+    return next((name for name in LATER if name in (*path.parts, path.stem)), None)
+
+
 @pytest.mark.parametrize("name", LATER)
 def test_a_later_feature_has_no_more_lines_than_stated(name):
-    assert sum(lines(path) for path in MODULES if name in (*path.parts, path.stem)) <= LATER[name]
+    assert sum(lines(path) for path in MODULES if feature(path) == name) <= LATER[name]
 
 
-def test_the_rest_has_at_most_28_000_lines():
-    rest = [path for path in MODULES if not LATER.keys() & {*path.parts, path.stem}]
-    assert sum(map(lines, rest)) <= 28_000
+def test_the_rest_has_at_most_28_800_lines():
+    # 28 000 before bodies and targets of any kind: the geometry, the impedance and the shifts of the cards are in it.
+    assert sum(lines(path) for path in MODULES if feature(path) is None) <= 28_800
