@@ -35,6 +35,7 @@ WORDS = {
     "deformation": "kind of the moduli, if the header of the file does not state it",
     "liquid": "whether the fitted equilibrium modulus is zero",
     "type": "type of the profile; the default is a parabola, or a table if there is one",
+    "base": "whether the layer sticks to its rigid base or slides on it; the default is bonded",
     "material": "section as `[material]`; the default is `[counter_material]`, or else the material of the body",
     "method": "method of solution",
     "depth": "largest indentation depth, with `shape`; or a list over `time`",
@@ -134,7 +135,7 @@ def page() -> str:
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
     for name, one in sorted(profile.sections().items()):
-        own = [key for key in one.model_fields if key != "type"]
+        own = [key for key in one.model_fields if key != "type" and key not in profile.LAYER]
         keys = ", ".join(f"`{key}`{_unit(one, key)}" for key in own)
         lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
     lines += [
@@ -145,6 +146,7 @@ def page() -> str:
         "The lists `r` and `f` of a table are radii and heights. `file` is a CSV file with these columns instead.",
         "A force law has the columns `depth` and `force`.",
     ]
+    lines += table("`[profile]` of an axisymmetric body: a layer", profile.sections()["parabola"], profile.LAYER)
     lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
     lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]
     for name, one in material.models().items():

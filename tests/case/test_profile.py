@@ -13,6 +13,7 @@ from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCon
 from restitution.contact.ellipsoid import Ellipsoid
 from restitution.contact.force_law.law import ForceLaw
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import Layer
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.pyramid import Pyramid
@@ -58,10 +59,25 @@ def profile(text: str) -> Geometry:
         ('type = "ellipsoid"\nradius_1 = "2 mm"\nradius_2 = 1e-3', Ellipsoid(2e-3, 1e-3)),
         ('type = "pyramid"\nface_angle = "75 deg"', Pyramid(math.radians(75))),
         ('type = "pyramid"\nface_angle = 1.3\nsides = 3', Pyramid(1.3, sides=3)),
+        ('thickness = "2 mm"\nbase = "frictionless"', Layer(Parabola(1e-3), 2e-3, "frictionless")),
+        ('type = "sphere"\nthickness = 1e-3\nbase = "frictionless"', Layer(Sphere(1e-3), 1e-3, "frictionless")),
     ],
 )
 def test_every_type(text: str, expected: Geometry) -> None:
     assert profile(text) == expected
+
+
+def test_a_layer_is_bonded_by_default() -> None:
+    found = profile('type = "cone"\nhalf_angle = 1.3\nthickness = "2 mm"')
+    assert isinstance(found, Layer)
+    assert (found.profile, found.thickness, found.base) == (Cone(1.3), 2e-3, "bonded")
+
+
+def test_two_bodies_have_no_layer() -> None:
+    text = CASE + 'thickness = "2 mm"\n[counter_body]\nmass = "1 g"\nradius = "1 mm"\n'
+    Path("a.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(CaseError, match=r"profile\.thickness: two free bodies"):
+        read_case("a.toml")
 
 
 def test_a_force_law_in_a_file_and_inline() -> None:
@@ -177,6 +193,13 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
         ),
         ("exponent = 2", '.exponent = 2: belongs to another type; give type = "power_law" or "force_law"'),
         ('type = "pyramid"\nface_angle = 1.3\nsides = 5', ".sides = 5: must be 3, 4 or 6"),
+        ('thickness = "-1 mm"', '.thickness = "-1 mm": must be finite and > 0'),
+        ('thickness = "1 mm"\nbase = "glued"', '.base = "glued": must be "bonded" or "frictionless"'),
+        ('base = "bonded"', '.base = "bonded": belongs to a layer; give its thickness'),
+        (
+            'type = "pyramid"\nface_angle = 1\nthickness = 1',
+            ".thickness = 1: unknown key; known are sides, face_angle",
+        ),
         ('type = "ellipsoid"\nradius_1 = 1\nradius_2 = -1', ".radius_2 = -1: must be finite and > 0"),
         ('type = "force_law"\nmodulus = 1\npoisson_ratio = 0.3', ": give file, or depth and force"),
         ("r = [0, 1]", ": give file, or r and f"),

@@ -42,6 +42,7 @@ def test_the_sphere_of_the_paper() -> None:
         (rs.TruncatedCone(1.0, 1.0), {"popov2019"}),
         (rs.FlatEndedParabola(1.0, 0.1), {"popov2019"}),
         (rs.Tabulated(np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 2), {"fritsch1980", "sneddon1965"}),
+        (rs.Layer(rs.Cone(1.0), thickness=1.0), {"hayes1972", "love1939", "sneddon1965"}),
     ],
     ids=lambda value: type(value).__name__,
 )

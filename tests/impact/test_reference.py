@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from restitution.contact import path
 from restitution.contact.path import path_table
 from restitution.contact.profile import Parabola
 from restitution.impact.reference import solve_reference
@@ -125,8 +126,8 @@ def test_a_vanishing_dashpot_changes_nothing():
 
 def test_radius_from_exponent_table_and_function():
     power = solve_reference(scaled(1.0, [2.0], [0.5]))
-    tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=path_table(Parabola(0.02), 3e-4))
-    tabulated.length, tabulated.radius = 1e-4, math.sqrt(2e-6)
+    table = path.scaled(path_table(Parabola(0.02), 3e-4), 1e-4, math.sqrt(2e-6))
+    tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=table)
     given = scaled(1.0, [2.0], [0.5], exponent=-1.0)
     for found in (solve_reference(tabulated), solve_reference(given, stiffness_radius=lambda s: s)):
         assert found.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)

@@ -23,7 +23,7 @@ LATER = {
     "ellipsoid": 260,
     "pyramid": 120,
     "layer": 1_500,
-    "identification": 6_700,
+    "identification": 6_710,
     "law": 1_500,
     "calibration": 2_000,
     "rebound_resilience": 700,

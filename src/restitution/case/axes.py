@@ -11,6 +11,7 @@ from restitution.case.impact import CaseFile
 from restitution.case.quantity import to_si
 from restitution.case.section import CaseError, in_file, key_path
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
@@ -22,8 +23,9 @@ DRAWS = "sample"
 
 # Keys that are clear without their section.
 _SHORT = {
-    **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force", "impedance"), "impact."),
+    **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force"), "impact."),
     **dict.fromkeys(("mass", "density", "radius"), "body."),
+    "thickness": "profile.",
     **dict.fromkeys(("poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus"), "material."),
     **dict.fromkeys(("viscosity", "relaxation_time", "temperature"), "material."),
     **dict.fromkeys(("p2", "p3"), ""),
@@ -90,7 +92,7 @@ def quantity_of(place: str) -> Quantity | None:
 
 def _quantities() -> dict[str, Quantity]:
     """Quantities by the name of their key: of all geometries and material models, and of the registry."""
-    owners = (*Geometry.registered.values(), *(model.build for model in material_models().values()))
+    owners = (*Geometry.registered.values(), Layer, *(model.build for model in material_models().values()))
     constants = {name: one.quantity for owner in owners for name, one in constants_of(owner).items()}
     shear = CONSTANTS["shear_modulus"]
     return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}

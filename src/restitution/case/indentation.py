@@ -16,7 +16,7 @@ from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.contact.profile import Profile
+from restitution.contact.geometry import Geometry
 from restitution.impact.problem import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
@@ -144,7 +144,7 @@ class IndentationCase:
     path: Path
     title: str | None
     material: Material  # of the half-space
-    profile: Profile  # of the indenter
+    profile: Geometry  # of the contact
     counter_material: Material | None  # of the indenter, where it deforms
     prescribed: str  # "depth" or "force"
     history: History

@@ -1,4 +1,4 @@
-"""The profile of a case file: the shape of the body's surface where it touches.
+"""The profile of a case file: the shape of the body's surface where it touches, on a half-space or on a layer.
 
 The section of each type follows from the constructor of the geometry, so that a new geometry is one class.
 """
@@ -21,20 +21,28 @@ from pydantic import (
 )
 
 from restitution.case.columns import read_columns
-from restitution.case.quantity import fields_of, to_si
+from restitution.case.quantity import Reader, fields_of, to_si
 from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
 from restitution.contact import analytic, ellipsoid, power_law, pyramid, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.force_law import law  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import THICKNESS, Layer
 from restitution.contact.power_law import PowerLaw
+from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.material.models import constants_of
 from restitution.quantities import FORCE, LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
 _COLUMNS = ("r", "f", "depth", "force")
+_THICKNESS: Any = Annotated[float, Reader(THICKNESS)]
+LAYER: dict[str, Any] = {
+    "thickness": (_THICKNESS | None, None),
+    "base": (Literal["bonded", "frictionless"] | None, None),
+}
+"""Fields of a profile whose target is a layer."""
 
 
 class ProfileSection(Section):
@@ -52,6 +60,11 @@ class ProfileSection(Section):
         """Whether the radius is that of the body."""
         return self.geometry.body_radius and self.number("radius") is None
 
+    @property
+    def on_layer(self) -> bool:
+        """Whether the target is a layer."""
+        return self.number("thickness") is not None
+
     @model_validator(mode="after")
     def _check(self) -> ProfileSection:
         self.build(1.0)
@@ -59,7 +72,17 @@ class ProfileSection(Section):
 
     def build(self, body_radius: float | None) -> Geometry:
         """Geometry in SI."""
-        given = self.model_dump(exclude={"type"}, exclude_none=True)
+        body = self.body(body_radius)
+        if self.on_layer:
+            options = {} if self.number("base") is None else {"base": self.number("base")}
+            return Layer(body, thickness=self.number("thickness"), **options)
+        if self.number("base") is not None:
+            refuse("belongs to a layer; give its thickness", "base", self.number("base"))
+        return body
+
+    def body(self, body_radius: float | None) -> Any:
+        """Geometry of the body on a half-space, in SI."""
+        given = self.model_dump(exclude={"type", *LAYER}, exclude_none=True)
         if self.needs_body_radius:
             given["radius"] = body_radius
         return self.geometry(**given)
@@ -70,7 +93,7 @@ class PowerLawSection(ProfileSection):
 
     coefficient: float | str
 
-    def build(self, body_radius: float | None) -> PowerLaw:
+    def body(self, body_radius: float | None) -> PowerLaw:
         exponent, value = float(self.number("exponent")), self.coefficient
         if isinstance(value, str):
             power = 1.0 - exponent
@@ -101,8 +124,8 @@ class TableSection(ProfileSection):
             refuse('must be the name of a CSV file, e.g. "tip.csv"')
         return read_columns(folder_of(info), value, cls.columns)
 
-    def build(self, body_radius: float | None) -> Geometry:
-        others = self.model_dump(exclude={"type", "file", *self.columns}, exclude_none=True)
+    def body(self, body_radius: float | None) -> Geometry:
+        others = self.model_dump(exclude={"type", "file", *self.columns, *LAYER}, exclude_none=True)
         if self.file is not None:
             for key in self.given(*self.columns):
                 refuse("stands in the file already; leave one of the two out", key)
@@ -147,6 +170,8 @@ def _section(name: str, geometry: type[Geometry]) -> type[ProfileSection]:
     for key in keys:
         if key in _COLUMNS or (key == "radius" and geometry.body_radius):
             keys[key] = (keys[key][0] | None, None)
+    if issubclass(geometry, Profile):
+        keys |= LAYER
     first_line = (geometry.__doc__ or "").partition("\n")[0]
     section = create_model(f"{geometry.__name__}Section", __base__=base, __doc__=first_line, **keys)
     section.geometry = geometry

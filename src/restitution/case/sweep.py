@@ -33,8 +33,9 @@ _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
 # Keys that columns of numbers set, by which a million values cost as much as one.
 _OF_BODIES = {
-    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force", "impedance")},
+    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force")},
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
+    "profile.thickness": "thickness",
     **{name: name for name in ("counter_body.mass", "counter_body.density", "counter_body.radius")},
 }
 _OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}

@@ -11,6 +11,7 @@ from typing import Any
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import Layer
 from restitution.impact.bounces import Bounces
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -165,6 +166,8 @@ def _(subject: Resilience) -> Iterator[Reason]:
 @_reasons.register
 def _(subject: Geometry) -> Iterator[Reason]:
     yield from subject.sources
+    if isinstance(subject, Layer):
+        yield from subject.profile.sources
 
 
 @_reasons.register

@@ -49,6 +49,22 @@ class Kinks(NamedTuple):
     power: float
 
 
+class Similar(NamedTuple):
+    """A geometry of unit size with the shape of another, whose stiffness radius is ``radius a_1(d/depth)``.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        The geometry of unit size, with the stiffness radius a_1.
+    depth, radius : float or array
+        Depth and radius [m] that are 1 there.
+    """
+
+    geometry: Geometry
+    depth: Numeric
+    radius: Numeric
+
+
 class Geometry(ABC):
     """Shape of a rigid indenter and its target, whose contact grows with the depth.
 
@@ -115,6 +131,11 @@ class Geometry(ABC):
     def image(self) -> Profile | None:
         """Profile of the same stiffness radius, with the pressure of the contact but for a stretch; or None."""
         return None
+
+    @cached_property
+    def similar(self) -> Similar:
+        """A geometry of unit size that is similar, whose tables serve all sizes; most have none but themselves."""
+        return Similar(self, 1.0, 1.0)
 
     @property
     def tip_radius(self) -> Numeric:

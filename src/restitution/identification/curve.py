@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from restitution import checks, quantities
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
 from restitution.identification.touch import baseline, first_touch, rising_and_falling, straight_lines
 from restitution.indentation.block import IndentationBlock
 from restitution.material.columns import MaterialColumns, PronyColumns
 from restitution.material.fit import DynamicTable
+from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
 
@@ -52,7 +54,8 @@ class IndentationCurve(Observations):
     force : array, shape (n,)
         Force F on the surface [N], positive for a push.
     profile : Geometry
-        Profile of the indenter, or another geometry, such as a pyramid.
+        Profile of the indenter, or another geometry, such as a pyramid or a layer. A bonded `Layer` needs a model
+        with a Poisson ratio of 0.5.
     spring_constant : float, optional
         Spring constant k of a cantilever [N/m] if the depth is that of its base: the tip is at depth - F/k.
     temperature : float, optional
@@ -109,7 +112,9 @@ class IndentationCurve(Observations):
         self.label = label
         if not isinstance(profile, Geometry):
             raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
-        self.profile = profile
+        # The layer of a contact with an incompressible material; itself if its base is frictionless.
+        self.profile = profile.between(Material(1.0, np.inf), None) if isinstance(profile, Layer) else profile
+        self._incompressible = self.profile is not profile
         self.spring_constant = None
         if spring_constant is not None:
             self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
@@ -174,6 +179,9 @@ class IndentationCurve(Observations):
 
     def forces(self, materials: MaterialColumns, nuisances: Array) -> Array:
         """Forces of materials [N] without a baseline, shape (m, n)."""
+        if self._incompressible and not np.all(np.isinf(materials.bulk.equilibria)):
+            wanted = 'is a bonded layer, which depends on the Poisson ratio: give fixed={"poisson_ratio": 0.5}'
+            raise InputError("profile", wanted=wanted)
         return self.block.forces(materials.at(self.temperature).reduced, nuisances[:, 0], rtol=RTOL)[0]
 
     def projected(self, forces: Array) -> Array:

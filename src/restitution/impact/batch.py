@@ -59,6 +59,9 @@ class Batch:
     ratios: Array | None = None
     has_pressure: bool = True
     impedances: Array = field(default_factory=lambda: np.array([math.inf]))
+    # Depth and radius [m] of each row that are 1 in a profile of unit size.
+    depth_units: Any = 1.0
+    radius_units: Any = 1.0
 
     @classmethod
     def from_impact(cls, impact: Impact) -> Batch:
@@ -73,19 +76,24 @@ class Batch:
         exponent = profile.path_exponent
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
-        if exponent is None and np.ndim(profile.stiffness_radius(0.0)):
+        unit, depth, radius = profile.similar
+        if exponent is None and np.ndim(unit.stiffness_radius(0.0)):
             wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
             raise InputError("profile", wanted=wanted)
         power = exponent is not None
+        units = {} if power or unit is profile else {
+            "depth_units": flat(depth, impact.shape), "radius_units": flat(radius, impact.shape)
+        }  # fmt: skip
         return cls(
             *PronyColumns.stacked([series]).repeated(size),
             *(flat(getattr(impact, name), impact.shape) for name in BODY[:3]),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
-            profile=None if power else profile,
+            profile=None if power else unit,
             ratios=_ratios(profile, impact.shape) if power else None,
             has_pressure=profile.image is not None,
             impedances=flat(impact.impedance, impact.shape),
+            **units,
         )
 
     @classmethod
@@ -108,13 +116,13 @@ class Batch:
 
     @classmethod
     def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
-        """Join batches of one exponent and one number of branches; a profile without a power law stays alone."""
+        """Join batches of one exponent, or of similar profiles, and one number of branches; others stay alone."""
         alone: list[tuple[Places, Batch]] = []
         kinds: dict[Any, list[tuple[Places, Batch]]] = {}
         for member in batches:
             batch = member[1]
-            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None, batch.has_pressure
-            same = kinds.setdefault(kind, []) if batch.profile is None else alone
+            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None, batch.has_pressure, batch.profile
+            same = kinds.setdefault(kind, []) if batch.profile is None or np.ndim(batch.depth_units) else alone
             same.append(member)
         return [*(_join(members) for members in kinds.values()), *alone]
 
@@ -128,7 +136,8 @@ class Batch:
         series = self.equilibria, self.viscosities, self.moduli, self.times
         bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
         if self.profile is not None:
-            return table_block(self.profile, *series, *bodies, depth_factor, rtol)
+            units = self.depth_units, self.radius_units
+            return table_block(self.profile, *series, *bodies, depth_factor, rtol, units)
         return power_block(*series, self.coefficients, self.exponent or 0.0, *bodies)
 
     def solve(
@@ -213,7 +222,7 @@ class Batch:
                 return block, outcomes
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
-                depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0) * block.length
+                depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
                 # No table is accurate enough for a profile with too sharp joints.
                 rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
                 outcomes[rough, :STATUS] = np.nan
@@ -221,7 +230,7 @@ class Batch:
                 return block, outcomes
             outcomes[deep, :STATUS] = np.nan
             outcomes[deep, STATUS] = Status.TOO_DEEP
-            if block.length[0] >= deepest or depth_factor > 1e4:
+            if np.all(block.length >= (1.0 - 1e-12) * deepest * self.depth_units) or depth_factor > 1e4:
                 return block, outcomes
             depth_factor *= 8.0
 
@@ -276,14 +285,15 @@ class Batch:
         if self.profile is None or isinstance(self.profile, Profile):
             return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
         known = np.isfinite(depth) & np.isfinite(stiffness_radius)
-        place = np.where(known, depth, 0.0), np.where(known, stiffness_radius, 0.0)
-        return np.where(known, self.profile.contact_radius_at(*place), stiffness_radius)
+        scaled = depth / self.depth_units, stiffness_radius / self.radius_units
+        place = (np.where(known, one, 0.0) for one in scaled)
+        return np.where(known, self.profile.contact_radius_at(*place) * self.radius_units, stiffness_radius)
 
     def _stiffness_radius(self, depth: Array) -> Array:
         """Return the stiffness radius [m] at depths [m]."""
         if self.profile is None:
             return np.asarray(self.coefficients) * depth ** (0.5 * (self.exponent or 0.0))
-        return self.profile.stiffness_radius(depth)
+        return self.profile.stiffness_radius(depth / self.depth_units) * self.radius_units
 
     def _rest_depth(self) -> Array:
         """Return the depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
@@ -292,13 +302,14 @@ class Batch:
             if self.profile is None:
                 power = 0.5 * (self.exponent or 0.0) + 1.0
                 return (integral * power / np.asarray(self.coefficients)) ** (1.0 / power)
+        integral = integral / (self.depth_units * self.radius_units)
         low, high = np.zeros(self.size), np.full(self.size, min(float(self.profile.max_depth), 1e30))
         shallow = self.profile.force_integral_at_depth(high) < integral
         for _ in range(200):
             middle = 0.5 * (low + high)
             carries = self.profile.force_integral_at_depth(middle) >= integral
             low, high = np.where(carries, low, middle), np.where(carries, middle, high)
-        return np.where(shallow, np.inf, high)
+        return np.where(shallow, np.inf, high) * self.depth_units
 
 
 def solve_columns(

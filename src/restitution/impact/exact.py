@@ -48,12 +48,11 @@ def newton_tolerance(rtol: float) -> float:
 
 def kernel_path(block: ScaledBlock) -> Path:
     """Return the profile of a block for the kernel."""
-    from restitution.contact.path import scaled
     from restitution.kernel.path import power_path, table_path
 
     if block.table is None:
         return power_path(block.exponent)
-    return table_path(scaled(block.table, float(block.length[0]), float(block.radius[0])))
+    return table_path(block.table)
 
 
 def solve_scaled(

@@ -115,7 +115,8 @@ class Impact:
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
         exponent, coefficient = self.profile.path_exponent, self.profile.path_coefficient
-        power = () if exponent is None or coefficient is None else np.broadcast(exponent, coefficient).shape
+        given = self.profile.similar[1:] if exponent is None or coefficient is None else (exponent, coefficient)
+        power = np.broadcast(*given).shape
         shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY} | {"profile": power}
         try:
             return np.broadcast_shapes(*shapes.values())

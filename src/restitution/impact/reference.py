@@ -91,8 +91,8 @@ def _stiffness_radius(scaled: ScaledImpact) -> Callable[[Any], Any]:
     """Return the stiffness radius a(s) over the square root of the depth."""
     if scaled.table is None:
         return lambda s: s**scaled.exponent
-    table, root = scaled.table, np.sqrt(scaled.length)
-    return lambda s: evaluate(table, s * root)[0] / scaled.radius
+    table = scaled.table
+    return lambda s: evaluate(table, s)[0]
 
 
 class _Equations:

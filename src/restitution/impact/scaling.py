@@ -93,7 +93,7 @@ class ScaledImpact(NamedTuple):
 
     `F = equilibrium Pi + viscosity a v + sum moduli_k Y_k`, `v' = -(F - external_force)`, `Y_k' = -Y_k/times_k + a v`.
     If the target moves, v is here the velocity of the indentation, and v + admittance F obeys the second equation.
-    The contact radius is a = s^p with the `exponent` p, or that of the `table` of the profile in SI. `first` is the
+    The contact radius is a = s^p with the `exponent` p, or that of the `table` of the profile. `first` is the
     scale of s for the first steps; `length`, `time` and `radius` are the units [m], [s], [m].
     """
 
@@ -210,11 +210,17 @@ _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
 def table_block(
     profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factor: float = 4.0, rtol: float = 0.0,
+    units: tuple[Any, Any] = (1.0, 1.0),
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of one profile without a power law, by a table that suffices for the tolerance `rtol` of e.
 
-    The table reaches to `depth_factor` times the estimated largest depth. Its end is the length L of all rows.
+    The table reaches to `depth_factor` times the estimated largest depth. Its end is the length L of all rows, in
+    `units` of the depth and the radius that each row may have of its own.
     """
+    # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
+    depth_unit, radius_unit = units
+    masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
+    impedances = impedances / radius_unit
     most = float(profile.max_depth)
     samples = _of_profile(_force_integrals, profile)
     # A row that overflows here fails in the kernel.
@@ -237,7 +243,8 @@ def table_block(
             np.sqrt(depths / length), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
             np.arange(size + 1, dtype=np.int64) * n_modes,
-            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table, lengths, time, radii,
+            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table,
+            lengths * depth_unit, time, radii * radius_unit,
         )  # fmt: skip
 
 
@@ -252,10 +259,11 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 
 @lru_cache(maxsize=32)
 def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> tuple[PathTable, float]:
-    """Return the table and the stiffness radius [m] at its end."""
-    from restitution.contact.path import path_table
+    """Return the table, in units of the depth and the stiffness radius at its end, and this radius [m]."""
+    from restitution.contact.path import path_table, scaled
 
-    return path_table(profile, depth_max, rtol, depth_min=depth_min), float(profile.stiffness_radius(depth_max))
+    radius = float(profile.stiffness_radius(depth_max))
+    return scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius), radius
 
 
 @lru_cache(maxsize=32)

@@ -266,7 +266,7 @@ class Solution:
         units = self.units
         if units.table is None:
             return np.maximum(s, 0.0) ** units.exponent
-        return evaluate(units.table, s * units.length**0.5)[0] / units.radius
+        return evaluate(units.table, s)[0]
 
 
 class SampledSolution(NamedTuple):

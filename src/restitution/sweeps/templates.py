@@ -252,7 +252,7 @@ def _impacts(
     """Yield impacts of one pair of materials each, arrays of other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     columns = {"mass": np.full(n, impact.mass)} | columns
-    is_power_law = _is_power_law(impact) and "exponent" not in columns
+    is_power_law = _takes_arrays(impact) and "exponent" not in columns
     grouped = {k: v for k, v in columns.items() if k not in BODY and not (is_power_law and k in names)}
     materials = list(combinations(grouped, n))
     sample = _sample(materials, most)
@@ -278,6 +278,13 @@ def _impacts(
 def _is_power_law(impact: Impact) -> bool:
     """Whether the geometry is a profile whose contact radius is a power of the depth, whatever the materials are."""
     return isinstance(impact.profile, Profile) and impact.profile.path_exponent is not None
+
+
+def _takes_arrays(impact: Impact) -> bool:
+    """Whether one impact may have arrays of the numbers of its geometry."""
+    profile = impact.profile
+    power_law = profile.path_exponent is not None and not hasattr(profile, "profile")
+    return power_law or profile.similar.geometry is not profile
 
 
 def _batches(

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Numeric, one_of, single
-from restitution.contact.geometry import Array, Geometry, Kinks, as_array
+from restitution.contact.geometry import Array, Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.depths import Depths, PunchDepths, depths
+from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
@@ -71,21 +72,23 @@ class Layer(Geometry):
     0.35595
     """
 
+    sources = (("hayes1972", "stiffness of a layer on a rigid base"),)
     obstacle = "the elements of a layer are coupled"
 
     profile: Profile
-    thickness: Annotated[float, THICKNESS]
+    thickness: Annotated[Numeric, THICKNESS]
     base: Base = "bonded"
     _poisson_ratio: float | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        single("thickness", self.thickness, "m")
         one_of("base", self.base, ("bonded", "frictionless"))
         if not isinstance(self.profile, Profile):
             raise InputTypeError("profile", self.profile, "must be a Profile, such as Parabola(radius)")
-        if np.ndim(self.profile.contact_radius(0.0)):
-            raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
+        if not self._is_power_law:
+            single("thickness", self.thickness, "m")
+            if np.ndim(self.profile.contact_radius(0.0)):
+                raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
 
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the layer with the Poisson ratio of its material; refuse a second body that deforms."""
@@ -112,19 +115,38 @@ class Layer(Geometry):
         if self.base == "bonded" and self._poisson_ratio is None:
             wanted = "has no Poisson ratio yet: a bonded layer takes that of the material of its Contact or Impact"
             raise InputError("profile", self, wanted)
-        return depths(self.profile, self.thickness, self._poisson_ratio)
+        unit: Any = self.similar.geometry
+        return depths(unit.profile, unit.thickness, self._poisson_ratio)
+
+    @property
+    def _is_power_law(self) -> bool:
+        """Whether layers of all sizes are similar."""
+        exponent = self.profile.path_exponent
+        return exponent is not None and np.ndim(exponent) == 0 and bool(exponent)
+
+    @cached_property
+    def similar(self) -> Similar:
+        """The layer of thickness 1 m under ``g = x^n``, for a profile that is a power law."""
+        if not self._is_power_law:
+            return Similar(self, 1.0, 1.0)
+        coefficient: Any = self.profile.path_coefficient
+        exponent = float(np.asarray(self.profile.path_exponent))
+        unit = replace(self, profile=_unit_power_law(2.0 / exponent), thickness=1.0)
+        vars(unit).update(_poisson_ratio=self._poisson_ratio, similar=Similar(unit, 1.0, 1.0))
+        return Similar(unit, (self.thickness / coefficient) ** (2.0 / exponent), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m]."""
-        return self._depths.stiffness_radius(self._half_space_depth(depth))
+        return self._depths.stiffness_radius(self._half_space_depth(depth)) * self.similar.radius
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
-        return self._depths.force_integral(self._half_space_depth(depth))
+        _, depth_unit, radius_unit = self.similar
+        return self._depths.force_integral(self._half_space_depth(depth)) * (depth_unit * radius_unit)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m] at depth d [m]."""
-        return self._depths.radius(self._half_space_depth(depth))
+        return self._depths.radius(self._half_space_depth(depth)) * self.similar.radius
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius a [m] from the stiffness radius a kappa [m]."""
@@ -132,10 +154,13 @@ class Layer(Geometry):
 
     def _half_space_depth(self, depth: ArrayLike) -> Array:
         depth = as_array(depth)
-        if np.any(depth > self.max_depth):
-            wanted = f"must be <= {self.max_depth:g} m, where the tables of the layer end"
+        # Rounding of the unit may exceed the end.
+        deepest = self._depths.max_depth
+        place = depth / self.similar.depth
+        if np.any(place > deepest * (1.0 + 1e-14)):
+            wanted = f"must be <= {np.min(self.max_depth):g} m, where the tables of the layer end"
             raise InputError("depth", float(np.max(depth)), wanted, "m")
-        return self._depths.half_space_depth(depth)
+        return self._depths.half_space_depth(np.minimum(place, deepest))
 
     @property
     def path_exponent(self) -> Numeric | None:
@@ -153,9 +178,9 @@ class Layer(Geometry):
         return self.profile.tip_radius
 
     @property
-    def max_depth(self) -> float:
+    def max_depth(self) -> Numeric:
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
-        return self._depths.max_depth
+        return self._depths.max_depth * self.similar.depth
 
     @property
     def kinks(self) -> Kinks:
@@ -174,3 +199,9 @@ def poisson_ratios(material: Material) -> tuple[float, float]:
     values = material.relaxation_poisson_ratio(moments)
     ends = material.poisson_ratio, material.instantaneous_poisson_ratio
     return float(min(*ends, values.min())), float(max(*ends, values.max()))
+
+
+@lru_cache(maxsize=32)
+def _unit_power_law(exponent: float) -> PowerLaw:
+    """Profile with the transform g = x^n."""
+    return PowerLaw(exponent, 1.0 / float(PowerLaw(exponent, 1.0).transform(1.0)))

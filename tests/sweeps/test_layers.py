@@ -1,0 +1,113 @@
+"""Sweeps over layers: the thickness, the profile and the material as axes, against single impacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution.case.sweep import read_sweep
+from restitution.sweeps.run import run
+
+pytestmark = pytest.mark.filterwarnings(r"ignore:(small strain|density|Poisson ratio)")
+
+RNG = np.random.default_rng(12)
+OUTPUTS = ("restitution_coefficient", "contact_time", "max_force", "max_contact_radius")
+CASE = """
+[body]
+density = "7800 kg/m^3"
+radius = "5 mm"
+[profile]
+thickness = "2 mm"
+[material]
+equilibrium_modulus = "2 MPa"
+branch_modulus = "4 MPa"
+viscosity = "1 kPa s"
+poisson_ratio = 0.5
+[impact]
+velocity = "0.1 m/s"
+[axes]
+thickness = ["1 mm", "50 mm"]
+radius = ["3 mm", "8 mm"]
+"""
+
+
+def solid(poisson_ratio: float = 0.5) -> rs.Material:
+    return rs.standard_solid(1e6, 3e6, 2e3, poisson_ratio=poisson_ratio)
+
+
+def compare(table: Any, point: dict[str, int], single: rs.ImpactResult, rtol: float = 1e-8) -> None:
+    for name in OUTPUTS:
+        assert float(table[name].isel(point)) == pytest.approx(getattr(single, name), rel=rtol)
+
+
+@pytest.mark.parametrize("base", ["bonded", "frictionless"])
+@pytest.mark.parametrize(
+    ("profile", "axis"),
+    [(rs.Parabola(0.005), "radius"), (rs.Cone(1.35), "half_angle"), (rs.Sphere(0.01), "radius")],
+    ids=lambda one: type(one).__name__,
+)
+def test_thickness_and_profile_as_axes(profile: Any, axis: str, base: Any) -> None:
+    thickness = np.exp(RNG.uniform(np.log(1e-3), np.log(0.3), 3)).tolist()
+    numbers = (getattr(profile, axis) * RNG.uniform(0.9, 1.1, 2)).tolist()
+    ball = rs.Impact(solid(), rs.Layer(profile, thickness=0.01, base=base), mass=0.01, velocity=0.05)
+    table = rs.sweep(ball, {"thickness": thickness, axis: numbers, "velocity": [0.01, 0.1]}, OUTPUTS)
+    for i, h in enumerate(thickness):
+        for j, number in enumerate(numbers):
+            layer = rs.Layer(replace(profile, **{axis: number}), thickness=h, base=base)
+            single = rs.solve(replace(ball, profile=layer, velocity=0.1))
+            compare(table, {"thickness": i, axis: j, "velocity": 1}, single)
+
+
+@pytest.mark.parametrize(("base", "ratios"), [("bonded", [0.49995, 0.5]), ("frictionless", [0.3, 0.5])])
+def test_the_poisson_ratio_as_an_axis(base: Any, ratios: list[float]) -> None:
+    layer = rs.Layer(rs.Parabola(0.005), thickness=0.001, base=base)
+    ball = rs.Impact(solid(), layer, mass=0.01, velocity=0.05)
+    table = rs.sweep(ball, {"poisson_ratio": ratios, "thickness": [0.001, 0.01]}, OUTPUTS)
+    for i, nu in enumerate(ratios):
+        compare(
+            table, {"poisson_ratio": i, "thickness": 0}, rs.solve(replace(ball, material=solid(nu), profile=layer))
+        )
+
+
+def test_a_poisson_ratio_that_relaxes_is_refused_on_a_bonded_layer() -> None:
+    ball = rs.Impact(solid(), rs.Layer(rs.Parabola(0.005), thickness=0.001), mass=0.01, velocity=0.05)
+    with pytest.raises(rs.InputError, match=r"^material: must have a Poisson ratio that does not change"):
+        rs.sweep(ball, {"poisson_ratio": [0.3, 0.5], "thickness": [0.001, 0.01]})
+
+
+def test_the_radius_of_a_case_is_that_of_the_tip_and_of_the_mass(tmp_path: Path) -> None:
+    file = tmp_path / "coat.toml"
+    file.write_text(CASE, encoding="utf-8")
+    table = run(read_sweep(file))
+    material = rs.standard_solid(2e6, 4e6, 1e3, poisson_ratio=0.5)
+    for i, h in enumerate([1e-3, 50e-3]):
+        for j, radius in enumerate([3e-3, 8e-3]):
+            mass = 7800.0 * 4.0 / 3.0 * np.pi * radius**3
+            single = rs.solve(rs.Impact(material, rs.Layer(rs.Parabola(radius), thickness=h), mass, 0.1))
+            found = float(table.restitution_coefficient[i, j])
+            assert found == pytest.approx(single.restitution_coefficient, rel=1e-8)
+
+
+def test_arrays_of_thickness_in_one_impact() -> None:
+    thickness = np.array([[1e-3], [0.02]])
+    impacts = rs.Impact(
+        solid(), rs.Layer(rs.Parabola(0.005), thickness=thickness), mass=0.01, velocity=np.array([0.01, 0.1])
+    )
+    assert impacts.shape == (2, 2)
+    found: Any = rs.solve(impacts)
+    single = rs.solve(rs.Impact(solid(), rs.Layer(rs.Parabola(0.005), thickness=0.02), mass=0.01, velocity=0.1))
+    assert found.restitution_coefficient[1, 1] == pytest.approx(single.restitution_coefficient, rel=1e-9)
+    assert found.max_contact_radius[1, 1] == pytest.approx(single.max_contact_radius, rel=1e-8)
+
+
+def test_a_surrogate_over_the_velocity() -> None:
+    ball = rs.Impact(solid(), rs.Layer(rs.Parabola(0.005), thickness=0.003), mass=0.01, velocity=0.05)
+    surrogate = rs.surrogate(ball, (0.01, 0.1), rtol=1e-6)
+    velocity = float(RNG.uniform(0.01, 0.1))
+    known = rs.solve(replace(ball, velocity=velocity)).restitution_coefficient
+    assert float(surrogate.restitution_coefficient(velocity)) == pytest.approx(known, abs=2e-6)
