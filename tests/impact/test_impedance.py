@@ -9,7 +9,9 @@ from scipy.optimize import brentq
 from scipy.special import beta
 
 import restitution as rs
+from restitution.case.sweep import read_sweep
 from restitution.impact.batch import Batch
+from restitution.sweeps.run import run
 
 # layers.md, section 6: lam, then e, tau_c and sigma_max; Taylor series at 40 digits.
 ZENER = [
@@ -301,6 +303,36 @@ def test_refusals():
         rs.calibrate(impact, target="lammps-viscoelastic")
     with pytest.raises(rs.InputError, match="external_force"):
         rs.bounces(impact)
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+def test_case_file_and_axis(tmp_path):
+    text = """
+body = { mass = "5 g", radius = "10 mm" }
+material = { model = "standard_solid", equilibrium_modulus = "1 MPa", branch_modulus = "10 MPa", viscosity = "1 kPa s",
+             poisson_ratio = 0.45 }
+[impact]
+velocity = "1 m/s"
+""".replace(",\n            ", ",")
+    path = tmp_path / "ball.toml"
+    path.write_text(text + 'impedance = "20 N s/m"\n')
+    case = rs.read_case(path)
+    assert case.impact.impedance == 20.0
+    path.write_text(text + '[axes]\nimpedance = ["5 kg/s", 20, inf]\n[sweep]\noutputs = ["radiated_energy"]\n')
+    swept = run(read_sweep(path))
+    by_name = rs.sweep(case.impact, {"impedance": [5.0, 20.0, math.inf]}, outputs=["radiated_energy"])
+    for found in (swept, by_name):
+        assert found.radiated_energy.values[1] == case.solve().energy.radiated
+        assert found.radiated_energy.values[2] == 0.0
+    path.write_text(text + "impedance = 20\n[counter_body]\nmass = 1\n")
+    with pytest.raises(ValueError, match=r"impact\.impedance = 20: is that of a target"):
+        rs.read_case(path)
+
+
+def test_surrogate_over_velocity():
+    impact = rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=10.0)
+    surrogate = rs.surrogate(impact, (0.5, 2.0))
+    assert float(surrogate.restitution_coefficient(1.0)) == pytest.approx(WITH_MEMORY[0][1], abs=1e-9)
 
 
 def test_bounces_on_a_plate_lose_height():

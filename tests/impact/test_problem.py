@@ -29,7 +29,7 @@ BALL = Parabola(radius=0.01)
         ({"external_force": -1e-9}, "external_force = -1e-09 N: must be finite and >= 0"),
         (
             {"mass": [1.0, 2.0], "velocity": [1.0, 2.0, 3.0]},
-            r"mass, velocity, external_force, profile: .* broadcast .* mass \(2,\), velocity \(3,\), .*",
+            r"mass, velocity, external_force, impedance, profile: .* broadcast .* mass \(2,\), velocity \(3,\), .*",
         ),
     ],
 )

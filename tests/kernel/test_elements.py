@@ -66,9 +66,9 @@ def _changed() -> Scheme:
     return SCHEME._replace(A=A, columns=A.T.copy(), square=(A @ A).T.copy())
 
 
-def _swinging(end, count, prediction=None, scheme=SCHEME):
+def _swinging(end, count, prediction=None, scheme=SCHEME, admittance=0.0):
     """Nodes, stored elements and state at `end` of a body that swings under a constant force from s = 1 on."""
-    problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, 0.0, power_path(1.0))
+    problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, admittance, power_path(1.0))
     work, h = allocate(1, count + 1), end / count
     state = work.approach[0, :, 0]
     state[S_], state[V_], state[F_] = 1.0, 0.5, 2.0 / 3.0
@@ -94,8 +94,8 @@ def _inside(tables, end, sigma):
 class _Rebound:
     """Rebound under a constant force; the reference has a fine approach and 196 short elements in the rebound."""
 
-    def __init__(self):
-        self.problem = Problem(1.0, np.array([1.0]), np.array([2.0]), 0.0, 0.4, 0.0, power_path(1.0))
+    def __init__(self, admittance=0.0):
+        self.problem = Problem(1.0, np.array([1.0]), np.array([2.0]), 0.0, 0.4, admittance, power_path(1.0))
         self.work = allocate(1, 2000)
         assert _whole_approach(self.problem, SCHEME, self.work, 1e-14, 2e-14, 0.05) == SEPARATED
         self.sigma_m = float(self.work.turning_place[0])
@@ -170,6 +170,25 @@ def test_order_of_the_rebound(rebounding):
     errors = [rebounding.error(n) for n in counts]
     assert min(errors) > 5e-15
     assert _slope(counts, errors) == pytest.approx(SCHEME.order, abs=1.0)
+
+
+def test_orders_on_a_target_that_moves():
+    admittance = 0.05
+    nodes, fine, state = _swinging(20.0, 160, admittance=admittance)
+    prediction = CubicSpline(np.r_[0.0, nodes.ravel()], np.r_[1.0, fine[:, S_, 1:].ravel()])
+    counts, ends, insides = [14, 16, 20, 24, 28, 32, 40], [], []
+    for n in counts:
+        _, tables, end = _swinging(20.0, n, prediction, admittance=admittance)
+        ends.append(np.linalg.norm((end - state)[[S_, V_, T_]]))
+        places = 20.0 / n * (np.arange(n) + 0.437)
+        difference = _inside(tables, 20.0, places) - _inside(fine, 20.0, places)
+        insides.append(np.abs(difference[:, V_]).max())
+    assert min(ends) > 1e-12
+    assert _slope(counts, ends) == pytest.approx(SCHEME.order, abs=1.0)
+    assert _slope(counts, insides) == pytest.approx(SCHEME.stage_order, abs=1.0)
+    rebound = _Rebound(admittance)
+    # The error of four elements is close to rounding.
+    assert _slope([2, 3, 4], [rebound.error(n) for n in (2, 3, 4)]) == pytest.approx(SCHEME.order, abs=1.5)
 
 
 def test_a_wrong_coefficient_lowers_the_orders(swing, rebounding):

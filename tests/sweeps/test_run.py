@@ -256,6 +256,7 @@ def test_every_output() -> None:
             names = {
                 "kinetic_energy_in": "kinetic_in", "kinetic_energy_out": "kinetic_out",
                 "dissipated_energy": "dissipated", "stored_energy": "stored", "energy_residual": "residual",
+                "radiated_energy": "radiated",
             }  # fmt: skip
             wanted = getattr(one.energy, names[name]) if name in names else getattr(one, name)
             assert float(result[name][n]) == wanted, name

@@ -23,7 +23,7 @@ DRAWS = "sample"
 
 # Keys that are clear without their section.
 _SHORT = {
-    **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force"), "impact."),
+    **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force", "impedance"), "impact."),
     **dict.fromkeys(("mass", "density", "radius"), "body."),
     "thickness": "profile.",
     **dict.fromkeys(("poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus"), "material."),

@@ -63,6 +63,7 @@ class ImpactSection(Section):
     drop_height: Annotated[float, of("drop_height")] | None = None
     gravity: Annotated[float, of("gravity")] = STANDARD_GRAVITY
     external_force: Annotated[float, of("external_force")] | None = None
+    impedance: Annotated[float, of("impedance")] | None = None
     weight: Annotated[StrictBool | None, Field(description="whether the weight acts during contact")] = None
     body_size: Annotated[float, positive(LENGTH, "smallest dimension of the target, for warnings")] | None = None
 
@@ -144,6 +145,8 @@ class CaseFile(Section):
                 refuse("two free bodies touch without a layer; leave it out", "profile.thickness")
             if self.impact.weight:
                 refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
+            if self.impact.impedance is not None:
+                refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
             given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
             if sum(one is not None for one in given) > 1:
                 refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
@@ -171,10 +174,9 @@ class CaseFile(Section):
         bodies, size = self.bodies(material, counter), self.impact.body_size
         if bodies is not None:
             return replace(collision(*bodies, velocity, external_force=force), body_size=size)
+        options: dict[str, Any] = {"external_force": force, "impedance": self.impact.impedance or math.inf}
         profile = self.profile.build(self.body.radius)
-        return Impact(
-            material, profile, mass, velocity, counter_material=counter, external_force=force, body_size=size
-        )
+        return Impact(material, profile, mass, velocity, counter_material=counter, body_size=size, **options)
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
         """The two free bodies, of these materials; None where the second is a half-space."""

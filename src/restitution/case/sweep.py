@@ -33,7 +33,7 @@ _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
 # Keys that columns of numbers set, by which a million values cost as much as one.
 _OF_BODIES = {
-    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force")},
+    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force", "impedance")},
     **{f"body.{name}": name for name in ("mass", "density", "radius")},
     "profile.thickness": "thickness",
     **{name: name for name in ("counter_body.mass", "counter_body.density", "counter_body.radius")},

@@ -239,7 +239,8 @@ def bounces(
         time += float(result.contact_time) + flight
     columns = {name: np.array([getattr(one, name) for one in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)}
     columns |= dict(zip(("touch_time", "height"), np.array(touches).T, strict=True))
-    report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, mass=impact.mass)
+    bodies = {"mass": impact.mass, "impedance": impact.impedance}
+    report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return Bounces(
         **{name: columns[name] for name in _COLUMNS},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,

@@ -113,7 +113,11 @@ def surrogate(
         if not reports:
             # The first round covers the whole range.
             found = {name: columns[name] for name in validity.COLUMNS}
-            reports.append(validity.validity(impact.contact, **found, velocity=speeds, mass=impact.mass))
+            reports.append(
+                validity.validity(
+                    impact.contact, **found, velocity=speeds, mass=impact.mass, impedance=impact.impedance
+                )
+            )
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
