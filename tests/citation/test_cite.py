@@ -72,6 +72,11 @@ def test_every_material_of_the_library_has_its_sources(name: str) -> None:
         assert words in str(material.source)
 
 
+def test_a_target_that_recedes_is_cited() -> None:
+    fixed, free = (impact(SERIES, rs.Parabola(1.0), **extra) for extra in ({}, {"impedance": 2.0}))
+    assert keys(free) - keys(fixed) == {"zener1941"}
+
+
 def test_a_shift_is_cited_where_it_is_used() -> None:
     rubber = rs.library.get("polyisobutylene")
     assert not keys(rubber) & {"williams1955", "ferry1980"}

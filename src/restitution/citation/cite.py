@@ -8,6 +8,8 @@ from functools import cache, singledispatch
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
+
 from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
 from restitution.contact.geometry import Geometry
@@ -122,6 +124,8 @@ def _problem(method: str, *contacts: Impact | IndentationResult | IndentationCas
     for contact in contacts:
         yield from _CONTACT
         yield from _reasons(contact.profile)
+        if isinstance(contact, Impact) and np.any(np.isfinite(contact.impedance)):
+            yield "zener1941", "target that recedes under the impact"
         for material in (contact.material, contact.counter_material):
             if material is not None:
                 if _is_standard_solid(material):
