@@ -12,6 +12,8 @@ DEPTH = np.linspace(1e-8, 3e-6, 60)
 TIPS = {
     "pyramid": rs.Pyramid(math.radians(75), sides=4),
     "ellipsoid": rs.Ellipsoid(5e-6, 2e-6),
+    "bonded layer": rs.Layer(rs.Parabola(2.5e-6), thickness=2e-6),
+    "layer on a frictionless base": rs.Layer(rs.Cone(1.3), thickness=3e-6, base="frictionless"),
     "force law": rs.ForceLaw(
         DEPTH, 8.0 * rs.Parabola(2.5e-6).force_integral_at_depth(DEPTH), modulus=3.0, poisson_ratio=0.5
     ),
@@ -28,6 +30,30 @@ def test_indentation_gives_the_moduli_of_its_material(tip):
     assert found["equilibrium_modulus"].value == pytest.approx(70.0, rel=1e-3)
     assert found["branch_modulus"].value == pytest.approx(270.0, rel=1e-3)
     assert found["viscosity"].value == pytest.approx(80.0, rel=1e-3)
+
+
+def test_noise_on_a_thin_layer_moves_the_moduli_by_their_errors():
+    layer, time = rs.Layer(rs.Parabola(2.5e-6), thickness=2e-6), np.linspace(0.0, 2.8, 200)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    force = rs.indent(GEL, layer, depth=depth - 0.4e-6, time=time).force
+    noise = 0.01 * force.max()
+    measured = force + noise * np.random.default_rng(4).standard_normal(time.size)
+    curve = rs.IndentationCurve(time, depth, measured, profile=layer, noise=rs.Noise(force=noise))
+    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
+    # A fit on a half-space is far off.
+    half = rs.IndentationCurve(time, depth, measured, profile=layer.profile, noise=rs.Noise(force=noise))
+    wrong = rs.identify(half, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
+    assert abs(found.value - 70.0) < 4.0 * found.standard_error < 20.0
+    assert wrong.value > 140.0
+
+
+def test_a_bonded_layer_needs_an_incompressible_model():
+    layer, time = rs.Layer(rs.Parabola(2.5e-6), thickness=2e-6), np.linspace(0.0, 2.8, 200)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    force = rs.indent(GEL, layer, depth=depth - 0.4e-6, time=time).force
+    curve = rs.IndentationCurve(time, depth, force, profile=layer, noise=rs.Noise(force="1 %"))
+    with pytest.raises(rs.InputError, match=r"^profile: is a bonded layer"):
+        rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.45})
 
 
 def test_rebounds_and_force_histories_of_other_geometries():

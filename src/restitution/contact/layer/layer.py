@@ -39,9 +39,9 @@ class Layer(Geometry):
     Parameters
     ----------
     profile : Profile
-        Profile of the body, with single numbers as parameters.
-    thickness : float
-        Thickness h of the layer [m], > 0.
+        Profile of the body. Its parameters may be arrays if it is a power law.
+    thickness : float or array
+        Thickness h of the layer [m], > 0; an array under a power law.
     base : {"bonded", "frictionless"}
         Whether the layer sticks to the base or slides on it without friction.
 
