@@ -252,10 +252,10 @@ def _of_materials(contact: Contact) -> tuple[float, ...]:
 
 def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Any]:
     """Radii of the tip and of the ball, slope of the faces, size of the target and its thickness for waves."""
-    shapes = [[getattr(one.profile, name) for one in contacts] for name in ("tip_radius", "ball_radius", "slope")]
+    names = "tip_radius", "ball_radius", "slope", "target_thickness"
+    *shapes, layers = ([getattr(one.profile, name) for one in contacts] for name in names)
     size = np.fmin(body_size, [one.body_size or math.nan for one in contacts])
-    layers = np.array([getattr(one.profile, "thickness", math.nan) for one in contacts])
-    # A layer is no half-space, and its thickness is part of the solution.
+    # Where the thickness is part of the solution the target need not be a half-space.
     half_space = np.where(np.isnan(layers), size, math.nan)
     return [*(one if len(one) > 1 else one[0] for one in shapes), half_space, np.fmin(size, layers)]
 
@@ -359,8 +359,7 @@ def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
 def _window(one: Any, exceeded: bool) -> tuple[str, str]:
     text = f"the contact lasts {one.contact_time:.3g} s and its beginning {one.shortest_time:.3g} s, "
     text += f"the material is known from {one.window_low:.3g} s to {one.window_high:.3g} s"
-    if exceeded:
-        text += f", which is short by a factor of {one.window_ratio:.3g}"
+    text += f", which is short by a factor of {one.window_ratio:.3g}" if exceeded else ""
     return text, "Measure at these times, or shift data of other temperatures; the modulus is extrapolated."
 
 
@@ -374,8 +373,8 @@ def _poisson_ratio(one: Any, exceeded: bool) -> tuple[str, str]:
 
 def _density(one: Any, exceeded: bool) -> tuple[str, str]:
     low, high = DENSITY_LIMITS
-    text = f"a ball of this mass and radius has {one.mean_density:.3g} kg/m3, "
-    text += f"{'outside' if exceeded else 'within'} {low:g} to {high * one.density_factor:g} kg/m3"
+    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * one.density_factor:g} kg/m3"
+    text = f"a ball of this mass and radius has {one.mean_density:.3g} kg/m3, {limits}"
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 
@@ -395,8 +394,7 @@ def _beside(value: float, limit: float) -> str:
 
 
 def _row(check: Check) -> tuple[str, str, str, str]:
-    limit = check.threshold
-    shown = " to ".join(f"{one:g}" for one in limit) if isinstance(limit, tuple) else f"{limit:g}"
+    shown = " to ".join(f"{one:g}" for one in np.atleast_1d(check.threshold))
     value = "-" if check.value is None else f"{check.value:.3g}"
     state = "DOUBTFUL" if check.exceeded else "ok" if check.value is not None else "not checked"
     return _TITLES[check.kind], value, shown, state

@@ -153,6 +153,11 @@ class Geometry(ABC):
         return math.nan
 
     @property
+    def target_thickness(self) -> Numeric:
+        """Thickness [m] of the target where the geometry contains it; NaN for a half-space."""
+        return math.nan
+
+    @property
     def path_exponent(self) -> Numeric | None:
         """Exponent p of a = c s^p, s = sqrt(d); None where no power law holds."""
         return None

@@ -21,7 +21,7 @@ from restitution.impact.batch import solve_columns
 from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.status import SolverError, Status
 from restitution.material.viscoelastic import Material
-from restitution.quantities import check, known
+from restitution.quantities import check, check_single, known
 from restitution.rebound_resilience.result import COLUMNS, Resilience
 from restitution.rebound_resilience.standards import STANDARDS
 
@@ -102,7 +102,7 @@ def resilience(
         raise InputError("base", wanted="must name at least one")
     within("rtol", rtol, 1e-12, 1e-2)
     radius = test.radius if tip_radius is None else single_positive("tip_radius", tip_radius, "m")
-    weighed = test.mass if mass is None else single_positive("mass", mass, "kg")
+    weighed = test.mass if mass is None else check_single("mass", mass)
     if radius is None or weighed is None:
         name = "tip_radius" if radius is None else "mass"
         raise InputError(name, wanted=f"must be given: no reliable source had that of {test.name}")

@@ -178,6 +178,11 @@ class Layer(Geometry):
         return self.profile.tip_radius
 
     @property
+    def target_thickness(self) -> Numeric:
+        """Thickness [m] of the layer."""
+        return self.thickness
+
+    @property
     def max_depth(self) -> Numeric:
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
         return self._depths.max_depth * self.similar.depth
