@@ -36,10 +36,6 @@ laws = {
     "Dimitriadis 2002": hertz * dimitriadis(np.sqrt(bead.radius * depth) / thickness[:, None]),
 }
 
-fig, ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
-for name, law in laws.items():
-    ax.semilogx(1e6 * thickness, np.sum(forces * law, axis=1) / np.sum(law * law, axis=1), label=name)
-
 # %%
 # A viscoelastic cell, with noise of 2 pN: the material is identified with each geometry from the approach and the
 # retraction. The points are the equilibrium modulus over the true one. With a wrong geometry it is further off than
@@ -49,6 +45,9 @@ rng = np.random.default_rng(5)
 cell = rs.standard_solid(300.0, 700.0, 150.0, poisson_ratio=0.5)
 moments = np.linspace(0.0, 3.0, 241)
 path = np.interp(moments, [0.0, 1.5, 3.0], [-2e-7, deepest, -2e-7])
+fig, ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
+for name, law in laws.items():
+    ax.semilogx(1e6 * thickness, np.sum(forces * law, axis=1) / np.sum(law * law, axis=1), label=name)
 for name, marker in (("fit with Hertz", "s"), ("fit with rs.Layer", "o")):
     ratios, errors = [], []
     for h in (1e-6, 3e-6, 1e-5):

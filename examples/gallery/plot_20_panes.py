@@ -32,22 +32,23 @@ def on_pane(diameter, thickness):
 # :math:`\lambda = k^{2/5}m^{3/5}v_0^{1/5}/Z`.
 
 thickness = np.geomspace(1e-3, 40e-3, 60)
-fig, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.9), layout="constrained")
+fig, ax = plt.subplots(figsize=(5.6, 3.9), layout="constrained")
 for millimetres, color in ((3, style.ORANGE), (6, style.BLUE), (9, style.GREEN)):
     result = rs.solve(on_pane(millimetres * 1e-3, thickness))
-    left.plot(1e3 * thickness, result.restitution_coefficient, color=color, label=f"ball of {millimetres} mm")
-left.set(xscale="log", xticks=[1, 2, 5, 10, 20, 40], ylim=(0.0, 1.0), xlabel="thickness of the pane [mm]")
-left.xaxis.set_major_formatter("{x:g}")
-left.xaxis.set_minor_formatter("")
-left.set_ylabel("restitution coefficient e")
-left.legend(loc="lower right")
+    ax.plot(1e3 * thickness, result.restitution_coefficient, color=color, label=f"ball of {millimetres} mm")
+ax.set(xscale="log", xticks=[1, 2, 5, 10, 20, 40], ylim=(0.0, 1.0), xlabel="thickness of the pane [mm]")
+ax.xaxis.set_major_formatter("{x:g}")
+ax.xaxis.set_minor_formatter("")
+ax.set_ylabel("restitution coefficient e")
+ax.legend(loc="lower right")
 
 # %%
 # A pane of 2.5 mm takes most of the energy of the ball of 6 mm. When the indentation is deepest, ball and pane move
 # together, so that the ball still has kinetic energy there.
 
 one = rs.solve(on_pane(6e-3, 2.5e-3))
-energy_area(right, one.history)
+fig, ax = plt.subplots(figsize=(5.6, 3.9), layout="constrained")
+energy_area(ax, one.history)
 share = one.energy.radiated / one.energy.kinetic_in
 moved = 1e6 * one.history.target_displacement.values[-1]
 print(f"e = {one.restitution_coefficient:.4f}, radiated {share:.4f}, the pane has receded by {moved:.1f} um")
