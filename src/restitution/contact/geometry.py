@@ -17,10 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
 from restitution.errors import InputError
+from restitution.material.viscoelastic import reduced_modulus
 from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
     from restitution.contact.profile import Profile
+    from restitution.material.prony import PronySeries
     from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -151,6 +153,15 @@ class Geometry(ABC):
     def slope(self) -> Numeric:
         """Slope of the faces of a sharp body whose contact radius is not known; NaN for other bodies."""
         return math.nan
+
+    @property
+    def separable(self) -> bool:
+        """Whether contacts of all sizes have the reduced modulus of the material."""
+        return True
+
+    def effective_modulus(self, material: Material, contact_radius: float) -> PronySeries:
+        """Reduced modulus [Pa] of contacts up to a radius [m]: an approximation where it is not `separable`."""
+        return reduced_modulus(material)
 
     @property
     def target_thickness(self) -> Numeric:

@@ -20,6 +20,7 @@ from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.material.columns import PronyColumns
+from restitution.material.prony import PronySeries
 from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
 
 Array = NDArray[np.float64]
@@ -64,15 +65,15 @@ class Batch:
     radius_units: Any = 1.0
 
     @classmethod
-    def from_impact(cls, impact: Impact) -> Batch:
-        """Return the rows of an impact in the order of its raveled shape.
+    def from_impact(cls, impact: Impact, reduced_modulus: PronySeries | None = None) -> Batch:
+        """Return the rows of an impact in the order of its raveled shape, perhaps with another reduced modulus.
 
         Raises
         ------
         InputError
             If the profile has an array of exponents, or is an array of profiles without a power law.
         """
-        series, profile, size = impact.reduced_modulus, impact.profile, math.prod(impact.shape)
+        series, profile, size = reduced_modulus or impact.reduced_modulus, impact.profile, math.prod(impact.shape)
         exponent = profile.path_exponent
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")

@@ -20,8 +20,10 @@ from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 
+# Tolerance of the contact radius on which an effective modulus depends.
+_ESTIMATE_RTOL = 1e-9
 # Window of the first solution, which gives the contact time only: from a picosecond to about four months.
 _WIDE = Window(1e-12, 1e7, 1e-2)
 # Largest number of windows; a second one has always been enough.
@@ -125,10 +127,22 @@ class Impact:
             wanted = f"have shapes that do not broadcast against each other: {listed}"
             raise InputError(", ".join(shapes), wanted=wanted) from None
 
-    @property
+    @cached_property
     def reduced_modulus(self) -> PronySeries:
-        """Reduced relaxation modulus E*(t) [Pa] of the contact."""
-        return self.contact.reduced_modulus
+        """Reduced relaxation modulus E*(t) [Pa] of the contact; on a bonded layer it may be an effective one."""
+        if self.profile.separable:
+            return self.contact.reduced_modulus
+        from restitution.impact.batch import Batch
+
+        if self.shape:
+            wanted = "must be of single impacts, in a list, on a bonded layer whose Poisson ratio relaxes"
+            raise InputError("impact", wanted=wanted)
+        # The size of the contact is that with the modulus of the material.
+        first = Batch.from_impact(self, reduced_modulus(self.material)).solve(_ESTIMATE_RTOL)
+        radius = float(first["max_contact_radius"][0])
+        if not 0.0 < radius < math.inf:
+            raise InputError("impact", wanted="has no largest contact, which a layer of this material needs")
+        return self.profile.effective_modulus(self.material, radius)
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,11 +126,11 @@ def _reduced(impact: Impact, items: tuple[tuple[str, float], ...], held: HeldEla
     if temperatures and impact.counter_material is None and material.shift is not None:
         # All relaxation times of one material shift together, and those of its reduced modulus with them.
         rest = tuple((name, value) for name, value in items if name != "temperature")
-        series = _reduced(impact, rest, held) if rest else impact.reduced_modulus
+        series = _reduced(impact, rest, held) if rest else impact.contact.reduced_modulus
         reference = material.temperature or material.shift.reference_temperature
         factor = material.shift.factor(temperatures[0]) / material.shift.factor(reference)
         return series.scaled(1.0, time_factor=factor)
-    return changed_impact(impact, dict(items), held).reduced_modulus
+    return changed_impact(impact, dict(items), held).contact.reduced_modulus
 
 
 def _changed(material: Material, values: dict[str, float], held: HeldElastic) -> Material:
