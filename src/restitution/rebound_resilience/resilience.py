@@ -145,10 +145,9 @@ def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[s
 
 def _pad(base: str, radius: float, thickness: float) -> tuple[Geometry, float | None]:
     """Geometry of the contact, and the size of the pad where the geometry does not contain it."""
-    sphere = Parabola(radius)
     if base == "half-space":
-        return sphere, thickness
-    return Layer(sphere, thickness, cast("Base", base), strict=True), None
+        return Parabola(radius), thickness
+    return Layer(Parabola(radius), thickness, cast("Base", base), strict=True), None
 
 
 def _columns(columns: dict[str, Array], impacts: list[Impact], n_bases: int) -> dict[str, Array]:
