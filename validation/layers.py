@@ -292,7 +292,7 @@ def ellipses() -> dict[str, str]:
     rows = []
     for ratio, (axis_ratio, effective, longer, shorter) in ELLIPSES.items():
         body = rs.Ellipsoid(math.sqrt(ratio), 1.0 / math.sqrt(ratio))
-        a, b = (float(x) for x in body.half_axes(body.contact_radius(1.0)))
+        a, b = (float(x) for x in body.semi_axes(body.contact_radius(1.0)))
         radius = float(body.stiffness_radius(1.0)) ** 2
         pairs = ((b / a, axis_ratio), (radius, effective), (a, longer), (b, shorter))
         rows.append([f"{ratio:g}", *short(*(x / y - 1.0 for x, y in pairs))])

@@ -24,7 +24,7 @@ results = [rs.solve(rs.Impact(rubber, gap, mass, velocity)) for gap in gaps]
 fig, (top, bottom) = plt.subplots(2, 1, figsize=(6.4, 5.0), height_ratios=(1, 3), layout="constrained")
 turn = np.linspace(0.0, 2.0 * math.pi, 181)
 for n in (2, 3, 4, 7):
-    a, b = 1e3 * gaps[n].half_axes(results[n].max_contact_radius)
+    a, b = 1e3 * gaps[n].semi_axes(results[n].max_contact_radius)
     top.plot(a * np.cos(turn), b * np.sin(turn), label=f"{math.degrees(angles[n]):.0f}°")
 top.set_aspect("equal")
 top.set_xlabel("largest contact [mm]")
@@ -38,11 +38,11 @@ bottom.legend()
 
 # %%
 # The effective radius of the rod at a right angle is that of Hertz: with curvatures of 1/10 mm and 1/50 mm, the ratio
-# of the half-axes is 0.3460 and the effective radius 1.109986 times the geometric mean of both radii. A parabola of
+# of the semi-axes is 0.3460 and the effective radius 1.109986 times the geometric mean of both radii. A parabola of
 # this radius gives the same impact.
 
 square, last = gaps[-1], results[-1]
-print(f"ratio of the half-axes {square.axis_ratio:.6f}, effective radius {1e3 * square.effective_radius:.4f} mm")
+print(f"ratio of the semi-axes {square.axis_ratio:.6f}, effective radius {1e3 * square.effective_radius:.4f} mm")
 assert abs(square.axis_ratio - 0.345999086637) < 1e-11
 assert abs(square.effective_radius / math.sqrt(rod * roller) - 1.10998599938) < 1e-10
 ball = rs.solve(rs.Impact(rubber, rs.Parabola(square.effective_radius), mass, velocity))

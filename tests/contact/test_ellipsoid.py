@@ -30,7 +30,7 @@ def test_table_of_the_design_page(ratio, axes, radius, a, b):
     gap, depth = with_ratio(ratio, 0.03), 1e-5
     assert gap.axis_ratio == pytest.approx(axes, rel=1e-11)
     assert gap.effective_radius == pytest.approx(radius * 0.03, rel=1e-11)
-    found = gap.half_axes(gap.contact_radius(depth))
+    found = gap.semi_axes(gap.contact_radius(depth))
     assert found == pytest.approx(np.array([a, b]) * math.sqrt(0.03 * depth), rel=1e-11)
     swapped = rs.Ellipsoid(gap.radius_2, gap.radius_1)
     assert (swapped.axis_ratio, swapped.effective_radius) == (gap.axis_ratio, gap.effective_radius)
@@ -53,7 +53,7 @@ def test_pressure_of_hertz_displaces_the_surface_by_the_depth_minus_the_gap(rati
     # Along every chord through a point, sqrt(1 - x^2/a^2 - y^2/b^2) is the root of a quadratic C - 2 B s - A s^2,
     # with the integral pi (B^2 + A C)/(2 A^(3/2)); the integral over all directions converges geometrically.
     gap, depth = with_ratio(ratio, 0.8), 1e-3
-    a, b = gap.half_axes(gap.contact_radius(depth))
+    a, b = gap.semi_axes(gap.contact_radius(depth))
     angle = np.pi * np.arange(20_000) / 20_000
     cosine, sine = np.cos(angle), np.sin(angle)
     # F = 2 E* Pi = (2/3) pi a b p0 with E* = 1
@@ -85,14 +85,14 @@ def test_impact_against_boundary_elements_in_time():
     assert found.restitution_coefficient == pytest.approx(0.2172055364, abs=1e-10)
 
 
-def test_elastic_pressure_and_half_axes_of_a_result():
+def test_elastic_pressure_and_semi_axes_of_a_result():
     gap = rs.Ellipsoid(0.1, 0.004)
     result = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
-    a, b = gap.half_axes(result.max_contact_radius)
+    a, b = gap.semi_axes(result.max_contact_radius)
     # The error of the largest pressure is about 1e-5.
     assert result.max_pressure == pytest.approx(1.5 * result.max_force / (math.pi * a * b), rel=3e-5)
     assert b / a == pytest.approx(gap.axis_ratio)
-    axes = gap.half_axes(result.history.contact_radius)
+    axes = gap.semi_axes(result.history.contact_radius)
     assert axes.shape == (2, result.history.time.size)
     assert axes.max(axis=1) == pytest.approx([a, b], rel=1e-6)
 
@@ -196,7 +196,7 @@ def test_pressure_along_both_axes():
         t = share * result.turning_time
         history = result.sample([t])
         radius, force = float(history.contact_radius[0]), float(history.force[0])
-        a, b = gap.half_axes(radius)
+        a, b = gap.semi_axes(radius)
         along, across = result.pressure(gap.mean_radius([0.5 * a, 0.0], [0.0, 0.5 * b]), t)
         assert along == pytest.approx(across, rel=1e-9)
         assert result.pressure(gap.mean_radius(1.001 * a, 0.0), t) == 0.0
@@ -214,7 +214,7 @@ def test_pictures():
 def test_validity_report_has_the_strain_of_the_more_curved_direction():
     gap = rs.Ellipsoid(np.array([0.1, 0.002]), 0.01)
     found = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
-    a, b = gap.half_axes(found.max_contact_radius)
+    a, b = gap.semi_axes(found.max_contact_radius)
     assert np.all(b / [0.01, 0.002] > a / [0.1, 0.01])
     assert found.validity["small_strain"].value == pytest.approx((b / [0.01, 0.002]).max())
     # No radius is that of a ball of this mass.

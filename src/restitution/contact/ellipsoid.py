@@ -16,7 +16,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.quantities import LENGTH, Quantity
 
 _RADIUS = Quantity("radius", LENGTH, "principal radius of curvature of the gap", "$R$", 0.0, open=True)
-# Largest ratio of the radii, for which the half-axes differ by a factor of 3000; beyond lies the line contact.
+# Largest ratio of the radii, for which the semi-axes differ by a factor of 3000; beyond lies the line contact.
 _MOST_RATIO = 1e6
 # Newton's method from a start within 0.4 of ln k reaches rounding in three steps at every ratio.
 _STEPS = 4
@@ -35,7 +35,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     Attributes
     ----------
     axis_ratio : float or array
-        Short over long half-axis of the contact, b/a, the same at all depths.
+        Short over long semi-axis of the contact, b/a, the same at all depths.
     effective_radius : float or array
         Radius R_eff [m] of the parabola with the same force at every depth.
 
@@ -58,11 +58,11 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     >>> roller = Ellipsoid(0.05, 0.01)
     >>> print(round(roller.axis_ratio, 9), round(roller.effective_radius, 9))
     0.345999087 0.024820041
-    >>> print(*roller.half_axes(roller.contact_radius(1e-5)).round(8))
+    >>> print(*roller.semi_axes(roller.contact_radius(1e-5)).round(8))
     0.00079092 0.00027366
     """
 
-    sources = (("hertz1882", "elliptical contact"), ("carlson1995", "elliptic integrals of the half-axes"))
+    sources = (("hertz1882", "elliptical contact"), ("carlson1995", "elliptic integrals of the semi-axes"))
     obstacle = "the contact is an ellipse"
 
     radius_1: Annotated[Numeric, _RADIUS]
@@ -133,13 +133,13 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         large = 0.5 * (total + math.hypot(p - q + (r - s) * math.cos(2.0 * turn), (r - s) * math.sin(2.0 * turn)))
         return cls(large / product, 1.0 / large)
 
-    def half_axes(self, contact_radius: ArrayLike) -> Array:
-        """Half-axes a >= b [m] of the contact, stacked along the first axis, for contact radii sqrt(a b) [m]."""
+    def semi_axes(self, contact_radius: ArrayLike) -> Array:
+        """Semi-axes a >= b [m] of the contact, stacked along the first axis, for contact radii sqrt(a b) [m]."""
         root = np.sqrt(self.axis_ratio)
         return np.stack([as_array(contact_radius) / root, as_array(contact_radius) * root])
 
     def mean_radius(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Contact radius [m] of the ellipse through a point, x [m] along the long and y [m] along the short half-axis.
+        """Contact radius [m] of the ellipse through a point, x [m] along the long and y [m] along the short semi-axis.
 
         It is the radius for `ImpactResult.pressure`, which is constant along similar ellipses.
         """
