@@ -1,5 +1,6 @@
 """Surrogates over the velocity against closed forms and against solves that were not used to build them."""
 
+import contextlib
 import json
 import math
 import os
@@ -336,8 +337,10 @@ def test_every_edited_digit_is_noticed(ball: rs.Surrogate, tmp_path: Path) -> No
     places = [n for n, letter in enumerate(text) if letter.isdigit()]
     for n in np.random.default_rng(1).choice(places, 300):
         edited = text[:n] + str((int(text[n]) + 1) % 10) + text[n + 1 :]
-        if json.loads(edited) == json.loads(text):
-            continue  # a seventeenth digit without effect
+        # A leading 9 becomes a leading 0, which is no JSON.
+        with contextlib.suppress(json.JSONDecodeError):
+            if json.loads(edited) == json.loads(text):
+                continue  # a seventeenth digit without effect
         path.write_text(edited)
         with pytest.raises(rs.InputError):
             rs.Surrogate.load(path)
