@@ -19,6 +19,8 @@ def test_no_module_is_longer_than_400_lines(path):
 
 # Features later than the solver, each with the most lines that it may have. A feature is a folder or a module.
 LATER = {
+    "geometry": 220,
+    "cards": 250,
     "force_law": 500,
     "ellipsoid": 260,
     "pyramid": 120,
@@ -42,6 +44,6 @@ def test_a_later_feature_has_no_more_lines_than_stated(name):
     assert sum(lines(path) for path in MODULES if feature(path) == name) <= LATER[name]
 
 
-def test_the_rest_has_at_most_28_800_lines():
-    # 28 000 before bodies and targets of any kind: the geometry, the impedance and the shifts of the cards are in it.
-    assert sum(lines(path) for path in MODULES if feature(path) is None) <= 28_800
+def test_the_rest_has_at_most_28_300_lines():
+    # 28 000 before targets that move and bodies of any kind, which the kernel, the report and the cases take.
+    assert sum(lines(path) for path in MODULES if feature(path) is None) <= 28_300

@@ -20,7 +20,7 @@ NUMBERS = ("rebound_resilience", "contact_time", "max_indentation_depth", "max_c
 
 
 def test_half_space_under_the_schob_pendulum():
-    # Five independently computed numbers of this rubber, of which four digits are known.
+    # Five numbers of this rubber from independent programs, to four digits.
     found = rs.resilience(RUBBER, "ASTM D7121", base="half-space")
     wanted = 63.16, 8.94e-3, 5.83e-3, 6.61e-3, 181.0
     assert [float(getattr(found, name)[0]) for name in NUMBERS] == pytest.approx(wanted, rel=1e-3)

@@ -19,7 +19,7 @@ _PULSE = 4.685148538378611
 _SKEW = (16.0, 48.0)
 # No force on a body that separates is as skew.
 _LARGEST_SKEWNESS = 0.4
-# Lamb's integral as a polynomial of sqrt(1 - 2 nu), of which it is a smooth function over -1 <= nu <= 1/2.
+# Lamb's integral as a polynomial of sqrt(1 - 2 nu): it is a smooth function of this root over -1 <= nu <= 1/2.
 _RADIATION = (
     0.10442426452, -5.693e-08, 0.04200903881, 0.05300659872, 0.01732188709, 0.00297099324, -0.01243127032,
     0.01008481349, -0.00425309368, 0.00083755559, 3.509277e-05, -4.84898e-05, 6.64186e-06,

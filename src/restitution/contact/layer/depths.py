@@ -72,7 +72,7 @@ class Depths:
         return mean_table(Averages(self.punches, self._transform, self.face, joints, self.end))
 
     def _transform(self, radius: Array) -> Array:
-        """Transform g [m] at radii over the thickness, of which rounding puts the last one beyond the profile."""
+        """Transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
         return self.profile.transform(np.minimum(radius * self.thickness, self.profile.max_contact_radius))
 
     def radius(self, half_space_depth: Array) -> Array:

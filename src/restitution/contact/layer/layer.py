@@ -26,7 +26,7 @@ CONSTANT, INCOMPRESSIBLE = 1e-9, 0.498
 
 Base = Literal["bonded", "frictionless"]
 
-# Digits of the Poisson ratio after the point, of which thin incompressible layers need most.
+# Digits of the Poisson ratio after the point; thin incompressible layers need most of them.
 _DIGITS = 14
 # Times at which the Poisson ratio is compared.
 _MOMENTS = 200

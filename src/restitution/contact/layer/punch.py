@@ -20,9 +20,9 @@ from restitution.contact.layer.compliance import LineKernel
 PANELS = np.array([0.0, 2.0, 10.0, 40.0])
 """Ends of the ranges of a/h, each with a series of its own."""
 
-# Radii in each range; nodes over the radius, of which 16 + 6 a/h are enough for every Poisson ratio.
+# Radii in each range; nodes over the radius. 16 + 6 a/h nodes are enough for every Poisson ratio.
 _RADII, _LEAST, _PER_RADIUS = 32, 16, 6
-# Newton steps of Gauss nodes, of which two leave 1e-16.
+# Newton steps of Gauss nodes; after two the error is 1e-16.
 _NEWTON = 4
 
 
