@@ -85,6 +85,7 @@ class Geometry(ABC):
 
     registered: ClassVar[dict[str, type[Any]]] = {}
     body_radius: ClassVar[bool] = False
+    needs_poisson_ratio: ClassVar[bool] = False  # whether `between` takes the Poisson ratio from the material
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()
     # Why pressure, surface displacement and elements cannot follow from the stiffness radius.

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from restitution import checks, quantities
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.observations import Curve, Noise, Nuisance, Observations
 from restitution.identification.touch import baseline, first_touch, rising_and_falling, straight_lines
@@ -113,7 +112,7 @@ class IndentationCurve(Observations):
         if not isinstance(profile, Geometry):
             raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
         # The layer of a contact with an incompressible material; itself if its base is frictionless.
-        self.profile = profile.between(Material(1.0, np.inf), None) if isinstance(profile, Layer) else profile
+        self.profile = profile.between(Material(1.0, np.inf), None) if profile.needs_poisson_ratio else profile
         self._incompressible = self.profile is not profile
         self.spring_constant = None
         if spring_constant is not None:

@@ -205,6 +205,8 @@ def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tupl
 # Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve kinks
 # that do not matter, at the cost of small steps; coarser tables save nothing.
 _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
+# Relative tolerance of the estimated depth, and the most steps of the search: bisections alone need fewer.
+_DEPTH_TOLERANCE, _MOST_STEPS = 1e-4, 40
 
 
 def table_block(
@@ -224,7 +226,7 @@ def table_block(
     most = float(profile.max_depth)
     samples = _of_profile(_force_integrals, profile)
     # A row that overflows here fails in the kernel.
-    with np.errstate(over="ignore"):
+    with np.errstate(all="ignore"):
         depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
 
     def rounded_down(value: float, factor: float) -> float:
@@ -287,13 +289,21 @@ def _elastic_depth(
     low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
     # Nothing stops a weight on a liquid.
     weight = np.where(equilibria > 0.0, forces, 0.0)
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        depth, integral = np.exp(middle), np.exp(np.interp(middle, knots, integrals))
+    x = before = 0.5 * (low + high)
+    last, slope = np.zeros(masses.size), np.full(masses.size, 2.0)
+    # The secant of the energies in logarithms, within a bracket.
+    for _ in range(_MOST_STEPS):
+        depth, integral = np.exp(x), np.exp(np.interp(x, knots, integrals))
         duration = 1.5 * depth / velocities
         relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
         modulus = equilibria + relaxed + viscosities / duration
         # The exponent 2/5 of the parabola is good enough for all profiles.
-        deep = 0.4 * 2.0 * modulus * integral * depth > 0.5 * masses * velocities * velocities + weight * depth
-        low, high = np.where(deep, low, middle), np.where(deep, middle, high)
-    return np.minimum(np.exp(high), most)
+        stored = 0.4 * 2.0 * modulus * integral * depth
+        excess = np.log(stored / (0.5 * masses * velocities * velocities + weight * depth))
+        low, high = np.where(excess > 0.0, low, x), np.where(excess > 0.0, x, high)
+        slope = np.where(x == before, slope, (excess - last) / (x - before))
+        before, last, x = x, excess, x - excess / slope
+        x = np.where((x > low) & (x < high), x, 0.5 * (low + high))
+        if np.all(np.abs(x - before) < _DEPTH_TOLERANCE):
+            break
+    return np.minimum(np.exp(x), most)

@@ -81,6 +81,7 @@ class Layer(Geometry):
     """
 
     sources = (("hayes1972", "stiffness of a layer on a rigid base"),)
+    needs_poisson_ratio = True
     obstacle = "the elements of a layer are coupled"
 
     profile: Profile
