@@ -5,7 +5,9 @@ equation there agree to 1e-11, and the impacts were computed by a separate solve
 """
 
 import math
+import tomllib
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -438,6 +440,41 @@ def test_the_cache_of_the_user_does_not_matter(tmp_path, monkeypatch):
     assert kappa() == expected
     assert not list(tmp_path.rglob("*.npz"))
     store.stored_punches.cache_clear()
+
+
+@pytest.mark.parametrize("nu", store.SHIPPED)
+def test_a_shipped_table_is_the_one_that_is_computed(nu, tmp_path, monkeypatch):
+    made = punch.punches(nu)
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(tmp_path))
+    monkeypatch.setattr(store, "punches", None)
+    store.stored_punches.cache_clear()
+    found = store.stored_punches(nu)
+    assert not list(tmp_path.iterdir())
+    a = np.concatenate([np.linspace(*ends, 40) for ends in pairwise(punch.PANELS)])
+    for name in ("kappa", "edge_load", "radius"):
+        assert getattr(found, name)(a) == pytest.approx(getattr(made, name)(a), rel=1e-12)
+    for radius in a.reshape(3, 40)[:, 1:-1]:
+        x = radius[:, None] * np.linspace(0.0, 1.0, 30)
+        for one, other in zip(found.inside(radius, x), made.inside(radius, x), strict=True):
+            assert one == pytest.approx(other, abs=1e-12 * np.abs(other).max())
+    # A damaged file of the package costs time alone.
+    monkeypatch.setattr(store, "SHIPPED", {nu: "missing.npz"})
+    monkeypatch.setattr(store, "punches", lambda ratio: made if ratio == nu else None)
+    store.stored_punches.cache_clear()
+    assert store.stored_punches(nu) is made
+    store.stored_punches.cache_clear()
+
+
+def test_the_shipped_tables_are_small_and_part_of_the_package():
+    root = Path(__file__).parents[2]
+    (package,) = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"][
+        "packages"
+    ]
+    folder = Path(store.__file__).parent / "data"
+    assert {file.name for file in folder.iterdir()} == set(store.SHIPPED.values())
+    assert sum(file.stat().st_size for file in folder.iterdir()) < 200_000
+    assert folder.is_relative_to(root / package)
 
 
 def test_the_validity_report_has_no_half_space_to_doubt():

@@ -24,6 +24,8 @@ PANELS = np.array([0.0, 2.0, 10.0, 40.0])
 _RADII, _LEAST, _PER_RADIUS = 32, 16, 6
 # Newton steps of Gauss nodes; after two the error is 1e-16.
 _NEWTON = 4
+# Largest coefficients over x, relative to the largest, at the end of a series that are left out: rounding.
+_ROUNDING = 1e-15
 
 
 class Punches(NamedTuple):
@@ -33,7 +35,7 @@ class Punches(NamedTuple):
     ----------
     stiffness, edge : array, shape (n_panel, n_radius)
         Chebyshev coefficients of ln kappa(a) and ln w(a).
-    resolvent, load : tuple of array, shape (n_radius, n)
+    resolvent, load : tuple of array, shape (n_radius, n_term)
         Chebyshev coefficients of r(x) and w(x) over the radius and over ``2 (x/a)^2 - 1``.
     softness : array, shape (n_panel, n_radius)
         Chebyshev coefficients of -ln kappa over ``ln(1 + a kappa)``.
@@ -105,8 +107,10 @@ def punches(poisson_ratio: float | None) -> Punches:
         series = np.einsum("ij,jkl,ml->ikm", transform, lines, fit, optimize=True)
         stiffness.append(transform @ np.log(ends[:, 0] / radii))
         edge.append(transform @ np.log(ends[:, 1]))
-        resolvent.append(series[:, 0])
-        load.append(series[:, 1])
+        sizes = np.max(np.abs(series) / np.max(np.abs(series), axis=(0, 2), keepdims=True), axis=(0, 1))
+        kept = 1 + int(np.flatnonzero(sizes > _ROUNDING)[-1])
+        resolvent.append(series[:, 0, :kept])
+        load.append(series[:, 1, :kept])
     found = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
     found = found._replace(ends=PANELS * found.kappa(PANELS))
     return found._replace(softness=_softness(found, np.cos(angle)) @ transform.T)
