@@ -135,8 +135,8 @@ class _Reference:
         separates.terminal, separates.direction = True, -1
         state = np.concatenate([[last[0] ** 2, last[1], last[4]], last[5 + n :]])
         # At the turning point itself the condition is zero.
-        going = solve_ivp(rebound, (last[2], last[2] + 1e3), state, events=separates, rtol=1e-10, atol=1e-12,
-                          method="DOP853", first_step=1e-4)  # fmt: skip
+        going = solve_ivp(rebound, (last[2], last[2] + 1e3), state, events=separates, rtol=1e-12, atol=1e-14,
+                          method="DOP853", first_step=1e-4, max_step=0.05 * last[2])  # fmt: skip
         self.restitution = -going.y[1, -1] / impact.velocity
         self.contact_time, self.max_depth, self.radiated = going.t[-1], last[0] ** 2, going.y[2, -1]
 
