@@ -47,6 +47,7 @@ KEYS = [
     "max_force",
     "max_contact_radius",
     "max_pressure",
+    "max_semi_axes",
     "residual_indentation_depth",
     "rebound_velocity",
     "zero_overlap_time",
@@ -124,6 +125,7 @@ def test_json_has_the_attributes_in_si(folder: Path, monkeypatch: pytest.MonkeyP
     assert sorted(content) == sorted(KEYS)
     assert content["contact_time"] == 1.234567891e-3
     assert content["max_pressure"] == 2e6
+    assert content["max_semi_axes"] == [content["max_contact_radius"]] * 2
     # After the contact the body travels 1 mm at 0.5 m/s.
     assert content["zero_overlap_time"] == pytest.approx(3.234567891e-3, rel=1e-14)
     assert content["energy"] == {
@@ -145,6 +147,19 @@ def test_json_has_no_infinite_numbers(folder: Path, monkeypatch: pytest.MonkeyPa
     content = json.loads(run("solve", "ball.toml", "--json").stdout)
     assert content["contact_time"] is None
     assert content["residual_indentation_depth"] is None
+
+
+def test_the_table_of_an_elliptical_contact_has_its_semi_axes(folder: Path) -> None:
+    gap = '[profile]\ntype = "ellipsoid"\nradius_1 = "20 mm"\nradius_2 = "5 mm"'
+    (folder / "roller.toml").write_text(CASE.replace('radius = "10 mm"', gap))
+    shown = [line for line in run("solve", "roller.toml").stdout.splitlines() if "semi-axis" in line]
+    content = json.loads(run("solve", "roller.toml", "--json").stdout)
+    long, short = content["max_semi_axes"]
+    assert ["long " in line for line in shown] == [True, False]
+    assert long * short == pytest.approx(content["max_contact_radius"] ** 2)
+    for line, axis in zip(shown, (long, short), strict=True):
+        assert f"{1e3 * axis:.4g}"[:4] in line
+    assert "semi-axis" not in run("solve", "ball.toml").stdout
 
 
 @pytest.mark.parametrize("columns", ["20", "300"])

@@ -88,13 +88,31 @@ def test_impact_against_boundary_elements_in_time():
 def test_elastic_pressure_and_semi_axes_of_a_result():
     gap = rs.Ellipsoid(0.1, 0.004)
     result = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
-    a, b = gap.semi_axes(result.max_contact_radius)
+    a, b = result.max_semi_axes
     # The error of the largest pressure is about 1e-5.
     assert result.max_pressure == pytest.approx(1.5 * result.max_force / (math.pi * a * b), rel=3e-5)
     assert b / a == pytest.approx(gap.axis_ratio)
     axes = gap.semi_axes(result.history.contact_radius)
     assert axes.shape == (2, result.history.time.size)
     assert axes.max(axis=1) == pytest.approx([a, b], rel=1e-6)
+
+
+def test_semi_axes_of_results_of_all_shapes():
+    # Hertz's ellipse of the radii 0.1 and 0.004 (the table above has its ratio); a disc has two equal ones.
+    radii = np.array([0.1, 0.004])
+    gap, disc, tip = rs.Ellipsoid(*radii), rs.Parabola(0.01), rs.Pyramid(1.4, 4)
+    listed = rs.solve(
+        [rs.Impact(rs.Material(1e6, math.inf), one, mass=0.01, velocity=0.3) for one in (gap, disc, tip)]
+    )
+    assert listed.max_semi_axes.shape == (2, 3)
+    assert listed.max_semi_axes[:, 0].prod() == pytest.approx(listed.max_contact_radius[0] ** 2)
+    assert listed.max_semi_axes[:, 1] == pytest.approx(listed.max_contact_radius[1])
+    assert np.isnan(listed.max_semi_axes[:, 2]).all()
+    many = rs.solve(rs.Impact(rs.Material(1e6, math.inf), rs.Ellipsoid(0.1, [[0.004], [0.1]]), 0.01, [0.1, 0.2, 0.3]))
+    assert many.max_semi_axes.shape == (2, 2, 3)
+    assert many.max_semi_axes[:, 0, 2] == pytest.approx(listed.max_semi_axes[:, 0])
+    assert many.max_semi_axes[0, 1] == pytest.approx(many.max_semi_axes[1, 1])
+    assert many.to_dict()["max_semi_axes"] == many.max_semi_axes.tolist()
 
 
 def test_pressure_with_memory_and_of_many_impacts():

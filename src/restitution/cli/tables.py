@@ -79,6 +79,10 @@ def _print_impact(result: ImpactResult, title: str, dimensionless: bool) -> None
         (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
         for one, value in found
     ]
+    long, short = result.max_semi_axes
+    if short < long:
+        words = "semi-axis of the largest contact"
+        values += [(f"long {words}", "a", float(long), "m"), (f"short {words}", "b", float(short), "m")]
     values.append(("back at the undeformed surface", "t_0", float(result.zero_overlap_time), "s"))
     print_values(title, values, dimensionless)
     stated = "" if result.rtol is None else f", rtol {result.rtol:g}"

@@ -133,11 +133,6 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         large = 0.5 * (total + math.hypot(p - q + (r - s) * math.cos(2.0 * turn), (r - s) * math.sin(2.0 * turn)))
         return cls(large / product, 1.0 / large)
 
-    def semi_axes(self, contact_radius: ArrayLike) -> Array:
-        """Semi-axes a >= b [m] of the contact, stacked along the first axis, for contact radii sqrt(a b) [m]."""
-        root = np.sqrt(self.axis_ratio)
-        return np.stack([as_array(contact_radius) / root, as_array(contact_radius) * root])
-
     def mean_radius(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Contact radius [m] of the ellipse through a point, x [m] along the long and y [m] along the short semi-axis.
 

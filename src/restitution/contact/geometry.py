@@ -86,6 +86,7 @@ class Geometry(ABC):
     registered: ClassVar[dict[str, type[Any]]] = {}
     body_radius: ClassVar[bool] = False
     needs_poisson_ratio: ClassVar[bool] = False  # whether `between` takes the Poisson ratio from the material
+    axis_ratio: Numeric = 1.0  # short over long semi-axis of the contact
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()
     # Why pressure, surface displacement and elements cannot follow from the stiffness radius.
@@ -125,6 +126,11 @@ class Geometry(ABC):
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius [m] at depth d [m] where the stiffness radius [m] is known too, which may be quicker."""
         return self.contact_radius(depth)
+
+    def semi_axes(self, contact_radius: ArrayLike) -> Array:
+        """Semi-axes a >= b [m] of contacts whose radius [m] is sqrt(a b), stacked along the first axis."""
+        radius, root = as_array(contact_radius), np.sqrt(self.axis_ratio)
+        return np.stack([radius / root, radius * root])
 
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the geometry of a contact of these materials; refuse materials for which it does not hold."""

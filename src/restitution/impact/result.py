@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from restitution.checks import Numeric
 from restitution.doubts import Tally
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, shaped, solve_columns
+from restitution.impact.energy_budget import EnergyBudget
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.pictures import draw
@@ -29,31 +30,6 @@ if TYPE_CHECKING:
 
     from restitution.impact.fields import ImpactFields
     from restitution.impact.problem import Impact
-
-
-class EnergyBudget(NamedTuple):
-    """Energy budget; the last four are NaN where the body does not separate, and with method "reference".
-
-    Attributes
-    ----------
-    kinetic_in, kinetic_out : float or array
-        Kinetic energy before and after the impact [J].
-    dissipated : float or array
-        Energy that the dashpots of the foundation dissipate in contact [J].
-    stored : float or array
-        Energy that the elements of the foundation still store when they leave contact [J].
-    radiated : float or array
-        Energy that a target with an impedance carries away [J].
-    residual : float or array
-        `(kinetic_out + dissipated + stored + radiated - kinetic_in - work of the external force)/kinetic_in` [-].
-    """
-
-    kinetic_in: Numeric
-    kinetic_out: Numeric
-    dissipated: Numeric
-    stored: Numeric
-    radiated: Numeric
-    residual: Numeric
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +184,17 @@ class ImpactResult:
             return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
         found = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
         return shaped(found, np.shape(self.status))
+
+    @property
+    def max_semi_axes(self) -> NDArray[np.float64]:
+        """Semi-axes a >= b [m] of the largest contact area, shape (2, ...); NaN where it is no ellipse.
+
+        With the axis ratio k of the geometry, 1 for a disc, they are ``a_max/sqrt(k)`` and ``a_max sqrt(k)``.
+        """
+        if not isinstance(self.impact, list):
+            return self.impact.profile.semi_axes(self.max_contact_radius)
+        radii = zip(self.impact, np.atleast_1d(self.max_contact_radius), strict=True)
+        return np.stack([one.profile.semi_axes(radius) for one, radius in radii], axis=-1)
 
     @cached_property
     def energy(self) -> EnergyBudget:
@@ -388,6 +375,7 @@ class ImpactResult:
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers by name, in SI, with the energy budget and the validity report."""
         return {name: value for name, value in self.outputs.items() if name not in BUDGET} | {
+            "max_semi_axes": self.max_semi_axes.tolist(),
             "zero_overlap_time": self.zero_overlap_time,
             "energy": self.energy._asdict(),
             "status": self.status,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from restitution.impact.result import EnergyBudget
+    from restitution.impact.energy_budget import EnergyBudget
     from restitution.indentation.result import IndentationResult
 
 # From the bottom of the stack to its top.
