@@ -10,7 +10,7 @@ import pytest
 
 import random_messages as fuzz
 import restitution as rs
-from restitution.explorer import answers, presets
+from restitution.explorer import answers, presets, section
 from restitution.explorer.downloads import download
 from restitution.explorer.inputs import inputs
 from restitution.explorer.state import nested, of_case, of_impact, settled
@@ -78,7 +78,6 @@ def test_numbers_are_those_of_solve_for_every_profile(profile, tmp_path):
     assert found["numbers"]["restitution_coefficient"] == expected.restitution_coefficient
     shape = found["curves"]["shape"]
     if profile in ("ellipsoid", "pyramid"):
-        assert shape is None
         return
     heights = expected.impact.profile.shape(np.array(shape["radius"]))
     assert shape["height"] == answers.plain(heights)
@@ -133,12 +132,8 @@ def test_the_surface_is_that_of_the_result():
     np.testing.assert_allclose(curve["displacement"], displacement, rtol=0, atol=1e-6 * scale)
     inside = time <= result.contact_time
     # At the centre the surface touches the body.
-    np.testing.assert_allclose(
-        np.array(curve["displacement"])[inside, 0],
-        np.array(curve["indentation_depth"], float)[inside],
-        atol=1e-6 * scale,
-    )
-    assert [one is None for one in curve["contact_radius"]] == (~inside).tolist()
+    depth = result.sample(time[inside]).indentation_depth
+    np.testing.assert_allclose(np.array(curve["displacement"])[inside, 0], depth, atol=1e-6 * scale)
 
 
 def test_bounces_are_those_of_the_package():
@@ -268,3 +263,58 @@ def test_random_states_are_solved_or_refused_in_one_line():
         request = fuzz.request(rng, number)
         text = answer(Request(number, request["kind"], request))
         assert BUG not in text
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.7])
+def test_the_section_of_an_ellipsoid_is_along_its_long_axis(share):
+    from scipy.integrate import quad
+
+    state = {"profile.type": "ellipsoid", "profile.radius_1": 0.004, "profile.radius_2": 0.03}
+    result: Any = rs.solve(answers.case_of(state).impact)
+    shape = answers.impact(state)["curves"]["shape"]
+    largest = result.impact.profile.semi_axes(result.max_contact_radius)[0]
+    assert shape["radius"][-1] == pytest.approx(3.0 * largest)
+    assert shape["height"] == pytest.approx(np.square(shape["radius"]) / 0.06)
+    radius, displacement = section.surface(result)  # pyright: ignore[reportGeneralTypeIssues]
+    t = share * result.contact_time
+    depth, mean = (float(result.sample(np.array([t]))[name][0]) for name in ("indentation_depth", "contact_radius"))
+    a, b = result.impact.profile.semi_axes(mean)
+    assert shape["semi_axis"] * mean == pytest.approx(a)
+    # 200 punches.
+    tolerance = depth / 200
+    inside = radius < a
+    assert inside.sum() > 3
+    assert displacement(t)[inside] == pytest.approx(depth - radius[inside] ** 2 / 0.06, abs=tolerance)
+    if t > result.turning_time:
+        return
+
+    # Hertz: Johnson, Contact Mechanics (1985), equation 4.25, with x^2 = (a^2 + s)(1 - u) as the lower end.
+    def hertz(x: float) -> float:
+        def integrand(s: float) -> float:
+            return (1.0 - x**2 / (a**2 + s)) / np.sqrt((a**2 + s) * (b**2 + s) * s)
+
+        low = max(x**2 - a**2, 0.0)
+        # s = low + q^2 removes the root at s = 0.
+        return quad(lambda q: 2.0 * q * integrand(low + q**2), 0.0, np.inf, epsabs=0.0, epsrel=1e-8)[0]
+
+    expected = [depth * hertz(x) / hertz(0.0) for x in radius[~inside]]
+    assert displacement(t)[~inside] == pytest.approx(expected, abs=tolerance)
+
+
+def test_the_surface_under_a_circular_ellipsoid_is_that_under_a_parabola():
+    round_body = {"profile.type": "ellipsoid", "profile.radius_1": 0.01, "profile.radius_2": 0.01}
+    curves = [answers.surface(state)["curves"]["surface"] for state in (round_body, {"body.radius": 0.01})]
+    # Each has as many rows as it has time for.
+    common = np.intersect1d(curves[0]["time"], curves[1]["time"])
+    found, expected = (np.array(one["displacement"])[np.isin(one["time"], common)] for one in curves)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=np.max(expected) / 200)
+
+
+def test_the_section_of_a_pyramid_is_through_two_faces():
+    state = {"profile.type": "pyramid", "profile.face_angle": 1.3}
+    shape = answers.impact(state)["curves"]["shape"]
+    result: Any = rs.solve(answers.case_of(state).impact)
+    assert shape["height"] == pytest.approx(np.array(shape["radius"]) / np.tan(1.3))
+    assert shape["height"][-1] == pytest.approx(3.0 * result.max_indentation_depth)
+    assert shape["semi_axis"] is None
+    assert answers.surface(state)["curves"]["surface"] is None

@@ -19,8 +19,8 @@ from restitution import validity
 from restitution.case.impact import Case, CaseFile, notes_on
 from restitution.case.indentation import IndentationCase, IndentationFile
 from restitution.case.section import read_sections
-from restitution.contact.profile import Profile
 from restitution.errors import InputError
+from restitution.explorer import section
 from restitution.explorer.inputs import inputs
 from restitution.explorer.state import State, case_content, indentation_content
 from restitution.impact.batch import Batch
@@ -45,9 +45,9 @@ TIME_LIMIT = 0.1
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
 _POINTS = 121
-# Points of a curve over the velocity, every nth of them first; times, least number of them, and radii of a surface.
+# Points of a curve over the velocity, every nth of them first; times, and least number of them, of a surface.
 _SPEEDS, _STRIDE = 61, 4
-_TIMES, _LEAST_ROWS, _RADII = 25, 4, 25
+_TIMES, _LEAST_ROWS = 25, 4
 # Imprint over the largest depth that is not shown.
 _SMALL = 1e-4
 # Relative error of a fractional material whose curve is drawn.
@@ -62,7 +62,6 @@ _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
     "residual_indentation_depth", "rebound_velocity",
 )  # fmt: skip
-_TIMES_OF_CONTACT = ("zero_overlap_time", "turning_time")
 _CURVE = ("restitution_coefficient", "contact_time", "max_force", "max_indentation_depth")
 _HISTORY = tuple(HISTORY)
 
@@ -112,7 +111,6 @@ def impact(state: Mapping[str, Any]) -> Answer:
     result = _result(state)
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
     separated = result.status == Status.SEPARATED
-    numbers |= {name: getattr(result, name) if separated else math.nan for name in _TIMES_OF_CONTACT}
     numbers |= dict(zip(BUDGET, result.energy, strict=True))
     problem = cast("Any", result.impact)
     material, series = problem.material, problem.reduced_modulus
@@ -122,7 +120,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
         numbers |= dict(zip(("nu", "p2", "p3"), map(float, dimensionless_groups(problem)), strict=True))
     contact_time = float(result.contact_time)
     omega = math.pi / contact_time
-    curves: dict[str, Any] = {"history": None, "shape": _shape(problem.profile, result)}
+    curves: dict[str, Any] = {"history": None, "shape": section.body(result)}
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time
     if separated:
@@ -166,18 +164,6 @@ def _moduli(series: Any, shear: Any, scale: float) -> dict[str, Any]:
     moduli = {"angular_frequency": omega, "storage_modulus": storage, "loss_modulus": loss}
     with np.errstate(divide="ignore", invalid="ignore"):
         return {"relaxation": relaxation, "moduli": moduli | {"loss_tangent": loss / storage}}
-
-
-def _shape(profile: Any, result: ImpactResult) -> dict[str, Array] | None:
-    """Surface of an axisymmetric body, to somewhat beyond the largest contact."""
-    if not isinstance(profile, Profile):
-        return None
-    most = 3.0 * float(result.max_contact_radius)
-    if not (math.isfinite(most) and most > 0.0):
-        most = 1.0
-    radius = np.linspace(0.0, most, 61)
-    with np.errstate(all="ignore"):
-        return {"radius": radius, "height": np.asarray(profile.shape(radius), dtype=np.float64)}
 
 
 def velocity(state: Mapping[str, Any]) -> Answer:
@@ -237,11 +223,12 @@ def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
 def surface(state: Mapping[str, Any]) -> Answer:
     """Surface of the half-space over time, during the contact and after it, and the largest pressure."""
     result = _result(state)
-    if result.status != Status.SEPARATED or not isinstance(cast("Any", result.impact).profile, Profile):
+    found = section.surface(result) if result.status == Status.SEPARATED else None
+    if found is None:
         return {"numbers": {"max_pressure": None}, "curves": {"surface": None}}
     contact_time, depth = float(result.contact_time), float(result.residual_indentation_depth)
     grid = 2.0 * contact_time * np.linspace(0.0, 1.0, _TIMES)
-    radius = np.linspace(0.0, 3.0 * float(result.max_contact_radius), _RADII)
+    radius, displacement = found
     # No imprint that a picture could show is left.
     recovered = depth < _SMALL * float(result.max_indentation_depth)
     rows: dict[int, Array] = {}
@@ -249,18 +236,11 @@ def surface(state: Mapping[str, Any]) -> Answer:
     # 0, 16, 8, 24, 4, ...: the rows are spread over all times whenever the time is up.
     for n in sorted(range(_TIMES), key=lambda n: (n & -n) or _TIMES, reverse=True):
         if recovered and grid[n] > contact_time:
-            rows[n] = np.zeros(_RADII)
+            rows[n] = np.zeros(radius.size)
         elif len(rows) < _LEAST_ROWS or time.thread_time() - started < 0.5 * TIME_LIMIT:
-            rows[n] = result.surface_displacement(radius, grid[n])
-    places = np.array(sorted(rows))
-    columns = {"displacement": np.array([rows[n] for n in places.tolist()])}
-    times = grid[places]
-    columns |= {name: np.full(times.size, np.nan) for name in ("indentation_depth", "contact_radius")}
-    inside = times <= contact_time
-    history = result.sample(times[inside])
-    for name in ("indentation_depth", "contact_radius"):
-        columns[name][inside] = history[name].values
-    curve = {"time": times, "radius": radius} | columns
+            rows[n] = displacement(float(grid[n]))
+    places = sorted(rows)
+    curve = {"time": grid[places], "radius": radius, "displacement": np.array([rows[n] for n in places])}
     return {"numbers": plain({"max_pressure": result.max_pressure}), "curves": {"surface": plain(curve)}}
 
 

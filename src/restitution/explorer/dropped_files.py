@@ -94,6 +94,5 @@ def _material(path: Path, text: str, content: Mapping[str, Any]) -> tuple[State,
 
 def _words(made: FileSection, material: Material) -> str:
     terms = f"{material.shear.n_branches} terms in shear"
-    if made.fit is not None:
-        return f"data fitted by {terms}, relative misfit {made.fit.misfit:.2g}"
-    return terms
+    # A note of the material has the misfit.
+    return terms if made.fit is None else f"data fitted by {terms}"

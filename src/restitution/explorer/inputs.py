@@ -202,6 +202,7 @@ def _number(key: str, group: str, quantity: Quantity, when: When | None = None, 
 
 def _readable(name: str) -> str:
     words = name.replace("_", " ").replace("kelvin voigt", "Kelvin-Voigt").replace("maxwell", "Maxwell")
+    words = words.replace("zener", "Zener").replace("dma", "DMA")
     return words[:1].upper() + words[1:]
 
 

@@ -126,7 +126,6 @@ def schema(state: State | None = None, title: str | None = None) -> str:
 
 
 _FURTHER = {
-    "zero_overlap_time": ("time back at the undeformed surface", "t_0", "time"),
     "turning_time": ("time of the largest depth", "t_m", "time"),
     "contact_end_time": ("end of the contact", "t_end", "time"),
     "work": ("work of the indenter", "W", "energy"),

@@ -7,21 +7,27 @@ const FLIGHT = 0.6; // The enlarged picture shows this part of the contact time 
 
 export class Ball {
   constructor(root, clock, outputs) {
+    this.root = root;
     this.clock = clock;
     this.outputs = outputs;
     this.scene = new Scene("The body, to scale");
     this.zoom = new Scene("The contact, enlarged");
     this.readout = element("p", { className: "readout" });
-    root.append(this.scene.root, this.zoom.root, this.readout);
+    this.note = element("p", { className: "note", hidden: true },
+      "A section through two faces. The surface around a pyramid is not known; the dashed line is the surface before the impact.");
+    root.append(this.scene.root, this.zoom.root, this.note, this.readout);
     this.scene.onSize = this.zoom.onSize = () => this.draw();
     clock.onTick(() => this.draw());
   }
 
-  // `radius` is that of the body, null where it has none.
-  show(answer, radius) {
+  // `body` is half the width and half the height of a round body, else null.
+  show(answer, body) {
     this.answer = answer;
     this.surface = null;
-    this.prepared = answer.curves.history && prepare(answer, radius);
+    this.prepared = answer.curves.history && prepare(answer, body);
+    const { semi_axis: axis } = answer.curves.shape;
+    this.note.hidden = axis !== null;
+    this.zoom.caption.textContent = axis > 1 ? "The contact along its long axis, enlarged" : "The contact, enlarged";
     this.draw();
   }
 
@@ -31,10 +37,10 @@ export class Ball {
   }
 
   draw() {
-    if (!this.answer || !this.prepared) {
-      this.scene.clear();
-      this.zoom.clear();
-      this.readout.textContent = this.answer?.status?.message ?? "";
+    if (!this.answer) return;
+    this.root.classList.toggle("none", !this.prepared);
+    if (!this.prepared) {
+      this.readout.textContent = `There is no rebound to show: ${this.answer.status.message}.`;
       return;
     }
     const { phase } = this.clock;
@@ -60,10 +66,10 @@ export class Ball {
   }
 
   whole(pen, phase) {
-    const { radius, e, profile, round } = this.prepared;
+    const { radius, across, e, round } = this.prepared;
     const palette = colours();
     const { ctx, width, height, em } = pen;
-    const scale = height / (6.1 * radius);
+    const scale = Math.min(height / (6.1 * radius), width / (2.3 * across));
     const ground = height - 0.75 * radius * scale;
     const middle = width / 2;
     const flight = 3 * radius * scale;
@@ -72,11 +78,13 @@ export class Ball {
     line(ctx, palette.muted, 1.5, [[0, ground], [width, ground]]);
     const body = (lift, alpha) => {
       ctx.globalAlpha = alpha;
-      outline(ctx, round ? null : profile, radius, middle, ground - lift, scale);
+      ctx.beginPath();
+      if (round) ctx.ellipse(middle, ground - lift - radius * scale, across * scale, radius * scale, 0, 0, 2 * Math.PI);
+      else outline(ctx, this.prepared, middle, ground - lift, scale);
       ctx.fillStyle = palette.body;
       ctx.fill();
       ctx.strokeStyle = palette.ink;
-      ctx.lineWidth = 1.5;
+      ctx.lineWidth = 1.5 * palette.thickness;
       ctx.stroke();
       ctx.globalAlpha = 1;
     };
@@ -100,7 +108,7 @@ export class Ball {
   }
 
   contact(pen, phase) {
-    const { extent, stretch, reach, maxForce, profile, radius } = this.prepared;
+    const { extent, stretch, reach, maxForce, profile } = this.prepared;
     const palette = colours();
     const { ctx, width, height, em } = pen;
     const scale = width / (2 * extent);
@@ -109,31 +117,32 @@ export class Ball {
     const y = (depth) => ground + depth * scale * stretch;
     const depth = this.depth(phase, reach);
     const inside = phase >= 0 && phase <= 1;
-    const edge = inside ? this.at("contact_radius") : 0;
+    const edge = inside ? this.at("contact_radius") * profile.semi_axis : 0;
     const dip = this.dip(phase, depth, edge);
+    // The ends of both outlines lie outside the picture.
     const count = 160;
+    const radii = Array.from({ length: 2 * count + 1 }, (_, n) => 1.03 * extent * (n / count - 1));
+    const [left, right, below] = [x(radii[0]), x(radii.at(-1)), height + 10];
     ctx.beginPath();
-    ctx.moveTo(0, height);
-    for (let n = -count; n <= count; n++) ctx.lineTo(x((n / count) * extent), y(dip(Math.abs((n / count) * extent))));
-    ctx.lineTo(width, height);
+    ctx.moveTo(left, below);
+    for (const r of radii) ctx.lineTo(x(r), y(dip(Math.abs(r))));
+    ctx.lineTo(right, below);
     ctx.closePath();
     ctx.fillStyle = palette.ground;
     ctx.fill();
     ctx.strokeStyle = palette.muted;
-    ctx.lineWidth = 2;
-    ctx.stroke();
+    ctx.lineWidth = 2 * palette.thickness;
+    if (profile.semi_axis !== null) ctx.stroke();
+    line(ctx, palette.muted, 1, [[0, ground], [width, ground]], [4, 4]);
     ctx.beginPath();
-    for (let n = -count; n <= count; n++) {
-      const r = (n / count) * extent;
-      ctx.lineTo(x(r), Math.max(y(depth - shapeAt(profile, Math.abs(r), radius)), -10));
-    }
-    ctx.lineTo(width + 10, -10);
-    ctx.lineTo(-10, -10);
+    for (const r of radii) ctx.lineTo(x(r), Math.max(y(depth - shapeAt(profile, Math.abs(r))), -10));
+    ctx.lineTo(right, -10);
+    ctx.lineTo(left, -10);
     ctx.closePath();
     ctx.fillStyle = palette.body;
     ctx.fill();
     ctx.strokeStyle = palette.ink;
-    ctx.lineWidth = 2;
+    ctx.lineWidth = 2 * palette.thickness;
     ctx.stroke();
     if (edge > 0) {
       for (const side of [-1, 1]) {
@@ -152,8 +161,8 @@ export class Ball {
 
   // Displacement of the surface over the radius.
   dip(phase, depth, edge) {
-    const { profile, radius } = this.prepared;
-    const within = (r) => depth - shapeAt(profile, r, radius);
+    const { profile } = this.prepared;
+    const within = (r) => depth - shapeAt(profile, r);
     const { surface } = this;
     if (surface) {
       const last = surface.time.at(-1);
@@ -186,7 +195,8 @@ class Scene {
   constructor(words) {
     this.canvas = element("canvas");
     this.canvas.setAttribute("aria-hidden", "true");
-    this.root = element("div", { className: "scene" }, this.canvas, element("p", { className: "caption" }, words));
+    this.caption = element("p", { className: "caption" }, words);
+    this.root = element("div", { className: "scene" }, this.canvas, this.caption);
     this.onSize = () => {};
     new ResizeObserver(() => this.fit()).observe(this.canvas);
   }
@@ -201,14 +211,11 @@ class Scene {
     this.onSize();
   }
 
-  clear() {
-    this.canvas.getContext("2d").clearRect(0, 0, this.canvas.width, this.canvas.height);
-  }
-
   paint(draw) {
     if (!this.size?.width) return;
     const ctx = this.canvas.getContext("2d");
-    this.clear();
+    ctx.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    this.draw = draw;
     ctx.save();
     ctx.scale(devicePixelRatio, devicePixelRatio);
     draw({ ctx, ...this.size, em: colours().em });
@@ -216,19 +223,22 @@ class Scene {
   }
 }
 
-function prepare({ curves, numbers }, known) {
+function prepare({ curves, numbers }, body) {
   const { shape, history } = curves;
-  const widest = Math.max(...history.contact_radius);
+  // The shape ends at three times the half-width of the largest contact.
+  const widest = shape.radius.at(-1) / 3;
   const deepest = Math.max(...history.indentation_depth);
   const contactTime = history.time.at(-1);
   const ratio = deepest / widest;
-  const radius = known ?? shape.radius.at(-1);
-  const n = shape.radius.findIndex((r) => r > 0.05 * radius);
+  const [across, radius] = body ?? [3 * widest, 3 * widest];
+  const curvature = radius / across ** 2;
+  const n = shape.radius.findIndex((r) => r > 0.05 * across);
   return {
     // A height that is infinite comes as null.
-    profile: { ...shape, height: shape.height.map((one) => one ?? 1e3 * radius) },
+    profile: { ...shape, curvature, height: shape.height.map((one) => one ?? 1e3 * radius) },
     radius,
-    round: known !== null && n > 0 && Math.abs(shape.height[n] / (shape.radius[n] ** 2 / (2 * radius)) - 1) < 0.1,
+    across,
+    round: body !== null && n > 0 && Math.abs(shape.height[n] / ((shape.radius[n] ** 2 * curvature) / 2) - 1) < 0.1,
     e: numbers.restitution_coefficient,
     velocity: history.indentation_velocity[0],
     rebound: numbers.rebound_velocity,
@@ -240,36 +250,31 @@ function prepare({ curves, numbers }, known) {
   };
 }
 
-// Height of the body over its lowest point; beyond the table, a ball or the last slope.
-function shapeAt(profile, r, radius) {
-  const { radius: radii, height } = profile;
-  if (r <= radii.at(-1)) return interpolate(radii, height, r);
-  const n = radii.length - 1;
-  const slope = (height[n] - height[n - 1]) / (radii[n] - radii[n - 1]);
-  return height[n] + slope * (r - radii[n]) + (r - radii[n]) ** 2 / (2 * radius);
+// Height of the body over its lowest point; beyond the table, the last slope and the curvature of the body.
+function shapeAt({ radius, height, curvature }, r) {
+  if (r <= radius.at(-1)) return interpolate(radius, height, r);
+  const n = radius.length - 1;
+  const slope = (height[n] - height[n - 1]) / (radius[n] - radius[n - 1]);
+  return height[n] + slope * (r - radius[n]) + ((r - radius[n]) ** 2 * curvature) / 2;
 }
 
-// The outline of the whole body: a circle for a round body, else its profile with a lid.
-function outline(ctx, profile, radius, left, bottom, scale) {
-  ctx.beginPath();
-  if (!profile) {
-    ctx.arc(left, bottom - radius * scale, radius * scale, 0, 2 * Math.PI);
-    return;
-  }
+// The outline of a body that is not round: its profile with a lid.
+function outline(ctx, { profile, radius, across }, left, bottom, scale) {
   const top = 2 * radius;
   const count = 120;
-  const half = Array.from({ length: count + 1 }, (_, n) => (n / count) * radius).filter((r) => shapeAt(profile, r, radius) < top);
+  const half = Array.from({ length: count + 1 }, (_, n) => (n / count) * across).filter((r) => shapeAt(profile, r) < top);
   const widest = half.at(-1);
-  for (const r of [...half.toReversed().map((one) => -one), ...half]) ctx.lineTo(left + r * scale, bottom - shapeAt(profile, Math.abs(r), radius) * scale);
+  for (const r of [...half.toReversed().map((one) => -one), ...half]) ctx.lineTo(left + r * scale, bottom - shapeAt(profile, Math.abs(r)) * scale);
   ctx.lineTo(left + widest * scale, bottom - top * scale);
   ctx.lineTo(left - widest * scale, bottom - top * scale);
   ctx.closePath();
 }
 
 function line(ctx, colour, width, points, dash = []) {
+  const { thickness } = colours();
   ctx.strokeStyle = colour;
-  ctx.lineWidth = width;
-  ctx.setLineDash(dash);
+  ctx.lineWidth = width * thickness;
+  ctx.setLineDash(dash.map((part) => part * thickness));
   ctx.beginPath();
   for (const [x, y] of points) ctx.lineTo(x, y);
   ctx.stroke();

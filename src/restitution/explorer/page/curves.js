@@ -20,7 +20,7 @@ export function picture(sets, x, ys, outputs, axes = {}) {
     curves,
     across,
     up,
-    x: { ...labels(outputs[x], across, axes.xWords), log: axes.xLog },
+    x: { ...labels(outputs[x], across, axes.xWords), log: axes.xLog, room: axes.xRoom },
     y: { ...labels(outputs[ys[0].name], up, axes.words), log: axes.yLog },
     columns: known.flatMap(({ table, letter }) => [x, ...ys.map((one) => one.name)].map((name) => ({
       name: letter ? `${letter}: ${name}` : name, unit: outputs[name].unit, values: table[name],

@@ -43,7 +43,7 @@ export class Dropped {
       this.say(answer.error, true);
       return;
     }
-    this.say([answer.words, ...(answer.notes ?? [])].join(" "));
+    this.say([answer.words, ...(answer.notes ?? [])].join("\n"));
     this.app.state.set(answer.state, true);
   }
 

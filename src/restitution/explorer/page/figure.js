@@ -33,12 +33,13 @@ export class Figure {
   show({ curves, marks = [], bands = null, x = this.options.x, y = this.options.y, ranges = {} }) {
     Object.assign(this.options, { x, y });
     this.curves = curves;
-    this.marks = marks;
     this.bands = bands;
     this.ranges = {
-      x: ranges.x ?? extent(curves, "x", x.log),
+      x: ranges.x ?? (x.room ? padded(extent(curves, "x"), false) : extent(curves, "x", x.log)),
       y: ranges.y ?? padded(extent(curves, "y", y.log), y.log),
     };
+    this.marks = marks.filter((mark) => ["x", "y"].every((key) => mark[key] === undefined
+      || (mark[key] >= this.ranges[key][0] && mark[key] <= this.ranges[key][1])));
     if (!this.visible) this.later();
     else this.redraw();
   }
@@ -81,14 +82,16 @@ export class Figure {
     this.dots = [];
     const palette = colours();
     const em = parseFloat(getComputedStyle(this.root).fontSize);
+    // uPlot enlarges whole numbers of pixels only on a screen of high resolution.
+    const font = (share) => `${Math.round(share * em)}px ${palette.font}`;
     const axis = (key, side, size) => ({
       side,
       scale: key,
       label: () => this.label(key, em),
       labelSize: 1.5 * em,
-      labelFont: `${0.95 * em}px ${palette.font}`,
+      labelFont: font(0.95),
       labelGap: 0,
-      font: `${0.88 * em}px ${palette.font}`,
+      font: font(0.88),
       stroke: palette.muted,
       size,
       gap: 4,
@@ -161,6 +164,9 @@ export class Figure {
     ctx.font = `${0.85 * palette.em * ratio}px ${palette.font}`;
     const taken = [];
     for (const curve of this.curves) if (curve.letter) this.letter(ctx, curve, palette, ratio, taken);
+    ctx.restore();
+    ctx.save();
+    ctx.font = `${0.85 * palette.em * ratio}px ${palette.font}`;
     for (const mark of this.marks) this.mark(ctx, mark, palette, ratio);
     ctx.restore();
     return null;
@@ -218,12 +224,17 @@ export class Figure {
       ctx.lineTo(left, bbox.top + bbox.height);
       ctx.stroke();
       ctx.setLineDash([]);
-      const right = left > bbox.left + 0.7 * bbox.width;
-      ctx.textAlign = right ? "right" : "left";
-      ctx.textBaseline = "top";
-      ctx.strokeStyle = palette.card;
-      ctx.lineWidth = 4 * ratio;
-      for (const write of ["strokeText", "fillText"]) ctx[write](mark.label ?? "", left + (right ? -5 : 5) * ratio, bbox.top + 4 * ratio);
+      // The words stand to the right of the line if there is room.
+      const [gap, high] = [5 * ratio, 1.1 * palette.em * ratio];
+      const wide = ctx.measureText(mark.label ?? "").width;
+      mark.before = left + gap + wide > bbox.left + bbox.width;
+      const from = mark.before ? left - gap - wide : left + gap;
+      ctx.textAlign = "left";
+      ctx.textBaseline = "middle";
+      ctx.fillStyle = palette.card;
+      ctx.fillRect(from - 2 * ratio, bbox.top, wide + 4 * ratio, high);
+      ctx.fillStyle = palette[mark.colour ?? "ink"];
+      ctx.fillText(mark.label ?? "", from, bbox.top + high / 2);
       return;
     }
     const [left, top] = this.place(mark.x, mark.y, true);

@@ -7,11 +7,13 @@ import { planePicture } from "./map.js";
 import { Assumptions, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { timeControl } from "./player.js";
-import { menu, png } from "./save.js";
+import { files, menu, png } from "./save.js";
+import { svgOfScenes } from "./svg.js";
 import { convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
   "poisson_ratio", "instantaneous_poisson_ratio", "loss_tangent"];
+const MOTION = ["time", "indentation_depth", "contact_radius", "force"];
 const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
   { name: "stored_energy", label: "stored", colour: "second", dash: "dashed" },
@@ -35,7 +37,11 @@ export class ImpactTab {
     this.numbers = new Numbers(root, [...TILES, "p2", "p3"], outputs);
     const stage = element("section", { className: "card stage" }, element("header", {},
       element("h3", { id: "stage-title" }, "Slow motion"),
-      menu("Slow motion", [["PNG", () => png("slow-motion", "Slow motion", [this.ball.scene.canvas, this.ball.zoom.canvas])]])));
+      menu("Slow motion", files("slow-motion", {
+        png: () => png("slow-motion", "Slow motion", [this.ball.scene.canvas, this.ball.zoom.canvas]),
+        svg: () => svgOfScenes([this.ball.scene, this.ball.zoom], "Slow motion"),
+        columns: () => MOTION.map((name) => ({ name, unit: outputs[name].unit, values: this.answer.curves.history?.[name] ?? [] })),
+      }))));
     stage.setAttribute("aria-labelledby", "stage-title");
     const scenes = element("div", { className: "scenes" });
     stage.append(scenes, timeControl(this.clock));
@@ -76,21 +82,21 @@ export class ImpactTab {
     const live = Boolean(curves);
     for (const panel of [this.force, this.loop, this.energy]) panel.root.hidden = !curves?.history;
     for (const panel of [this.relaxation, this.moduli]) panel.root.hidden = !curves?.[panel.name];
-    // A body without an axis of symmetry has no outline to draw.
+    // A measured force law has no outline to draw.
     this.ball.scene.root.closest(".stage").hidden = !curves?.shape;
     this.assumptions.box.hidden = !answer.validity;
-    if (answer.validity) this.assumptions.show(answer.validity, [...(answer.notes ?? []), ...(curves?.history ? [] : [answer.status.message])]);
+    if (answer.validity) this.assumptions.show(answer.validity, answer.notes);
     this.showMap(numbers);
     this.markVelocity();
     if (!live) return;
     if (curves.history) this.showHistory(numbers, outputs);
-    if (curves.shape) this.ball.show(answer, this.app.radius());
+    if (curves.shape) this.ball.show(answer, this.app.body());
     if (curves.moduli) this.showModuli(numbers, marks, outputs);
     this.clock.span(numbers.contact_time ?? 1);
   }
 
   showModuli(numbers, marks, outputs) {
-    const relaxation = picture(this.sets("impact", "relaxation"), "time", SHEAR, outputs, { xLog: true, yLog: true, words: "modulus" });
+    const relaxation = picture(this.sets("impact", "relaxation"), "time", SHEAR, outputs, { xLog: true, yLog: true, xWords: "time", words: "modulus" });
     const marked = (value, unit, label) => (value ? [{ x: convert(value, unit), label }] : []);
     this.relaxation.show({ ...relaxation, marks: marked(marks.contact_time, relaxation.across, "contact time"),
       summary: `The contact time ${phrase(marks.contact_time, outputs.contact_time)} is marked.` });
@@ -104,7 +110,7 @@ export class ImpactTab {
     const force = picture(sets, "time", [{ name: "force" }], outputs);
     this.across = force.across;
     this.force.show({ ...force, summary: `The largest force is ${phrase(numbers.max_force, outputs.max_force)}; the contact lasts ${phrase(numbers.contact_time, outputs.contact_time)}.` });
-    const loop = picture(sets, "indentation_depth", [{ name: "force" }], outputs);
+    const loop = picture(sets, "indentation_depth", [{ name: "force" }], outputs, { xRoom: true });
     this.loop.show({ ...loop, summary: `The largest depth is ${phrase(numbers.max_indentation_depth, outputs.max_indentation_depth)}; the area of the loop is the energy lost.` });
     const energies = ENERGIES.filter(({ name }) => sets[0].table[name]?.some(Boolean));
     const energy = picture(sets, "time", energies, outputs, { words: "energy" });

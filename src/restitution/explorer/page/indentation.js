@@ -25,7 +25,7 @@ export class IndentationTab {
     const sets = [{ table: answer.curves.history }, ...pinned.map((pin) => ({ ...pin, table: pin.answer.curves.history }))];
     this.numbers.show(answer.numbers);
     const { max_force: force, max_indentation_depth: depth, residual_indentation_depth: rest } = answer.numbers;
-    this.loop.show({ ...picture(sets, "indentation_depth", [{ name: "force" }], outputs),
+    this.loop.show({ ...picture(sets, "indentation_depth", [{ name: "force" }], outputs, { xRoom: true }),
       summary: `The largest force is ${phrase(force, outputs.max_force)} at a depth of up to ${phrase(depth, outputs.max_indentation_depth)}.` });
     this.force.show({ ...picture(sets, "time", [{ name: "force" }], outputs), summary: `The largest force is ${phrase(force, outputs.max_force)}.` });
     this.depth.show({ ...picture(sets, "time", [{ name: "indentation_depth" }], outputs), summary: `The depth at separation is ${phrase(rest, outputs.max_indentation_depth)}.` });

@@ -2,7 +2,7 @@
 import { element, sentence } from "./inputs.js";
 import { symbolNodes, withUnit } from "./units.js";
 
-const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"] };
+const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"], note: ["i", "note"] };
 
 export class Numbers {
   constructor(root, names, outputs) {
@@ -45,7 +45,7 @@ export class Assumptions {
   }
 
   show(validity, notes = []) {
-    const doubtful = validity.filter((one) => one.state === "doubtful").length + notes.length;
+    const doubtful = validity.filter((one) => one.state === "doubtful").length;
     const words = doubtful ? `${doubtful} of the assumptions ${doubtful === 1 ? "is" : "are"} doubtful` : "No assumption is doubtful";
     if (this.summary.textContent !== words) this.summary.textContent = words;
     this.box.dataset.state = doubtful ? "doubtful" : "ok";
@@ -54,7 +54,7 @@ export class Assumptions {
     this.key = key;
     this.list.replaceChildren(
       ...validity.map((one) => row(one.state, withTitle(one), one.state === "doubtful" ? one.advice : "", one.kind)),
-      ...notes.map((note) => row("doubtful", note)));
+      ...notes.map((note) => row("note", note)));
   }
 }
 
@@ -65,7 +65,7 @@ function row(state, message, advice = "", kind = "") {
   const mark = element("span", { className: `sign ${state}` }, sign);
   mark.setAttribute("role", "img");
   mark.setAttribute("aria-label", words);
-  const item = element("li", {}, mark, element("span", {}, sentence(message), advice ? element("em", {}, ` ${advice}`) : ""));
+  const item = element("li", {}, mark, element("span", {}, sentence(message), ...(advice ? [". ", element("em", {}, advice)] : [])));
   if (kind) item.dataset.check = kind;
   return item;
 }

@@ -119,12 +119,12 @@ class App {
       this.numbers = answer.numbers;
       if (this.tab === "paper") this.tabs.paper.draw();
       else if (this.tab === "impact") this.tabs.impact.receive(answer);
-      this.pins.table(this.numbers);
       this.showStrip();
     } else if (answer.kind === "velocity" || answer.kind === "surface") this.tabs.impact.receive(answer);
     else if (answer.kind === "paper") this.tabs.paper.receive(answer);
     else if (answer.kind === "bounces") this.tabs.bounce.receive(answer);
     else if (answer.kind === "indentation") this.tabs.indentation.receive(answer);
+    if (answer.kind === NEEDED[this.tab][0]) this.pins.table(answer.kind, answer.numbers);
   }
 
   // What costs more follows the numbers: e over velocity at once, the surface when the sliders rest.
@@ -146,7 +146,8 @@ class App {
       if (answer && (NEEDED[this.tab].includes(kind) || (this.tab === "impact" && kind !== "bounces" && kind !== "indentation"))) this.draw(answer);
     }
     if (this.tab === "paper") this.tabs.paper.draw();
-    if (!NEEDED[this.tab].includes("impact")) this.pins.table(null);
+    const [own] = NEEDED[this.tab];
+    if (!this.last[own]) this.pins.table(own, null);
   }
 
   // A solve that fails shows its one line; the last good picture stays, greyed.

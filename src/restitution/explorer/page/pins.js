@@ -4,7 +4,11 @@ import { phrase, symbolNodes } from "./units.js";
 
 const LETTERS = ["A", "B", "C", "D"];
 const DASHES = ["dashed", "dotted", "dashdot", "solid"];
-const COMPARED = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius", "instantaneous_poisson_ratio"];
+const COMPARED = {
+  impact: ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius", "instantaneous_poisson_ratio"],
+  bounces: ["n_bounces", "drop_height", "total_time"],
+  indentation: ["max_force", "max_indentation_depth", "max_contact_radius", "contact_end_time", "work"],
+};
 
 export class Pins {
   // ask(kind, values, channel) asks for the answer of a pinned setting.
@@ -62,20 +66,22 @@ export class Pins {
     return Boolean(pin);
   }
 
-  // `present` is null where the tab shows no impact.
-  table(present) {
+  // The numbers of the answers of this kind; `present` is null where none is there.
+  table(kind, present) {
     this.root.hidden = !this.pins.length || !present;
     if (this.root.hidden) return;
+    const compared = COMPARED[kind];
+    this.of(kind);
     const differing = this.state.inputs.filter((input) => input.type !== "list" && this.pins.some((pin) =>
       pin.values[input.key] !== this.state.get(input.key)));
     const cell = (name, text, properties = {}) => element(name, properties, text);
     const head = element("tr", {}, cell("th", "Setting", { scope: "col" }),
-      ...COMPARED.map((name) => element("th", { scope: "col", title: this.outputs[name].words }, ...symbolNodes(this.outputs[name].symbol))),
+      ...compared.map((name) => element("th", { scope: "col", title: this.outputs[name].words }, ...symbolNodes(this.outputs[name].symbol))),
       ...differing.map((input) => cell("th", sentence(input.words), { scope: "col" })), cell("th", "", { className: "actions" }));
     head.lastChild.append(element("span", { className: "sr-only" }, "Actions"));
     const row = (letter, numbers, values, pin) => {
       const made = element("tr", {}, cell("th", letter, { scope: "row" }),
-        ...COMPARED.map((name) => cell("td", numbers === undefined ? "…" : phrase(numbers?.[name], this.outputs[name] ?? {}))),
+        ...compared.map((name) => cell("td", numbers === undefined ? "…" : phrase(numbers?.[name], this.outputs[name] ?? {}))),
         ...differing.map((input) => cell("td", input.type === "choice"
           ? input.options.find((option) => option.value === values[input.key])?.words ?? "" : phrase(values[input.key], input))));
       const actions = element("td", { className: "actions" });
@@ -92,7 +98,7 @@ export class Pins {
       return made;
     };
     const body = element("tbody", {}, row("Present", present, this.state.values),
-      ...this.pins.map((pin) => row(pin.letter, pin.answers.impact ? pin.answers.impact.numbers ?? null : undefined, pin.values, pin)));
+      ...this.pins.map((pin) => row(pin.letter, pin.answers[kind] ? pin.answers[kind].numbers ?? null : undefined, pin.values, pin)));
     const table = element("table", {}, element("caption", {}, "Compared settings"), element("thead", {}, head), body);
     const box = element("div", { className: "scroll", tabIndex: 0 }, table);
     box.setAttribute("role", "region");

@@ -32,12 +32,18 @@ export function menu(title, files) {
 }
 
 export function saveMenu(panel) {
-  return menu(panel.title, [
-    ["PNG", () => png(panel.name, panel.title, [panel.figure.plot.ctx.canvas])],
-    ["SVG", () => download(`${panel.name}.svg`, "image/svg+xml", svgOf(panel.figure, panel.title))],
-    ["CSV", () => download(`${panel.name}.csv`, "text/csv", csv(typeof panel.columns === "function" ? panel.columns() : panel.columns))],
-  ]);
+  return menu(panel.title, files(panel.name, {
+    png: () => png(panel.name, panel.title, [panel.figure.plot.ctx.canvas]),
+    svg: () => svgOf(panel.figure, panel.title),
+    columns: () => (typeof panel.columns === "function" ? panel.columns() : panel.columns),
+  }));
 }
+
+export const files = (name, { png: draw, svg, columns }) => [
+  ["PNG", draw],
+  ["SVG", () => download(`${name}.svg`, "image/svg+xml", svg())],
+  ["CSV", () => download(`${name}.csv`, "text/csv", csv(columns()))],
+];
 
 // An open menu closes with Escape and with a click elsewhere.
 export function closing(menu) {
@@ -65,7 +71,7 @@ export function png(name, title, sources) {
   const palette = colours();
   const em = palette.em * devicePixelRatio;
   const canvas = element("canvas", {
-    width: sources.reduce((total, one) => total + one.width, 0), height: Math.max(...sources.map((one) => one.height)) + 2 * em,
+    width: sources.reduce((total, one) => total + one.width + em, em), height: Math.max(...sources.map((one) => one.height)) + 3 * em,
   });
   const ctx = canvas.getContext("2d");
   ctx.fillStyle = palette.card;
@@ -74,10 +80,10 @@ export function png(name, title, sources) {
   ctx.font = `600 ${em}px ${palette.font}`;
   ctx.textBaseline = "middle";
   ctx.fillText(title, em, em);
-  let left = 0;
+  let left = em;
   for (const source of sources) {
     ctx.drawImage(source, left, 2 * em);
-    left += source.width;
+    left += source.width + em;
   }
   canvas.toBlob((blob) => download(`${name}.png`, "image/png", blob));
 }

@@ -1,4 +1,4 @@
-// A picture as SVG, with the curves, ticks and labels of the one on the screen.
+// Pictures as SVG, with the curves, ticks and labels of those on the screen.
 import { dashOf } from "./figure.js";
 import { colours } from "./theme.js";
 import { tickLabels, ticks } from "./ticks.js";
@@ -65,16 +65,90 @@ export function svgOf(figure, title) {
     if (mark.y === undefined) {
       const [x] = at(mark.x, ranges.y[0]);
       stroke(x, box.top, x, box.top + box.height, palette.ink, 'stroke-dasharray="4 3"');
-      text(x + 5, box.top + em, mark.label ?? "");
+      text(x + (mark.before ? -5 : 5), box.top + em, mark.label ?? "", `text-anchor="${mark.before ? "end" : "start"}" stroke="${palette.card}" stroke-width="4" paint-order="stroke"`);
     } else {
       const [x, y] = at(mark.x, mark.y);
       parts.push(`<circle cx="${x}" cy="${y}" r="5.5" fill="${palette.card}" stroke="${palette[mark.colour ?? "ink"]}" stroke-width="2.5"/>`);
     }
   }
-  const [width, height] = [size.width, size.height + top];
+  const inside = `<clipPath id="inside"><rect x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}"/></clipPath>`;
+  return sheet(title, size.width, size.height + top, [inside, ...parts]);
+}
+
+// The scenes of the slow motion side by side.
+export function svgOfScenes(scenes, title) {
+  const { em } = colours();
+  let left = em;
+  const parts = scenes.map((scene) => {
+    const { width, height } = scene.size;
+    const pen = new SvgPen();
+    scene.draw({ ctx: pen, width, height, em });
+    left += width + em;
+    return `<svg x="${left - width - em}" y="${2 * em}" width="${width}" height="${height}">${pen.parts.join("\n")}</svg>`;
+  });
+  return sheet(title, left, Math.max(...scenes.map(({ size }) => size.height)) + 3 * em, parts);
+}
+
+function sheet(title, width, height, parts) {
+  const { card, em, font, ink } = colours();
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" `
-    + `font-family="${escaped(palette.font)}" font-size="${0.88 * em}" fill="${palette.ink}">`
-    + `<rect width="${width}" height="${height}" fill="${palette.card}"/>`
-    + `<clipPath id="inside"><rect x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}"/></clipPath>`
+    + `font-family="${escaped(font)}" font-size="${0.88 * em}" fill="${ink}">`
+    + `<rect width="${width}" height="${height}" fill="${card}"/>`
     + `<text x="${em}" y="${1.2 * em}" font-size="${em}" font-weight="600">${escaped(title)}</text>${parts.join("\n")}</svg>\n`;
+}
+
+// Takes those calls of a canvas that the slow motion makes, and writes them as SVG.
+class SvgPen {
+  constructor() {
+    this.parts = [];
+    this.globalAlpha = 1;
+    this.dash = [];
+  }
+
+  beginPath() {
+    this.path = "";
+  }
+
+  moveTo(x, y) {
+    this.path += `M${round(x)} ${round(y)}`;
+  }
+
+  lineTo(x, y) {
+    this.path += `${this.path ? "L" : "M"}${round(x)} ${round(y)}`;
+  }
+
+  // A whole ellipse, as two halves.
+  ellipse(x, y, across, up) {
+    const half = (side) => `A${round(across)} ${round(up)} 0 0 1 ${round(x + side * across)} ${round(y)}`;
+    this.path += `M${round(x - across)} ${round(y)}${half(1)}${half(-1)}`;
+  }
+
+  closePath() {
+    this.path += "Z";
+  }
+
+  setLineDash(dash) {
+    this.dash = dash;
+  }
+
+  fill() {
+    this.add("path", `d="${this.path}" fill="${this.fillStyle}"`);
+  }
+
+  stroke() {
+    this.add("path", `d="${this.path}" fill="none" stroke="${this.strokeStyle}" stroke-width="${this.lineWidth}" stroke-dasharray="${this.dash.join(" ")}"`);
+  }
+
+  fillRect(x, y, width, height) {
+    this.add("rect", `x="${round(x)}" y="${round(y)}" width="${round(width)}" height="${round(height)}" fill="${this.fillStyle}"`);
+  }
+
+  fillText(words, x, y) {
+    const anchor = { left: "start", center: "middle", right: "end" }[this.textAlign];
+    this.add("text", `x="${round(x)}" y="${round(y)}" text-anchor="${anchor}" dominant-baseline="central" style="font:${escaped(this.font)}" fill="${this.fillStyle}"`, words);
+  }
+
+  add(name, attributes, words = "") {
+    this.parts.push(`<${name} ${attributes} opacity="${this.globalAlpha}">${escaped(words)}</${name}>`);
+  }
 }

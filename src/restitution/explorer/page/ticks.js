@@ -33,6 +33,8 @@ function decades(low, high, wanted) {
 }
 
 export function tickLabels(marks, log) {
+  // Powers of ten are written in one way.
+  if (log && marks.every(isDecade) && !(marks[0] >= 0.00099 && marks.at(-1) < 9999)) return marks.map((one) => `10${superscript(Math.round(Math.log10(one)))}`);
   if (log) return marks.map(logLabel);
   const step = marks.length > 1 ? marks[1] - marks[0] : Math.abs(marks[0]) || 1;
   const largest = Math.max(...marks.map(Math.abs));
@@ -40,6 +42,8 @@ export function tickLabels(marks, log) {
   const digits = Math.min(Math.max(0, Math.ceil(-Math.log10(step) + (isRound(step) ? 0 : 1) - 1e-9)), 8);
   return marks.map((one) => plain((Math.abs(one) < 1e-9 * step ? 0 : one).toFixed(digits)));
 }
+
+const isDecade = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9;
 
 const isRound = (step) => Math.abs(step / Math.pow(10, Math.floor(Math.log10(step) + 1e-9)) - 2.5) > 1e-6;
 

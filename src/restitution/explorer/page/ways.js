@@ -35,8 +35,15 @@ export function attach(app) {
     else state.set({ entry: "groups", "groups.p2": x, "groups.p3": y }, done);
   };
 
-  // The radius of a round body, else null.
-  app.radius = () => (input("body.radius") && state.shown(input("body.radius")) ? value("body.radius") : null);
+  // Half the width and half the height of a round body, else null. Of all ellipsoids with the curvatures of the
+  // contact, the one that is drawn is circular around its long axis.
+  app.body = () => {
+    const shown = (key) => input(key) && state.shown(input(key));
+    if (shown("body.radius")) return [value("body.radius"), value("body.radius")];
+    if (!shown("profile.radius_1")) return null;
+    const radii = [value("profile.radius_1"), value("profile.radius_2")];
+    return [Math.sqrt(radii[0] * radii[1]), Math.min(...radii)];
+  };
 
   const entry = input("entry");
   if (entry) {
