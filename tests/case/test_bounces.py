@@ -99,6 +99,10 @@ def test_a_fractional_ball_is_accurate_for_its_longest_contact() -> None:
             "case.toml: impact.external_force: a body that bounces has its weight alone; give weight",
         ),
         (
+            SOFT + 'impedance = "500 kg/s"\n',
+            "case.toml: impact.weight = true: must be false: the weight would drive a target with an impedance for ever",
+        ),
+        (
             SOFT + '[solver]\nmethod = "elements"\n',
             'case.toml: solver.method = "elements": bounces are solved by method = "exact"',
         ),

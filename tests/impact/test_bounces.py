@@ -221,6 +221,8 @@ def test_bad_bodies():
         bounces(drop(BALL, FLOOR, height=[0.1, 0.2]))
     with pytest.raises(TypeError, match=r"must be an Impact$"):
         bounces(BALL)
+    with pytest.raises(ValueError, match=r"^with_weight = True: must be False where the target has an impedance, "):
+        bounces(Impact(RUBBER, Parabola(0.01), mass=0.005, velocity=1.0, impedance=5.0))
     with pytest.raises(TypeError, match=r"^max_bounces = 2\.5: must be a whole number >= 1$"):
         bounces(drop(BALL, FLOOR, height=0.5), max_bounces=2.5)
     with pytest.raises(ValueError, match=r"^velocity = 1e\+155 m/s: must be that of a fall from a finite height$"):

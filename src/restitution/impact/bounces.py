@@ -168,7 +168,8 @@ def bounces(
     gravity : float
         Acceleration of free fall g [m/s2], > 0.
     with_weight : bool
-        Whether the weight m g also acts during contact.
+        Whether the weight m g also acts during contact. It must be False where the target has an impedance, as the
+        weight would drive such a target for ever.
     max_bounces : int
         Largest number of bounces, >= 1.
     min_height : float, optional
@@ -207,6 +208,9 @@ def bounces(
     if impact.shape:
         raise InputError("impact", wanted=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
+    if with_weight and math.isfinite(impact.impedance):
+        wanted = "must be False where the target has an impedance, as the weight would drive such a target for ever"
+        raise InputError("with_weight", with_weight, wanted)
     g = check_single("gravity", gravity)
     if height is None:
         velocity = float(impact.velocity)
