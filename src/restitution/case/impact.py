@@ -251,7 +251,8 @@ class Case:
             if sections.solver.method != "exact":
                 refuse('bounces are solved by method = "exact"', "solver.method", sections.solver.method)
             if motion.weight is not False and motion.impedance is not None:
-                refuse("must be false: the weight would drive a target with an impedance for ever", "impact.weight", True)
+                wanted = "must be false: the weight would drive a target with an impedance for ever"
+                refuse(wanted, "impact.weight", True)
         impact = self.impact
         if sections.needs_window:
             # What a touch leaves has the time of a flight to recover.
