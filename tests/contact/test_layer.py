@@ -413,6 +413,10 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
             refused()
         assert caught.value.field == place
         assert "\n" not in str(caught.value)
+    heavy = rs.Impact(rubber, rs.Layer(rs.Parabola(1.0), 1e-3), mass=1e9, velocity=1.0)
+    assert heavy.profile.contact_radius(heavy.profile.max_depth) == pytest.approx(0.04)
+    with pytest.raises(rs.InputError, match=r"the contact radius is 40 thicknesses, and the body goes deeper$"):
+        rs.solve(heavy)
 
 
 def test_the_cache_of_the_user_does_not_matter(tmp_path, monkeypatch):

@@ -174,7 +174,10 @@ def test_an_indentation_beyond_the_table_fails_alone() -> None:
     for many in (result, listed):
         assert np.array_equal(many.status, [Status.SEPARATED, Status.TOO_DEEP, Status.SEPARATED])
         assert np.array_equal(np.isnan(many.max_force), [False, True, False])
-    with pytest.raises(ValueError, match=r"^profile: is described to a depth of 0\.0004 m, and the body goes deeper$"):
+    with pytest.raises(
+        ValueError,
+        match=r"^profile: is described to a depth of 0\.0004 m, where the profile ends, and the body goes deeper$",
+    ):
         solve(Impact(RUBBER, tip, 0.005, 5.0))
 
 

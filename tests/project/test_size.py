@@ -19,10 +19,10 @@ def test_no_module_is_longer_than_400_lines(path):
 
 # Features later than the solver, each with the most lines that it may have. A feature is a folder or a module.
 LATER = {
-    "geometry": 226,
+    "geometry": 227,
     "cards": 250,
     "force_law": 500,
-    "ellipsoid": 254,
+    "ellipsoid": 253,
     "pyramid": 120,
     "layer": 1_500,
     "identification": 6_710,

@@ -89,6 +89,7 @@ class Geometry(ABC):
     axis_ratio: Numeric = 1.0  # short over long semi-axis of the contact
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()
+    end: ClassVar[str] = "where the profile ends"  # where `max_depth` is
     # Why pressure, surface displacement and elements cannot follow from the stiffness radius.
     obstacle: ClassVar[str] = "it is no axisymmetric profile on a half-space"
 

@@ -110,7 +110,7 @@ def path_table(
     depth_max = float(positive("depth_max", depth_max, "m"))
     rtol = float(positive("rtol", rtol))
     if depth_max > profile.max_depth:
-        raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, where the profile ends")
+        raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, {profile.end}")
     if np.ndim(profile.stiffness_radius(depth_max)):
         raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)

@@ -222,7 +222,8 @@ def _solve_exact(
         columns, solution = Batch.from_impact(impact).solve_stored(rtol)
         most = float(impact.profile.max_depth)
         if columns["status"][0] == Status.TOO_DEEP and math.isfinite(most):
-            raise InputError("profile", wanted=f"is described to a depth of {most:.3g} m, and the body goes deeper")
+            wanted = f"is described to a depth of {most:.3g} m, {impact.profile.end}, and the body goes deeper"
+            raise InputError("profile", wanted=wanted)
         if progress is not None:
             progress(1, 1)
     _judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)

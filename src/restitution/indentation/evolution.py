@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
+from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE
 from restitution.kernel.growing import BEYOND_PROFILE, TOO_STEEP, Elements, Past, depth_rounding, grow_contact
@@ -51,10 +52,10 @@ def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past
     return pieces, Past(grown, 0, depth, integral, segments, 1.0, math.inf)
 
 
-def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepest: float) -> Past:
+def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, profile: Geometry) -> Past:
     """Growing contact and its memory, without the end of contact.
 
-    The tolerance of depth and force is relative to the largest; the profile ends at the depth `deepest` [m].
+    The tolerance of depth and force is relative to the largest; the depth is at most that of the profile.
     """
     m = contact.values.shape[0]
     room = 4 * m + 252
@@ -63,7 +64,8 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, deepe
         segments, past = room_for(contact.rates, m, room)
         total, first, turning = grow_contact(contact, quadrature(), work, tolerance, segments, past)
         if total == BEYOND_PROFILE:
-            wanted = f"must not press the tip deeper than {deepest:g} m, where the profile ends"
+            deepest = float(np.min(profile.max_depth))
+            wanted = f"must not press the tip deeper than {deepest:g} m, {profile.end}"
             raise InputError("force", wanted=wanted)
         if total == TOO_STEEP:
             raise InputError("history", wanted="rises too steeply for the digits of its times; smooth it")

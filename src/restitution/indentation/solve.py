@@ -175,12 +175,11 @@ class Solution:
         self.by_depth = name == "depth"
         tolerance = ELEMENT_SHARE * rtol
         part = contact_part(history, name)
-        deepest = float(np.min(contact.profile.max_depth))
         if self.by_depth:
-            _check_depth(part, deepest, contact.reduced_modulus.parallel_viscosity)
+            _check_depth(part, contact.profile, contact.reduced_modulus.parallel_viscosity)
         self._contact, self.units = _scaled_contact(contact, part, name)
         work = scratch(self._contact.moduli.size)
-        past = grown_contact(self._contact, work, tolerance, deepest)
+        past = grown_contact(self._contact, work, tolerance, contact.profile)
         rounding, moment = depth_rounding(past)
         if rounding > rtol * past.elements.depths[-1]:
             wanted = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
@@ -289,11 +288,11 @@ class Solution:
         return np.minimum(self.units.touch + self.units.time * scaled, self.history.stop)
 
 
-def _check_depth(part: History, deepest: float, dashpot: float) -> None:
+def _check_depth(part: History, profile: Geometry, dashpot: float) -> None:
     """Refuse a depth beyond the end of the profile, and a step on a material with a parallel dashpot."""
-    most = float(part.coefficients.sum(axis=1).max())
+    most, deepest = float(part.coefficients.sum(axis=1).max()), float(np.min(profile.max_depth))
     if most > deepest:
-        raise InputError("depth", most, f"must be <= {deepest:g} m, where the profile ends", "m")
+        raise InputError("depth", most, f"must be <= {deepest:g} m, {profile.end}", "m")
     jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
     if dashpot > 0.0 and jumps.size:
         wanted = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"

@@ -351,7 +351,7 @@ def contact_law(
     if np.ndim(limit) or np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", profile, "must have single numbers as parameters: a law describes one profile")
     if given is not None and given > limit:
-        raise InputError("max_depth", given, f"must be <= {limit:g} m, where the profile ends", "m")
+        raise InputError("max_depth", given, f"must be <= {limit:g} m, {profile.end}", "m")
     if exponent is not None and coefficient is not None:
         return ContactLaw(impact, impact.reduced_modulus, nodes, float(limit if given is None else given), None)
     if given is None:

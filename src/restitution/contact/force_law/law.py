@@ -86,6 +86,7 @@ class ForceLaw(Geometry, case_name="force_law"):
     1.5 0 0.001
     """
 
+    end = "where the data end"
     obstacle = "the contact area of a force law is not known"
 
     depth: Annotated[Array, Quantity("depth", LENGTH, "depths of an elastic twin", "$d$", 0.0)]
@@ -157,7 +158,7 @@ class ForceLaw(Geometry, case_name="force_law"):
     def _place(self, depth: Array) -> Array:
         """Return sqrt(d/d_1) for depths that the data cover."""
         if np.any(depth > self.max_depth):
-            wanted = f"must be <= {self.max_depth:g} m, where the data end"
+            wanted = f"must be <= {self.max_depth:g} m, {self.end}"
             raise InputError("depth", float(np.max(depth)), wanted, "m")
         return np.sqrt(np.maximum(depth, 0.0) / self.max_depth)
 

@@ -82,6 +82,7 @@ class Layer(Geometry):
 
     sources = (("hayes1972", "stiffness of a layer on a rigid base"),)
     needs_poisson_ratio = True
+    end = "where the profile ends or the contact radius is 40 thicknesses"
     obstacle = "the elements of a layer are coupled"
 
     profile: Profile
