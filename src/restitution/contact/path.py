@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import positive
-from restitution.contact.geometry import Array, Geometry, as_array
+from restitution.contact.geometry import Array, Geometry, Kinks, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
@@ -114,48 +115,91 @@ def path_table(
     if np.ndim(profile.stiffness_radius(depth_max)):
         raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
-    least_integral = float(profile.force_integral_at_depth(least))
-    kinks, strengths, power = _significant_kinks(profile, depth_max, rtol)
-    # Cells in units of s_max: origin of rho, start and width in rho. Those before the first kink are exact in binary.
-    end = kinks[0] if kinks.size else 1.0
-    origin = np.append(np.full(_FIRST_CELLS, -1.0), kinks)
-    left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(kinks.size))
-    width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(kinks, 1.0))))
-    most = _MAX_CELLS + 2 * kinks.size
+
+    def curve(y: Array) -> tuple[Array, Array]:
+        depth = np.minimum(depth_max * y * y, depth_max)
+        return depth[None], profile.stiffness_radius(depth)[None]
+
+    kinks = significant_kinks(profile, depth_max, rtol)
+    least_integral = as_array(profile.force_integral_at_depth(least)).reshape(1)
+    return path_tables(curve, kinks._replace(strength=kinks.strength[None]), rtol, least_integral)[0]
+
+
+def path_tables(
+    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array
+) -> list[PathTable]:
+    """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1.
+
+    Parameters
+    ----------
+    curve : callable
+        Depth [m] and stiffness radius [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y between
+        the kinks, and ``sqrt(depth)`` is nearly proportional to y there.
+    kinks : Kinks
+        Depths of the kinks in y^2, and their strengths in terms of the depth, shape ``(n_geometries, n_kinks)``.
+    rtol : float
+        Aim for the errors; see `path_table`.
+    least_integral : array, shape (n_geometries,)
+        Force integrals at the smallest of the largest depths.
+    """
+    places = np.sqrt(kinks.depth)
+    depth, radius = curve(np.append(places, 1.0))
+    depth_max, radius_max = depth[:, -1:], radius[:, -1]
+    # The last origin is that of the cells before the first kink.
+    origins = np.append(np.sqrt(depth[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
+    # Cells: kink, start and width in rho over y. Those before the first kink are exact in binary.
+    end = places[0] if places.size else 1.0
+    kink = np.append(np.full(_FIRST_CELLS, -1), np.arange(places.size))
+    left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(places.size))
+    width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(places, 1.0))))
+    starts = np.append(places, -1.0)
+    most = _MAX_CELLS + 2 * places.size
+    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+    gauss, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
+    gauss, weights, count = 0.5 + 0.5 * gauss, 0.5 * weights, nodes.size
+    # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
+    pace: Any = np.arange(1, count) * np.vander(gauss, count - 1, increasing=True)
+    slopes = pace @ np.linalg.inv(np.vander(nodes, increasing=True))[1:]
     done: list[tuple[Array, ...]] = []
-    count = 0
+    size = 0
     for rank in range(_MOST_HALVINGS + 1):
-        radius = _fitted(profile, depth_max, origin, left, width)
-        gain, missed, largest = _missed(profile, depth_max, origin, left, width, radius)
-        allowed = rtol * np.maximum(gain, least_integral / _FIRST_CELLS**2)
-        last = rank == _MOST_HALVINGS or count + 2 * left.size > most
-        good = (missed <= allowed) | last
-        cells = (origin, left, width, radius, missed, largest)
-        done.append(tuple(values[good] for values in cells))
-        count += int(np.count_nonzero(good))
-        origin = np.repeat(origin[~good], 2)
-        width = np.repeat(0.5 * width[~good], 2)
+        rho = left[:, None] + width[:, None] * np.append(nodes, gauss)
+        depth, values = curve(_place(starts[kink][:, None], rho))
+        s, origin = np.sqrt(depth / depth_max[..., None]), origins[:, kink]
+        rho = _rho(s, origin[..., None])
+        low, high = rho[..., 0], rho[..., count - 1]
+        t = (rho - low[..., None]) / (high - low)[..., None]
+        powers = t[..., None] ** np.arange(count)
+        radius: Any = np.linalg.solve(powers[..., :count, :], values[..., :count, None])[..., 0]
+        difference = np.abs((powers[..., count:, :] @ radius[..., None])[..., 0] - values[..., count:])
+        gained = depth[..., :count] @ slopes.T
+        gain, missed = ((gained * a) @ weights for a in (values[..., count:], difference))
+        allowed = rtol * np.maximum(gain, least_integral[:, None] / _FIRST_CELLS**2)
+        last = rank == _MOST_HALVINGS or size + 2 * left.size > most
+        good = np.all(missed <= allowed, axis=0) | last
+        cells = (origin, s[..., 0], low, high - low, radius, missed, np.max(difference, axis=-1))
+        done.append(tuple(one[:, good] for one in cells))
+        size += int(np.count_nonzero(good))
+        kink, width = np.repeat(kink[~good], 2), np.repeat(0.5 * width[~good], 2)
         left = np.repeat(left[~good], 2)
         left[1::2] += width[1::2]
         if left.size == 0:
             break
-    origin, left, width, radius, missed, largest = (np.concatenate(parts) for parts in zip(*done, strict=True))
-    start = _place(origin, left)
-    order = np.argsort(start)
-    origin, left, width, radius, missed = (x[order] for x in (origin, left, width, radius, missed))
-    force_integral = _force_integral(depth_max, origin, left, width, radius)
-    root = depth_max**0.5
-    return PathTable(
-        edges=root * np.append(start[order], 1.0),
-        origin=root * origin,
-        radius=np.ascontiguousarray(radius),
-        force_integral=force_integral,
-        errors=np.cumsum(missed) / np.sum(force_integral, axis=1),
-        radius_error=float(np.max(largest)) / float(profile.stiffness_radius(depth_max)),
-        kinks=root * kinks,
-        strengths=strengths / root**power,
-        power=power,
-    )
+    columns = [np.concatenate(parts, axis=1) for parts in zip(*done, strict=True)]
+    order = np.argsort(columns[1][0])
+    origin, start, low, width, radius, missed, largest = (np.ascontiguousarray(one[:, order]) for one in columns)
+    integral = _force_integral(depth_max, origin, low, width, radius)
+    errors = np.cumsum(missed, axis=1) / np.sum(integral, axis=2)
+    roots = np.sqrt(depth_max[:, 0])
+    # d - d_j = (s - s_j) (s + s_j)
+    strengths = kinks.strength * (2.0 * roots[:, None] * origins[:, :-1]) ** kinks.power
+    return [
+        PathTable(
+            root * np.append(start[k], 1.0), root * origin[k], radius[k], integral[k], errors[k],
+            float(np.max(largest[k]) / radius_max[k]), root * origins[k, :-1], strengths[k], kinks.power,
+        )
+        for k, root in enumerate(roots.tolist())
+    ]  # fmt: skip
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
@@ -214,57 +258,31 @@ def _place(origin: Array, rho: Array) -> Array:
     return np.where(origin < 0.0, rho, origin + rho * rho)
 
 
-def _significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> tuple[Array, Array, float]:
-    """Places in units of s_max, strengths and power of the kinks that a table of this tolerance resolves."""
+def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks:
+    """Kinks that a table of this tolerance resolves, at depths over the largest one."""
     depth, strength, power = profile.kinks
     place = np.sqrt(depth / depth_max)
     # d - d_j = (s - s_j) (s + s_j)
-    strength = strength * (2.0 * depth_max * place) ** power
-    effect = np.abs(strength) * (_KINK_REACH * place) ** power
+    effect = np.abs(strength) * (2.0 * depth_max * _KINK_REACH * place * place) ** power
     apart = (place > 1e-6) & (place < 1.0 - 1e-6)
     kept = apart & (effect > _KINK_SHARE * rtol * profile.stiffness_radius(depth))
-    return place[kept], strength[kept], power
+    return Kinks(depth[kept] / depth_max, strength[kept], power)
 
 
-def _fitted(profile: Geometry, depth_max: float, origin: Array, left: Array, width: Array) -> Array:
-    """Coefficients of a in cells that begin at rho = left."""
-    # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-    s = _place(origin[:, None], left[:, None] + width[:, None] * nodes)
-    values = profile.stiffness_radius(np.minimum(depth_max * s * s, depth_max))
-    solved: Any = np.linalg.solve(np.vander(nodes, increasing=True), values.T)
-    return solved.T
-
-
-def _missed(
-    profile: Geometry, depth_max: float, origin: Array, left: Array, width: Array, radius: Array
-) -> tuple[Array, Array, Array]:
-    """Integrals of a and of |delta a| over the depth for each cell, and the largest |delta a|."""
-    nodes, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
-    t = 0.5 + 0.5 * nodes
-    rho = left[:, None] + width[:, None] * t
-    s = _place(origin[:, None], rho)
-    polynomial = _polynomial(radius.T[:, :, None], t)
-    difference = np.abs(polynomial - profile.stiffness_radius(np.minimum(depth_max * s * s, depth_max)))
-    pace = s * np.where(origin[:, None] < 0.0, 1.0, 2.0 * rho)
-    gain, missed = (depth_max * width * ((pace * a) @ weights) for a in (polynomial, difference))
-    return gain, missed, np.max(difference, axis=1)
-
-
-def _force_integral(depth_max: float, origin: Array, left: Array, width: Array, radius: Array) -> Array:
+def _force_integral(depth_max: Array, origin: Array, left: Array, width: Array, radius: Array) -> Array:
     """Coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
     straight = origin < 0.0
     # s as a polynomial in t, then ds/drho.
     s = [np.where(straight, left, origin + left**2), np.where(straight, width, 2.0 * left * width),
          np.where(straight, 0.0, width**2)]  # fmt: skip
     pace = [np.where(straight, 1.0, 2.0 * left), np.where(straight, 0.0, 2.0 * width)]
-    product = np.zeros((left.size, 4))
+    product = np.zeros((*left.shape, 4))
     for i, x in enumerate(s):
         for j, y in enumerate(pace):
-            product[:, i + j] += x * y
-    force_integral = np.zeros((left.size, _DEGREE + 5))
+            product[..., i + j] += x * y
+    force_integral = np.zeros((*left.shape, _DEGREE + 5))
     for n in range(4):
-        force_integral[:, n + 1 : n + 2 + _DEGREE] += radius * product[:, n : n + 1]
-    force_integral[:, 1:] *= 2.0 * depth_max * width[:, None] / np.arange(1, _DEGREE + 5)
-    force_integral[1:, 0] = np.cumsum(np.sum(force_integral, axis=1))[:-1]
+        force_integral[..., n + 1 : n + 2 + _DEGREE] += radius * product[..., n : n + 1]
+    force_integral[..., 1:] *= (2.0 * depth_max * width)[..., None] / np.arange(1, _DEGREE + 5)
+    force_integral[:, 1:, 0] = np.cumsum(np.sum(force_integral, axis=-1), axis=1)[:, :-1]
     return force_integral

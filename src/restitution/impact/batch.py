@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Profile
+from restitution.contact.rows import Rows
 from restitution.errors import InputError
 from restitution.impact.exact import Progress, Stored, solve_forces, solve_scaled, solve_stored
 from restitution.impact.problem import Impact
@@ -78,7 +79,9 @@ class Batch:
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
         unit, depth, radius = profile.similar
-        if exponent is None and np.ndim(unit.stiffness_radius(0.0)):
+        if isinstance(unit, Rows):
+            unit = unit.raveled(impact.shape)
+        elif exponent is None and np.ndim(unit.stiffness_radius(0.0)):
             wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
             raise InputError("profile", wanted=wanted)
         power = exponent is not None
@@ -215,23 +218,27 @@ class Batch:
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
         """Scale and solve; repeat with a longer table of the profile if the table was too short."""
         depth_factor = 4.0
-        deepest = math.inf if self.profile is None else float(self.profile.max_depth)
         while True:
             block = self.scaled(depth_factor, rtol)
             outcomes = run(block)
-            if block.table is None:
+            if self.profile is None:
                 return block, outcomes
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
                 depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
                 # No table is accurate enough for a profile with too sharp joints.
-                rough = block.table.error_at(depth) > max(rtol, _TABLE_ROUNDING)
+                errors = np.empty(self.size)
+                for k, table in enumerate(block.tables):
+                    rows = block.which == k
+                    errors[rows] = table.error_at(depth[rows])
+                rough = errors > max(rtol, _TABLE_ROUNDING)
                 outcomes[rough, :STATUS] = np.nan
                 outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes
             outcomes[deep, :STATUS] = np.nan
             outcomes[deep, STATUS] = Status.TOO_DEEP
-            if np.all(block.length >= (1.0 - 1e-12) * deepest * self.depth_units) or depth_factor > 1e4:
+            ends = block.length >= (1.0 - 1e-12) * self.profile.max_depth * self.depth_units
+            if np.all(ends[deep]) or depth_factor > 1e4:
                 return block, outcomes
             depth_factor *= 8.0
 
@@ -304,7 +311,7 @@ class Batch:
                 power = 0.5 * (self.exponent or 0.0) + 1.0
                 return (integral * power / np.asarray(self.coefficients)) ** (1.0 / power)
         integral = integral / (self.depth_units * self.radius_units)
-        low, high = np.zeros(self.size), np.full(self.size, min(float(self.profile.max_depth), 1e30))
+        low, high = np.zeros(self.size), np.minimum(np.full(self.size, self.profile.max_depth), 1e30)
         shallow = self.profile.force_integral_at_depth(high) < integral
         for _ in range(200):
             middle = 0.5 * (low + high)

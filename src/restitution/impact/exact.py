@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from threading import Lock, local
 from typing import TYPE_CHECKING
 
@@ -46,13 +47,11 @@ def newton_tolerance(rtol: float) -> float:
     return min(max(5e-2 * rtol, 2e-14), 1e-7)
 
 
-def kernel_path(block: ScaledBlock) -> Path:
-    """Return the profile of a block for the kernel."""
+def kernel_paths(block: ScaledBlock) -> list[Path]:
+    """Return the geometries of a block for the kernel; row n has the geometry which[n]."""
     from restitution.kernel.path import power_path, table_path
 
-    if block.table is None:
-        return power_path(block.exponent)
-    return table_path(block.table)
+    return [table_path(table) for table in block.tables] or [power_path(block.exponent)]
 
 
 def solve_scaled(
@@ -64,7 +63,7 @@ def solve_scaled(
     On request, further columns are the energies dissipated, stored and radiated, in units of m v0^2, and the largest
     pressure; see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
     """
-    path = kernel_path(block)
+    paths = kernel_paths(block)
     outcomes = np.empty((block.size, len(OUTCOME)))
     further = np.full((block.size, 3 * budget + pressure), np.nan)
 
@@ -73,7 +72,7 @@ def solve_scaled(
     def run(chunk: tuple[int, int]) -> None:
         nonlocal done
         start, stop = chunk
-        part = block.part(start, stop)
+        part, path = block.part(start, stop), paths[block.which[start]]
         work = _kept_work(part.most_modes)
         if further.shape[1]:
             _solve_each(part, path, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
@@ -86,7 +85,9 @@ def solve_scaled(
         if progress is not None:
             progress(done, block.size)
 
-    chunks = ((low, min(low + _CHUNK, block.size)) for low in range(0, block.size, _CHUNK))
+    # A call of the kernel has one geometry.
+    ends = [0, *(np.flatnonzero(np.diff(block.which)) + 1).tolist(), block.size]
+    chunks = ((low, min(low + _CHUNK, stop)) for start, stop in pairwise(ends) for low in range(start, stop, _CHUNK))
     if block.size <= _CHUNK or workers == 1:
         for chunk in chunks:
             run(chunk)
@@ -182,7 +183,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
 
-    outcomes, path = np.empty((1, len(OUTCOME))), kernel_path(block)
+    outcomes, (path,) = np.empty((1, len(OUTCOME))), kernel_paths(block)
     work = allocate(block.most_modes, MAX_ELEMENTS)
     _solve_part(block, path, rtol, work, outcomes)
     if outcomes[0, STATUS] != Status.SEPARATED:
@@ -204,9 +205,9 @@ def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, 
     from restitution.kernel.sampling import sample_forces
 
     outcomes, forces = np.empty((block.size, len(OUTCOME))), np.full(times.shape, np.nan)
-    path, work = kernel_path(block), _kept_work(block.most_modes)
+    paths, work = kernel_paths(block), _kept_work(block.most_modes)
     for n in range(block.size):
-        _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
+        _solve_part(block.part(n, n + 1), paths[block.which[n]], rtol, work, outcomes[n : n + 1])
         if outcomes[n, STATUS] == Status.SEPARATED:
             sample_forces(radau(STAGES), work, times[n], forces[n])
     return outcomes, forces

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Numeric
+from restitution.contact.rows import Rows, Samples
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
@@ -112,7 +113,10 @@ class ScaledImpact(NamedTuple):
 
 
 class ScaledBlock(NamedTuple):
-    """Scaled impacts of one kind of profile as arrays; row n has the modes offsets[n] to offsets[n + 1]."""
+    """Scaled impacts of one kind of profile as arrays.
+
+    Row n has the modes offsets[n] to offsets[n + 1], and the table which[n] unless there are none.
+    """
 
     firsts: Array
     equilibria: Array
@@ -123,7 +127,8 @@ class ScaledBlock(NamedTuple):
     moduli: Array
     times: Array
     exponent: float
-    table: PathTable | None
+    tables: tuple[PathTable, ...]
+    which: NDArray[np.intp]
     length: Array
     time: Array
     radius: Array
@@ -143,8 +148,9 @@ class ScaledBlock(NamedTuple):
         modes = slice(int(self.offsets[n]), int(self.offsets[n + 1]))
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
-            float(self.external_forces[n]), float(self.admittances[n]), self.exponent, self.table,
-            float(self.firsts[n]), float(self.length[n]), float(self.time[n]), float(self.radius[n]),
+            float(self.external_forces[n]), float(self.admittances[n]), self.exponent,
+            self.tables[self.which[n]] if self.tables else None, float(self.firsts[n]),
+            float(self.length[n]), float(self.time[n]), float(self.radius[n]),
         )  # fmt: skip
 
     def part(self, start: int, stop: int) -> ScaledBlock:
@@ -154,7 +160,8 @@ class ScaledBlock(NamedTuple):
         return ScaledBlock(
             self.firsts[rows], self.equilibria[rows], self.viscosities[rows], self.external_forces[rows],
             self.admittances[rows], self.offsets[start : stop + 1] - self.offsets[start], self.moduli[modes],
-            self.times[modes], self.exponent, self.table, self.length[rows], self.time[rows], self.radius[rows],
+            self.times[modes], self.exponent, self.tables, self.which[rows], self.length[rows], self.time[rows],
+            self.radius[rows],
         )  # fmt: skip
 
 
@@ -188,7 +195,8 @@ def power_block(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
             np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
-            (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p, None, length, time, radius,
+            (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p,
+            (), np.zeros(length.size, np.intp), length, time, radius,
         )  # fmt: skip
 
 
@@ -214,38 +222,49 @@ def table_block(
     masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factor: float = 4.0, rtol: float = 0.0,
     units: tuple[Any, Any] = (1.0, 1.0),
 ) -> ScaledBlock:  # fmt: skip
-    """Scale impacts of one profile without a power law, by a table that suffices for the tolerance `rtol` of e.
+    """Scale impacts of geometries without a power law, by tables that suffice for the tolerance `rtol` of e.
 
-    The table reaches to `depth_factor` times the estimated largest depth. Its end is the length L of all rows, in
-    `units` of the depth and the radius that each row may have of its own.
+    The tables reach to `depth_factor` times the estimated largest depth. The end is the length L of a row, in `units`
+    of the depth and the radius that each row may have of its own.
     """
     # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
     depth_unit, radius_unit = units
     masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
     impedances = impedances / radius_unit
-    most = float(profile.max_depth)
-    samples = _of_profile(_force_integrals, profile)
+    if isinstance(profile, Rows):
+        samples, which = profile.samples, profile.which
+    else:
+        samples, which = _of_profile(_samples, profile), np.zeros(masses.size, np.intp)
     # A row that overflows here fails in the kernel.
     with np.errstate(all="ignore"):
-        depths = _elastic_depth(samples, equilibria, viscosities, moduli, times, masses, velocities, forces, most)
+        depths = _elastic_depth(samples, which, equilibria, viscosities, moduli, times, masses, velocities, forces)
+    error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
 
     def rounded_down(value: float, factor: float) -> float:
         return factor ** math.floor(math.log(value) / math.log(factor))
 
-    # Rounded, so that impacts of similar depths share a table.
-    length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
-    least = min(rounded_down(float(depths.min()), 4.0), length)
-    error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
-    table, radius = _of_profile(_path_table, profile, length, least, error)
+    if isinstance(profile, Rows):
+        deepest, least = np.zeros((2, len(samples.depth)))
+        least[:] = np.inf
+        np.maximum.at(deepest, which, depths)
+        np.minimum.at(least, which, depths)
+        made = profile.tables(depth_factor * deepest, least, error)
+    else:
+        most = float(profile.max_depth)
+        # Rounded, so that impacts of similar depths share a table.
+        length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
+        least = min(rounded_down(float(depths.min()), 4.0), length)
+        made = [_of_profile(_path_table, profile, length, least, error)]
     size, n_modes = moduli.shape
-    lengths, radii = np.full(size, length), np.full(size, radius)
+    tables, lengths, radii = zip(*made, strict=True)
+    lengths, radii = np.array(lengths)[which], np.array(radii)[which]
     time, factor = _units(lengths, radii, masses, velocities)
     with np.errstate(all="ignore"):
         return ScaledBlock(
-            np.sqrt(depths / length), equilibria * factor, viscosities * factor / time,
+            np.sqrt(depths / lengths), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
             np.arange(size + 1, dtype=np.int64) * n_modes,
-            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, table,
+            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, tables, which,
             lengths * depth_unit, time, radii * radius_unit,
         )  # fmt: skip
 
@@ -260,32 +279,32 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> tuple[PathTable, float]:
-    """Return the table, in units of the depth and the stiffness radius at its end, and this radius [m]."""
+def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> tuple[PathTable, float, float]:
+    """Return the table, in units of the depth [m] and the stiffness radius [m] at its end, and these."""
     from restitution.contact.path import path_table, scaled
 
     radius = float(profile.stiffness_radius(depth_max))
-    return scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius), radius
+    return scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius), depth_max, radius
 
 
 @lru_cache(maxsize=32)
-def _force_integrals(profile: Geometry) -> tuple[Array, Array]:
-    """Return logarithms of depths [m], at most a factor of e apart, and of the force integrals there."""
+def _samples(profile: Geometry) -> Samples:
+    """Return the force integrals of a geometry over the logarithm of the depth."""
     most = min(float(profile.max_depth), 1e100)
     knots = np.linspace(-300.0, math.log(most), math.ceil(300.0 + math.log(most)) + 1)
     # Rounding must not exceed the last depth of a profile.
     with np.errstate(all="ignore"):
         integrals = profile.force_integral_at_depth(np.minimum(np.exp(knots), most))
-    return knots, np.log(np.maximum(integrals, 1e-300))
+    return Samples(knots, knots[None], np.log(np.maximum(integrals, 1e-300))[None])
 
 
 def _elastic_depth(
-    samples: tuple[Array, Array], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
-    masses: Array, velocities: Array, forces: Array, most: float,
+    samples: Samples, which: NDArray[np.intp], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
+    masses: Array, velocities: Array, forces: Array,
 ) -> Array:  # fmt: skip
     """Estimate the depth [m] at which an elastic body with the modulus at the time scale of the impact turns."""
     # Measured tips are slow to evaluate, and only the first step depends on the estimate.
-    knots, integrals = samples
+    knots = samples.knots
     low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
     # Nothing stops a weight on a liquid.
     weight = np.where(equilibria > 0.0, forces, 0.0)
@@ -293,7 +312,7 @@ def _elastic_depth(
     last, slope = np.zeros(masses.size), np.full(masses.size, 2.0)
     # The secant of the energies in logarithms, within a bracket.
     for _ in range(_MOST_STEPS):
-        depth, integral = np.exp(x), np.exp(np.interp(x, knots, integrals))
+        depth, integral = samples.at(x, which)
         duration = 1.5 * depth / velocities
         relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
         modulus = equilibria + relaxed + viscosities / duration
@@ -306,4 +325,4 @@ def _elastic_depth(
         x = np.where((x > low) & (x < high), x, 0.5 * (low + high))
         if np.all(np.abs(x - before) < _DEPTH_TOLERANCE):
             break
-    return np.minimum(np.exp(x), most)
+    return samples.at(x, which)[0]

@@ -34,6 +34,8 @@ Places = NDArray[np.intp]
 Tick = Callable[[int], None]
 
 _MOST_REMEMBERED = 4096
+# Numbers that may be arrays on layers that are not similar.
+_SIZES = ("thickness",)
 
 
 @dataclass(frozen=True)
@@ -252,8 +254,8 @@ def _impacts(
     """Yield impacts of one pair of materials each, arrays of other numbers, and whether the materials are theirs."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     columns = {"mass": np.full(n, impact.mass)} | columns
-    is_power_law = _takes_arrays(impact) and "exponent" not in columns
-    grouped = {k: v for k, v in columns.items() if k not in BODY and not (is_power_law and k in names)}
+    arrays = _array_names(impact) if "exponent" not in columns else ()
+    grouped = {k: v for k, v in columns.items() if k not in BODY and k not in arrays}
     materials = list(combinations(grouped, n))
     sample = _sample(materials, most)
     groups = [(places, values, True) for places, values in sample]
@@ -263,6 +265,9 @@ def _impacts(
         groups += [(rest[places], values, False) for places, values in _sample(shapes, most)]
     for places, values, is_own in groups:
         tick(0)
+        if arrays == _SIZES and "thickness" in columns:
+            # Impacts of one table follow each other.
+            places = places[np.argsort(columns["thickness"][places], kind="stable")]
         own = {k: v[places] for k, v in columns.items() if k in BODY or k in names} | values
         shape, bodies = ({k: own[k] for k in given if k in own} for given in (names, BODY))
         try:
@@ -280,11 +285,12 @@ def _is_power_law(impact: Impact) -> bool:
     return isinstance(impact.profile, Profile) and impact.profile.path_exponent is not None
 
 
-def _takes_arrays(impact: Impact) -> bool:
-    """Whether one impact may have arrays of the numbers of its geometry."""
-    profile = impact.profile
-    power_law = profile.path_exponent is not None and not hasattr(profile, "profile")
-    return power_law or profile.similar.geometry is not profile
+def _array_names(impact: Impact) -> tuple[str, ...]:
+    """Names of the numbers of its geometry that may be arrays in one impact."""
+    profile, within = impact.profile, hasattr(impact.profile, "profile")
+    if profile.similar.geometry is not profile or (profile.path_exponent is not None and not within):
+        return profile_names(impact)
+    return _SIZES if within and profile.path_exponent is None else ()
 
 
 def _batches(

@@ -103,7 +103,8 @@ class Averages:
             g = self.transform(np.minimum(x, self.end))
             series = g @ _TO_LEGENDRE.T
             good = np.max(np.abs(series[:, -2:]), axis=1) <= _TAIL * np.max(np.abs(g), axis=1)
-            good &= x[:, -1] - x[:, 0] <= _WIDEST
+            # Contacts are at most 40 thicknesses wide.
+            good &= x[:, -1] - x[:, 0] <= _WIDEST * np.maximum(1.0, x[:, 0] / PANELS[-1])
             count += pending.low.size
             good |= rank == _HALVINGS or count > _CELLS + 4 * starts.size
             done.append((pending.part(good), series[good]))
@@ -115,7 +116,13 @@ class Averages:
         return cells.part(order), np.concatenate([series for _, series in done])[order]
 
     def at(self, radius: Array) -> tuple[Array, Array]:
-        """Means sigma and tau at radii of one panel, shape (n,)."""
+        """Means sigma and tau at radii of any panels, shape (n,)."""
+        terms = self.punches.terms(float(np.max(radius)))
+        sigma, tau, _, _ = self.punches.means(radius, self.moments(radius, terms), np.arange(radius.size))
+        return sigma, tau
+
+    def moments(self, radius: Array, terms: int) -> Array:
+        """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
         cells, series = self._pieces
         start = cells.place(cells.low[:, None], self.face)[0][:, 0]
         own = np.clip(np.searchsorted(start, radius, side="right") - 1, 0, start.size - 1)
@@ -135,16 +142,19 @@ class Averages:
         local = 2.0 * (t - cell.low[:, None]) / (cell.high - cell.low)[:, None] - 1.0
         g = np.polynomial.legendre.legval(local, series[own].T[..., None], tensor=False)
         inner_mass = half * _WEIGHTS * pace * g
-        sums = np.empty((3, radius.size))
+        moments = np.empty((radius.size, terms))
         rows = max(1, _BLOCK // (x.size + _NODES))
         for part in (slice(i, i + rows) for i in range(0, radius.size, rows)):
             a = radius[part]
             counted = np.arange(last)[:, None] < own[part, None, None]
             masses = np.concatenate([np.where(counted, mass, 0.0).reshape(a.size, -1), inner_mass[part]], axis=1)
             places = np.concatenate([np.broadcast_to(x.ravel(), (a.size, x.size)), inner[part]], axis=1)
-            r, w = self.punches.inside(a, np.minimum(places, a[:, None]))
-            sums[:, part] = np.sum(masses, axis=1), np.sum(masses * r, axis=1), np.sum(masses * w, axis=1)
-        return sums[1] / sums[0], sums[2] / sums[0]
+            place = 2.0 * (np.minimum(places, a[:, None]) / np.where(a > 0.0, a, 1.0)[:, None]) ** 2 - 1.0
+            before, now = place, np.ones_like(place)
+            for k in range(terms):
+                moments[part, k] = np.einsum("ij,ij->i", masses, now)
+                before, now = now, 2.0 * place * now - before
+        return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
 
 class MeanTable(NamedTuple):

@@ -44,10 +44,7 @@ class Depths:
         self.profile, self.thickness, self.punches = profile, thickness, stored_punches(poisson_ratio)
         face = checked_face(float(profile.contact_radius(0.0)), thickness)
         most = float(PANELS[-1])
-        end = float(profile.max_contact_radius) / thickness
-        if math.isfinite(end) and not math.isfinite(float(profile.transform(profile.max_contact_radius))):
-            end *= _EQUATOR
-        self.face, self.end = face, min(end, most)
+        self.face, self.end = face, min(largest_radius(profile) / thickness, most)
         self.means: PowerMeans | MeanTable = self._means()
         t = np.sqrt((self.end - face) * (self.end + face))
         radii = np.hypot(face, t * 10.0 ** np.linspace(-_DECADES - math.log10(max(t, 1.0)), 0.0, _STARTS))
@@ -163,6 +160,14 @@ class PunchDepths:
     def force_integral(self, depth: Array) -> Array:
         """Force integral a kappa d [m^2]."""
         return self._stiffness_radius * np.maximum(depth, 0.0)
+
+
+def largest_radius(profile: Profile) -> float:
+    """Largest contact radius [m] that the tables describe, on a thick layer."""
+    end = float(profile.max_contact_radius)
+    if math.isfinite(end) and not math.isfinite(float(profile.transform(end))):
+        end *= _EQUATOR
+    return end
 
 
 def checked_face(radius: float, thickness: float) -> float:

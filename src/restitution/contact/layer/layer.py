@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 from restitution.checks import Numeric, one_of, single
 from restitution.contact.geometry import Array, Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.depths import Depths, PunchDepths, depths
+from restitution.contact.layer.rows import LayerRows
 from restitution.contact.layer.separable import effective_modulus
+from restitution.contact.layer.store import stored_punches
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
@@ -43,7 +45,7 @@ class Layer(Geometry):
     profile : Profile
         Profile of the body. Its parameters may be arrays if it is a power law.
     thickness : float or array
-        Thickness h of the layer [m], > 0; an array under a power law.
+        Thickness h of the layer [m], > 0; single under a flat punch.
     base : {"bonded", "frictionless"}
         Whether the layer sticks to the base or slides on it without friction.
     strict : bool
@@ -97,10 +99,10 @@ class Layer(Geometry):
         one_of("base", self.base, ("bonded", "frictionless"))
         if not isinstance(self.profile, Profile):
             raise InputTypeError("profile", self.profile, "must be a Profile, such as Parabola(radius)")
-        if not self._is_power_law:
+        if self.profile.path_exponent == 0.0:
             single("thickness", self.thickness, "m")
-            if np.ndim(self.profile.contact_radius(0.0)):
-                raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
+        if not self._is_power_law and np.ndim(self.profile.contact_radius(0.0)):
+            raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
 
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the layer with the Poisson ratio of its material; refuse a second body that deforms."""
@@ -139,13 +141,29 @@ class Layer(Geometry):
             return reduced_modulus(material)
         return effective_modulus(material, contact_radius / float(self.thickness))
 
-    @cached_property
-    def _depths(self) -> Depths | PunchDepths:
+    @property
+    def _ratio(self) -> float | None:
+        """Poisson ratio of a bonded layer."""
         if self.base == "bonded" and self._poisson_ratio is None:
             wanted = "has no Poisson ratio yet: a bonded layer takes that of the material of its Contact or Impact"
             raise InputError("profile", self, wanted)
+        return self._poisson_ratio
+
+    @cached_property
+    def _depths(self) -> Depths | PunchDepths:
         unit: Any = self.similar.geometry
-        return depths(unit.profile, unit.thickness, self._poisson_ratio)
+        return depths(unit.profile, unit.thickness, self._ratio)
+
+    @property
+    def _is_several(self) -> bool:
+        """Whether layers of several sizes are not similar."""
+        return bool(np.ndim(self.thickness)) and not self._is_power_law
+
+    def _each(self, name: str, depth: ArrayLike) -> Array:
+        """Evaluate a method of the rows at depths that broadcast with the thickness."""
+        rows, shape = self.similar.geometry, np.broadcast_shapes(np.shape(depth), np.shape(self.thickness))
+        assert isinstance(rows, LayerRows)
+        return getattr(rows.raveled(shape), name)(np.broadcast_to(depth, shape).reshape(-1)).reshape(shape)
 
     @property
     def _is_power_law(self) -> bool:
@@ -155,7 +173,10 @@ class Layer(Geometry):
 
     @cached_property
     def similar(self) -> Similar:
-        """The layer of thickness 1 m under ``g = x^n``, for a profile that is a power law."""
+        """The layer of thickness 1 m under ``g = x^n``, for a profile that is a power law; rows for several others."""
+        if self._is_several:
+            ones = np.ones(np.shape(self.thickness))
+            return Similar(LayerRows(self.profile, as_array(self.thickness), self._ratio), ones, ones)
         if not self._is_power_law:
             return Similar(self, 1.0, 1.0)
         coefficient: Any = self.profile.path_coefficient
@@ -166,20 +187,26 @@ class Layer(Geometry):
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m]."""
+        if self._is_several:
+            return self._each("stiffness_radius", depth)
         return self._depths.stiffness_radius(self._half_space_depth(depth)) * self.similar.radius
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
+        if self._is_several:
+            return self._each("force_integral_at_depth", depth)
         _, depth_unit, radius_unit = self.similar
         return self._depths.force_integral(self._half_space_depth(depth)) * (depth_unit * radius_unit)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m] at depth d [m]."""
+        if self._is_several:
+            return self._each("contact_radius", depth)
         return self._depths.radius(self._half_space_depth(depth)) * self.similar.radius
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius a [m] from the stiffness radius a kappa [m]."""
-        return self._depths.punches.radius(as_array(stiffness_radius) / self.thickness) * self.thickness
+        return stored_punches(self._ratio).radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     def _half_space_depth(self, depth: ArrayLike) -> Array:
         depth = as_array(depth)
@@ -214,7 +241,8 @@ class Layer(Geometry):
     @property
     def max_depth(self) -> Numeric:
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
-        return self._depths.max_depth * self.similar.depth
+        unit: Any = self.similar.geometry if self._is_several else self._depths
+        return unit.max_depth * self.similar.depth
 
     @property
     def kinks(self) -> Kinks:

@@ -26,6 +26,10 @@ _RADII, _LEAST, _PER_RADIUS = 32, 16, 6
 _NEWTON = 4
 # Largest coefficients over x, relative to the largest, at the end of a series that are left out: rounding.
 _ROUNDING = 1e-15
+# Radii that are evaluated at a time.
+_BLOCK = 16_384
+# Multiplications of a matrix product that one thread does.
+_UNTHREADED = 200_000
 
 
 class Punches(NamedTuple):
@@ -67,16 +71,28 @@ class Punches(NamedTuple):
         series = np.moveaxis(self.softness[panel], -1, 0)
         return stiffness_radius * np.exp(np.polynomial.chebyshev.chebval(place, series, tensor=False))
 
-    def inside(self, radius: Array, x: Array) -> tuple[Array, Array]:
-        """Resolvent r(x) and load w(x) of radii, shape (n,), of one panel, at places x < a, shape (n, k)."""
-        panel = panel_of(radius[:1])[0]
-        basis = np.polynomial.chebyshev.chebvander(_local(panel, radius), _RADII - 1)
-        place = 2.0 * (x / radius[:, None]) ** 2 - 1.0
-        r, w = (
-            np.asarray(np.polynomial.chebyshev.chebval(place, (basis @ series[panel]).T[..., None], tensor=False))
-            for series in (self.resolvent, self.load)
-        )
-        return r, w
+    def terms(self, radius: float) -> int:
+        """Number of Chebyshev coefficients over x of line loads up to a radius."""
+        return max(series.shape[1] for series in self.resolvent[: 1 + int(panel_of(np.array(radius)))])
+
+    def means(self, radius: Array, moments: Array, contact: Any) -> Array:
+        """Means of r and w over a profile, kappa and w(a), shape (4, n), at radii, shape (n,).
+
+        The profile has the `moments`, shape (n_contact, n_term), of the numbers `contact`, shape (n,).
+        """
+        found, panels = np.empty((4, radius.size)), panel_of(radius)
+        for panel in np.unique(panels):
+            rows = np.flatnonzero(panels == panel)
+            parts = self.resolvent[panel], self.load[panel]
+            terms = parts[0].shape[1]
+            series = np.column_stack([*parts, self.stiffness[panel], self.edge[panel]])
+            for some in np.array_split(rows, math.ceil(rows.size / _BLOCK)):
+                basis: Any = np.polynomial.chebyshev.chebvander(_local(panel, radius[some]), _RADII - 1)
+                values, mine = product(basis, series), moments[contact[some], :terms]
+                found[0, some] = np.einsum("ij,ij->i", values[:, :terms], mine)
+                found[1, some] = np.einsum("ij,ij->i", values[:, terms : 2 * terms], mine)
+                found[2:, some] = np.exp(values[:, -2:].T)
+        return found
 
 
 def punches(poisson_ratio: float | None) -> Punches:
@@ -143,6 +159,15 @@ def _half_gauss(count: int) -> tuple[Array, Array]:
             total = total + (k + 1.5) * value * value
         x = x - value * (x * x - 1.0) / (count * (x * value - before))
     return x, 1.0 / (total - (count + 0.5) * value * value)
+
+
+def product(one: Array, other: Array) -> Array:
+    """Matrix product in blocks for which the library starts no threads; they cost more where the cores are used."""
+    result = np.empty((len(one), other.shape[1]))
+    rows = max(1, _UNTHREADED // max(1, other.size))
+    for start in range(0, len(one), rows):
+        np.matmul(one[start : start + rows], other, out=result[start : start + rows])
+    return result
 
 
 def panel_of(radius: Array) -> Any:

@@ -1,0 +1,112 @@
+"""Tables of many thicknesses made together, against the geometry of each thickness, which has its own tables."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import restitution as rs
+from restitution.contact.layer import rows as module
+from restitution.contact.layer.rows import LayerRows
+from restitution.contact.path import evaluate
+
+R = np.linspace(0.0, 6.0, 13)
+PROFILES = {
+    "sphere": rs.Sphere(1.0),
+    "truncated": rs.TruncatedCone(0.1, 1.2),
+    "worn": rs.FlatEndedParabola(2.0, 0.3),
+    "measured": rs.Tabulated(R, R**2 / 4.0 + R**3 / 40.0),
+    "joints": rs.Tabulated(np.array([0.0, 0.3, 0.5, 0.9, 2.0, 5.0]), np.array([0.0, 0.0, 0.05, 0.2, 1.2, 8.0])),
+}
+RTOL = 1e-10
+
+
+def single(profile: Any, thickness: float, nu: float | None) -> Any:
+    base: Any = "frictionless" if nu is None else "bonded"
+    bulk = np.inf if nu == 0.5 else 2.0 * (1.0 + (nu or 0.0)) / (3.0 * (1.0 - 2.0 * (nu or 0.0)))
+    return rs.Layer(profile, thickness, base).between(rs.Material(1.0, bulk), None)
+
+
+def compare(rows: LayerRows, made: list[Any], least: Any, chosen: Any) -> None:
+    heights = np.unique(rows.thickness)
+    for k in chosen:
+        table, depth_unit, radius_unit = made[k]
+        layer = single(rows.profile, float(heights[k]), rows.poisson_ratio)
+        s = np.sqrt(np.linspace(max(float(least[k]) / depth_unit, 0.01), 1.0, 40))
+        radius, _, integral = evaluate(table, s)
+        depth = np.minimum(s * s * depth_unit, layer.max_depth)
+        # The rounding of the depth at the end of a table, and the errors of both.
+        assert integral * depth_unit * radius_unit == pytest.approx(layer.force_integral_at_depth(depth), rel=2 * RTOL)
+        exact = layer.stiffness_radius(depth)
+        # Forces depend on the radius through its integral; at joints the radius alone has larger errors.
+        assert np.max(np.abs(radius * radius_unit - exact)) <= (table.radius_error + 1e-9) * 3.0 * exact[-1]
+
+
+@settings(deadline=None, max_examples=10)
+@given(
+    name=st.sampled_from(sorted(PROFILES)),
+    nu=st.sampled_from([0.5, 0.3, None]),
+    low=st.floats(0.1, 2.0),
+    span=st.floats(1.5, 300.0),
+    seed=st.integers(0, 1000),
+)
+def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed):
+    rng = np.random.default_rng(seed)
+    thickness = low * span ** rng.uniform(0.0, 1.0, 90)
+    rows = LayerRows(PROFILES[name], thickness, nu)
+    least = np.full(90, 0.02) * rng.uniform(0.1, 1.0)
+    made = rows.tables(np.full(90, 0.2), least, RTOL)
+    assert max(table.error_at(0.1) for table, _, _ in made) < 2.0 * RTOL
+    compare(rows, made, least, rng.integers(0, 90, 2))
+
+
+@pytest.mark.parametrize("name", ["sphere", "joints"])
+def test_a_series_that_is_not_resolved_is_not_used(name, monkeypatch):
+    thickness = np.geomspace(0.3, 3.0, 40)
+    rows = LayerRows(PROFILES[name], thickness, 0.5)
+    arguments = np.full(40, 0.2), np.full(40, 0.02), RTOL
+    counts: list[int] = []
+    made = LayerRows._made  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(
+        LayerRows, "_made", lambda self, layers, *rest: counts.append(len(layers)) or made(self, layers, *rest)
+    )
+    smooth = rows.tables(*arguments)
+    assert counts == [31]
+    monkeypatch.setattr(module, "_TAIL", 0.0)
+    direct = rows.tables(*arguments)
+    assert counts == [31, 31, 40]
+    for one, other in zip(smooth, direct, strict=True):
+        assert one[1:] == pytest.approx(other[1:], rel=1e-10)
+        s = np.linspace(0.05, 1.0, 50)
+        assert evaluate(one[0], s)[2] == pytest.approx(evaluate(other[0], s)[2], rel=2e-10)
+    monkeypatch.setattr(module, "_NODES", 4)
+    monkeypatch.setattr(module, "_TAIL", 1e-11)
+    # Seventeen nodes leave a tail.
+    rows.tables(*arguments)
+    assert counts[-1] == 40
+
+
+def test_tables_end_where_the_contact_is_forty_thicknesses_wide():
+    # The face has a radius of 0.3, so that 40 h is beyond it.
+    thickness = np.array([0.01, 0.02, 0.03, 0.5])
+    rows = LayerRows(PROFILES["worn"], thickness, 0.3).raveled((4,))
+    made = rows.tables(np.full(4, 10.0), np.full(4, 0.01), RTOL)
+    assert [length for _, length, _ in made[:3]] == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
+
+
+def test_rows_have_the_values_of_single_layers():
+    thickness = np.array([[0.5, 2.0], [1.0, 0.5]])
+    rows = LayerRows(PROFILES["sphere"], thickness, 0.3).raveled((2, 2))
+    depth = np.array([0.1, 0.2, 0.3, 0.4])
+    one: list[Any] = [single(PROFILES["sphere"], h, 0.3) for h in thickness.ravel()]
+    for name in ("stiffness_radius", "force_integral_at_depth", "contact_radius"):
+        expected = [float(getattr(layer, name)(d)) for layer, d in zip(one, depth, strict=True)]
+        assert getattr(rows, name)(depth).tolist() == expected
+    stiffness = rows.stiffness_radius(depth)
+    assert rows.contact_radius_at(depth, stiffness) == pytest.approx(rows.contact_radius(depth), rel=1e-10)
+    assert rows.max_depth == pytest.approx([layer.max_depth for layer in one], rel=1e-11)
+    several: Any = rs.Layer(PROFILES["sphere"], thickness).between(rs.Material(1.0, 2.6 / 1.2), None)
+    assert several.stiffness_radius(depth.reshape(2, 2)).ravel().tolist() == rows.stiffness_radius(depth).tolist()
+    assert several.stiffness_radius(0.1).shape == (2, 2)
