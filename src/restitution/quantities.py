@@ -7,7 +7,7 @@ import math
 from collections import ChainMap
 from collections.abc import Callable, Container, Iterable, Mapping
 from difflib import get_close_matches
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -60,6 +60,9 @@ TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
 MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
 
 
+_signature = lru_cache(maxsize=256)(inspect.signature)
+
+
 class Quantity(NamedTuple):
     """A physical quantity.
 
@@ -105,10 +108,13 @@ class Quantity(NamedTuple):
     @property
     def sources(self) -> tuple[str, ...]:
         """Names of the columns that `derive` takes."""
-        return () if self.derive is None else tuple(inspect.signature(self.derive).parameters)
+        return () if self.derive is None else tuple(_signature(self.derive).parameters)
 
     def check(self, value: Any, field: str = "") -> Numeric:
         """Return values, perhaps with a unit, as a float or a read-only array in SI; messages name them `field`."""
+        # Most values: a plain number well within the range.
+        if type(value) is float and self.low < value < self.high:
+            return value
         name = field or self.name
         if self.open and self.infinite:
             return checks.positive_or_infinite(name, value, self.unit)

@@ -79,8 +79,8 @@ def test_numbers_are_those_of_solve_for_every_profile(profile, tmp_path):
     shape = found["curves"]["shape"]
     if profile in ("ellipsoid", "pyramid"):
         return
-    heights = expected.impact.profile.shape(np.array(shape["radius"]))
-    assert shape["height"] == answers.plain(heights)
+    heights = expected.impact.profile.shape(shape["radius"])
+    np.testing.assert_array_equal(shape["height"], heights)
 
 
 def test_the_papers_numbers_give_the_papers_restitution():
@@ -98,8 +98,8 @@ def test_the_papers_numbers_give_the_papers_restitution():
 @pytest.mark.parametrize("state", [{}, {"material.model": "fractional_zener"}, {"profile.type": "truncated_cone"}])
 def test_the_curve_over_velocity_is_that_of_solve(state):
     curve = answers.velocity(state)["curves"]["velocity"]
-    velocities = np.array(curve["velocity"])
-    assert velocities.size in (16, 31, 61)
+    velocities = curve["velocity"]
+    assert velocities.size in (6, 11, 16, 21, 31, 61)
     chosen = [0, velocities.size // 2, velocities.size - 1]
     # A fractional material has a relative error of 1e-4 in a curve; all others have the tolerance of the solver.
     rtol = 1e-3 if "material.model" in state else 2e-6
@@ -116,17 +116,17 @@ def test_curves_over_velocity_get_fewer_points_when_they_take_long(monkeypatch):
     fine = answers.velocity({})["curves"]["velocity"]
     monkeypatch.setattr(answers, "TIME_LIMIT", 0.0)
     coarse = answers.velocity({})["curves"]["velocity"]
-    assert len(coarse["velocity"]) == 16
-    places = [fine["velocity"].index(one) for one in coarse["velocity"]]
-    at = [fine["restitution_coefficient"][n] for n in places]
-    assert at == pytest.approx(coarse["restitution_coefficient"], rel=1e-6)
+    assert len(coarse["velocity"]) == 6
+    places = np.searchsorted(fine["velocity"], coarse["velocity"])
+    np.testing.assert_array_equal(fine["velocity"][places], coarse["velocity"])
+    np.testing.assert_allclose(fine["restitution_coefficient"][places], coarse["restitution_coefficient"], rtol=1e-6)
     assert len(answers.surface({})["curves"]["surface"]["time"]) == 4
 
 
 def test_the_surface_is_that_of_the_result():
     curve = answers.surface({})["curves"]["surface"]
     result: Any = rs.solve(answers.case_of({}).impact)
-    radius, time = np.array(curve["radius"]), np.array(curve["time"])
+    radius, time = curve["radius"], curve["time"]
     displacement = result.surface_displacement(radius[None, :], time[:, None])
     scale = result.max_indentation_depth
     np.testing.assert_allclose(curve["displacement"], displacement, rtol=0, atol=1e-6 * scale)
@@ -147,7 +147,7 @@ def test_bounces_are_those_of_the_package():
     flight = found["curves"]["flight"]
     assert np.all(np.diff(flight["time"]) >= 0.0)
     # The greatest heights between the touches are those of the table.
-    flights = np.array(flight["height"][17:]).reshape(-1, 17).max(axis=1)
+    flights = flight["height"][17:].reshape(-1, 17).max(axis=1)
     np.testing.assert_allclose(flights, expected.height[: flights.size], rtol=1e-2)
 
 

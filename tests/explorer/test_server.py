@@ -1,17 +1,19 @@
 """The server: who may use it, what it serves, and what becomes of messages of any kind."""
 
+import base64
 import json
 import random
 import socket
 import threading
 import time
 
+import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 import random_messages as fuzz
 import restitution as rs
-from restitution.explorer import messages
+from restitution.explorer import answers, messages, session
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
 from sockets import get, opened
@@ -134,6 +136,16 @@ def test_the_schema_describes_every_number(running, ask):
         assert names - set(schema["outputs"]) <= {"radius"}
 
 
+def test_curves_come_as_doubles(ask):
+    for kind in ("impact", "surface"):
+        for name, expected in answers.KINDS[kind]({})["curves"].items():
+            found = ask(kind)["curves"][name]
+            assert found.keys() == expected.keys()
+            for column in found.keys() - {"displacement", "semi_axis"}:
+                doubles = np.frombuffer(base64.b64decode(found[column]["doubles"]), "<f8")
+                np.testing.assert_array_equal(doubles, expected[column])
+
+
 def test_a_wrong_input_is_one_line_that_names_it(ask):
     answer = ask("impact", {"material.poisson_ratio": 0.7})
     assert answer == {
@@ -143,7 +155,6 @@ def test_a_wrong_input_is_one_line_that_names_it(ask):
 
 
 def test_a_solve_that_fails_is_one_line(ask, monkeypatch):
-    from restitution.explorer import answers
     from restitution.impact.status import SolverError, Status
 
     def fail(*_, **__):
@@ -186,6 +197,38 @@ def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
         assert [(one["kind"], one["id"]) for one in found] == [("impact", 0), ("impact", 49), ("velocity", 49)]
         with pytest.raises(TimeoutError):
             page.recv(timeout=0.2)
+
+
+def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running, monkeypatch):
+    go_on = threading.Semaphore(0)
+    monkeypatch.setitem(session._QUICK, "velocity", 0.3)
+    monkeypatch.setitem(messages._KINDS, "impact", lambda _: {"waited": go_on.acquire(timeout=20)})
+    monkeypatch.setitem(messages._KINDS, "velocity", lambda _: {})
+    with opened(running) as page:
+        page.send(json.dumps({"id": 0, "kind": "impact"}))
+        page.send(json.dumps({"id": 0, "kind": "velocity"}))
+        kinds: list[str] = []
+        while "velocity" not in kinds:
+            page.send(json.dumps({"id": 1, "kind": "impact"}))
+            # An answer to a bad message shows that an impact waits before the last one is answered.
+            page.send("?")
+            while (kind := json.loads(page.recv(timeout=20))["kind"]) is not None:
+                kinds.append(kind)
+            go_on.release()
+        assert kinds.count("impact") > 1
+        go_on.release()
+
+
+def test_a_slow_answer_does_not_hold_a_slider_up(running, monkeypatch):
+    go_on = threading.Event()
+    monkeypatch.setitem(messages._KINDS, "surface", lambda _: {"waited": go_on.wait(20)})
+    with opened(running) as page:
+        page.send(json.dumps({"id": 0, "kind": "surface"}))
+        for number in range(1, 20):
+            page.send(json.dumps({"id": number, "kind": "impact"}))
+            assert json.loads(page.recv(timeout=20))["id"] == number
+        go_on.set()
+        assert json.loads(page.recv(timeout=20))["waited"]
 
 
 def test_pages_do_not_wait_for_each_other(running, monkeypatch):

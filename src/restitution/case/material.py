@@ -361,7 +361,7 @@ def _without_model(value: dict[str, Any], known: dict[str, type[ModelSection]]) 
 
 
 AnyMaterial = Annotated[
-    SerializeAsAny[MaterialSection],
+    SerializeAsAny[InstanceOf[MaterialSection]],
     BeforeValidator(_chosen),
     Forms(lambda: (*models().values(), *_FORMS.values())),
 ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import sys
 import threading
 from contextlib import suppress
@@ -11,7 +13,7 @@ from typing import Annotated
 import typer
 
 from restitution.cli.options import argument, option
-from restitution.cli.terminal import BadInput, report, user_input
+from restitution.cli.terminal import BadInput, compilation, report, user_input
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 
@@ -31,6 +33,8 @@ def explore(
     if static is not None:
         _write(static, case)
         return
+    # NumPy reads it when it loads: two threads for products of small matrices take more time than one.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with user_input():
         from restitution.explorer.launch import PORT, listen, warm_up
         from restitution.explorer.state import of_case
@@ -42,8 +46,10 @@ def explore(
             problem = read_case(case)
             state, title = of_case(problem), problem.title
         running = listen(state, title, host=host, port=PORT if port is None else port)
-        print("preparing the solver ...", file=sys.stderr, flush=True)
-        warm_up()
+        with compilation():
+            warm_up()
+        # What is loaded stays; a search for garbage in it would hold an answer up for 0.1 s.
+        gc.freeze()
     if host not in _LOCAL:
         report("note", f"--host {host}: everyone who can reach this machine and has the address can use the page")
     print(running.address, flush=True)

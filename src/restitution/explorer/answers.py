@@ -34,7 +34,7 @@ from restitution.indentation.evolution import MOST_ELEMENTS
 from restitution.indentation.result import IndentationStatus
 from restitution.indentation.solve import indent
 from restitution.material.fractional import Window
-from restitution.quantities import BUDGET, HISTORY
+from restitution.quantities import BUDGET
 
 Array = NDArray[np.float64]
 Answer = dict[str, Any]
@@ -46,7 +46,7 @@ TIME_LIMIT = 0.1
 _RTOL = 1e-6
 _POINTS = 121
 # Points of a curve over the velocity, every nth of them first; times, and least number of them, of a surface.
-_SPEEDS, _STRIDE = 61, 4
+_SPEEDS, _STRIDE = 61, 12
 _TIMES, _LEAST_ROWS = 25, 4
 # Imprint over the largest depth that is not shown.
 _SMALL = 1e-4
@@ -63,18 +63,12 @@ _OUTPUTS = (
     "residual_indentation_depth", "rebound_velocity",
 )  # fmt: skip
 _CURVE = ("restitution_coefficient", "contact_time", "max_force", "max_indentation_depth")
-_HISTORY = tuple(HISTORY)
-
-
-def _path() -> Path:
-    """Path of a case that stands in no file."""
-    return Path()
 
 
 @lru_cache(maxsize=64)
 def _case(text: str) -> Case:
-    sections = read_sections(CaseFile, _path(), json.loads(text))
-    return Case(_path(), None, sections.build(), {}, sections)
+    sections = read_sections(CaseFile, Path(), json.loads(text))
+    return Case(Path(), None, sections.build(), {}, sections)
 
 
 def case_of(state: Mapping[str, Any]) -> Case:
@@ -86,10 +80,6 @@ def plain(values: Any) -> Any:
     """Return numbers as JSON has them; an infinite or unknown one becomes None."""
     if isinstance(values, Mapping):
         return {key: plain(value) for key, value in values.items()}
-    if isinstance(values, np.ndarray):
-        if np.all(np.isfinite(values)):
-            return values.tolist()
-        return [plain(value) for value in values]
     if isinstance(values, list | tuple):
         return [plain(value) for value in values]
     if isinstance(values, float | np.floating):
@@ -124,8 +114,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time
     if separated:
-        history = result.sample(n_points=_POINTS)
-        curves["history"] = {name: history[name].values for name in _HISTORY if name in history}
+        curves["history"] = cast("Any", result)._columns(n_points=_POINTS)
         numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
     else:
         scale = float(result.max_indentation_depth) / float(result.velocity)
@@ -136,7 +125,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
         "status": _ending(cast("Status", result.status)),
         "validity": [_row(check) for check in result.validity],
         "notes": [*result.notes, *notes_on(material, None)],
-        "curves": plain(curves),
+        "curves": curves,
         "marks": plain({"contact_time": contact_time, "angular_frequency": omega if separated else math.nan}),
     }  # fmt: skip
 
@@ -171,29 +160,22 @@ def velocity(state: Mapping[str, Any]) -> Answer:
     slider = inputs()["impact.velocity"].slider
     assert slider is not None
     speeds = np.geomspace(slider.low, slider.high, _SPEEDS)
-    problem = _wide(state)
-    places = np.arange(0, _SPEEDS, _STRIDE)
+    problem, every = _wide(state), np.arange(_SPEEDS)
+    columns = {name: np.empty(_SPEEDS) for name in (*_CURVE, "doubtful")}
 
-    def evaluate(new: NDArray[np.int64]) -> dict[str, Array]:
-        return _columns(problem, speeds[new])
+    def fill(places: NDArray[np.bool_]) -> None:
+        for name, values in _columns(problem, speeds[places]).items():
+            columns[name][places] = values
 
-    places, columns = _refined(evaluate, places, 0.5 * TIME_LIMIT)
-    return {"curves": {"velocity": plain({"velocity": speeds[places]} | columns)}}
-
-
-def _refined(
-    evaluate: Callable[[NDArray[np.int64]], dict[str, Array]], places: NDArray[np.int64], budget: float
-) -> tuple[NDArray[np.int64], dict[str, Array]]:
-    """Evaluate columns at even places, and half-way between them as long as the time [s] suffices."""
+    first = every % _STRIDE == 0
     started = time.thread_time()
-    columns = evaluate(places)
-    while (step := int(places[1] - places[0])) > 1 and 2.0 * (time.thread_time() - started) < budget:
-        between = places[:-1] + step // 2
-        further = evaluate(between)
-        order = np.argsort(np.concatenate([places, between]))
-        places = np.concatenate([places, between])[order]
-        columns = {name: np.concatenate([one, further[name]])[order] for name, one in columns.items()}
-    return places, columns
+    fill(first)
+    spent = _STRIDE * (time.thread_time() - started)
+    # As many of the others as the time suffices for, all at once.
+    stride = next((n for n in range(1, _STRIDE) if _STRIDE % n == 0 and spent / n < 0.5 * TIME_LIMIT), _STRIDE)
+    if stride < _STRIDE:
+        fill(~first & (every % stride == 0))
+    return {"curves": {"velocity": {name: one[::stride] for name, one in ({"velocity": speeds} | columns).items()}}}
 
 
 def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
@@ -240,19 +222,20 @@ def surface(state: Mapping[str, Any]) -> Answer:
         elif len(rows) < _LEAST_ROWS or time.thread_time() - started < 0.5 * TIME_LIMIT:
             rows[n] = displacement(float(grid[n]))
     places = sorted(rows)
-    curve = {"time": grid[places], "radius": radius, "displacement": np.array([rows[n] for n in places])}
-    return {"numbers": plain({"max_pressure": result.max_pressure}), "curves": {"surface": plain(curve)}}
+    curve = {"time": grid[places], "radius": radius, "displacement": [rows[n] for n in places]}
+    return {"numbers": plain({"max_pressure": result.max_pressure}), "curves": {"surface": curve}}
 
 
 def bounces(state: Mapping[str, Any]) -> Answer:
     """Bounces until the body rests, and its height over time."""
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
     motion = case_of(state).sections.impact
-    problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     started = time.thread_time()
+    problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
+    built = time.thread_time()
     solve(problem, rtol=_RTOL)
-    each = max(time.thread_time() - started, 1e-4)
-    most = int(min(max(0.5 * TIME_LIMIT / each, 5), _MOST_BOUNCES))
+    each = max(time.thread_time() - built, 1e-4)
+    most = int(min(max((0.6 * TIME_LIMIT + started - built) / each, 5), _MOST_BOUNCES))
     height = motion.impact_velocity**2 / (2.0 * motion.gravity)
     floor = _LEAST_RISE * height
     found = series_of_bounces(problem, gravity=motion.gravity, max_bounces=most, min_height=floor, rtol=_RTOL)
@@ -263,7 +246,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
         "numbers": plain(numbers),
         "status": {"name": str(found.ended), "message": found.ended.message},
         "warnings": found.warnings,
-        "curves": plain({"bounces": columns, "flight": _flight(found)}),
+        "curves": {"bounces": columns, "flight": _flight(found)},
     }
 
 
@@ -290,11 +273,11 @@ _INDENTATION = (
 
 def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
     """Return the case of the indentation of a state."""
-    sections = read_sections(IndentationFile, _path(), indentation_content(state))
-    name, history = sections.indentation.read(_path())
+    sections = read_sections(IndentationFile, Path(), indentation_content(state))
+    name, history = sections.indentation.read(Path())
     window = window_around(history.stop - history.start)
     material, profile = sections.material.build(window), cast("Any", sections.profile.build(None))
-    return IndentationCase(_path(), None, material, profile, None, name, history, _POINTS, {})
+    return IndentationCase(Path(), None, material, profile, None, name, history, _POINTS, {})
 
 
 def indentation(state: Mapping[str, Any]) -> Answer:
@@ -312,7 +295,7 @@ def indentation(state: Mapping[str, Any]) -> Answer:
         "numbers": plain({name: getattr(result, name) for name in _INDENTATION}),
         "status": _ending(result.status),
         "warnings": result.warnings,
-        "curves": {"history": plain({name: history[name].values for name in names})},
+        "curves": {"history": {name: history[name].values for name in names}},
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import time
 from collections.abc import Callable, Mapping
@@ -100,7 +101,12 @@ def answer(request: Request) -> str:
     except Exception as error:
         what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
         found = {"ok": False, "error": f"{what}; {BUG}", "field": None}
-    return json.dumps({"id": request.id, "kind": request.kind} | found, allow_nan=False)
+    return json.dumps({"id": request.id, "kind": request.kind} | found, allow_nan=False, default=_doubles)
+
+
+def _doubles(values: np.ndarray) -> dict[str, str]:
+    """Numbers in base64, little-endian, which take a tenth of the time of decimals."""
+    return {"doubles": base64.b64encode(values.astype("<f8").tobytes()).decode("ascii")}
 
 
 def refusal(error: InputError) -> dict[str, Any]:

@@ -23,7 +23,8 @@ _P = ParamSpec("_P")
 
 # ln(eps) = -37: what is smaller than exp(-37) of the whole is left out.
 _LN_EPS = 37.0
-_TAIL_NODES = 3
+# Nodes of a tail, and times that share a grid of the Mittag-Leffler function.
+_TAIL_NODES, _SHARED = 3, 16
 
 
 class Window(NamedTuple):
@@ -233,14 +234,18 @@ def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: flo
 
 def _mittag_leffler(time: Array, exponent: float) -> Array:
     """Mittag-Leffler function E_alpha(-t^alpha) at t >= 0, by the trapezoidal rule over its spectrum, to 1e-12."""
-    result, reach = np.ones_like(time), _LN_EPS / exponent
-    for index, t in np.ndenumerate(time):
-        if t > 0:
-            late = math.log(t)
-            top = min(reach, math.log(45.0) - late)
-            u, steps = _log_grid(exponent, True, math.pi**2 / _LN_EPS, min(-reach - max(late, 0.0), top), top)
-            result[index] = steps @ np.exp(log_spectrum(exponent, True, u) - np.exp(np.minimum(u + late, 7.0)))
-    return result
+    times, result, reach = np.ravel(time), np.ones(np.size(time)), _LN_EPS / exponent
+    order = np.argsort(times)[np.count_nonzero(times <= 0.0) :]
+    # Times that lie close together share a grid.
+    for start in range(0, order.size, _SHARED):
+        some = order[start : start + _SHARED]
+        t = times[some, None]
+        top = min(reach, math.log(45.0) - math.log(t[0, 0]))
+        low = min(-reach - max(math.log(t[-1, 0]), 0.0), top)
+        u, steps = _log_grid(exponent, True, math.pi**2 / _LN_EPS, low, top)
+        with np.errstate(over="ignore", under="ignore"):
+            result[some] = np.exp(-t * np.exp(u)) @ (steps * np.exp(log_spectrum(exponent, True, u)))
+    return result.reshape(np.shape(time))
 
 
 def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:

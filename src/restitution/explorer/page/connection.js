@@ -1,6 +1,15 @@
 // The WebSocket. One request of a kind is on its way at a time; the newest input waits and replaces older ones.
 const PAUSES = [250, 500, 1000, 2000, 4000];
 
+// An array of numbers comes as doubles in base64, little-endian; what is infinite or unknown becomes null.
+function decoded(key, value) {
+  if (typeof value?.doubles !== "string") return value;
+  const text = atob(value.doubles);
+  const bytes = new Uint8Array(text.length);
+  for (let n = 0; n < text.length; n++) bytes[n] = text.charCodeAt(n);
+  return Array.from(new Float64Array(bytes.buffer), (number) => (Number.isFinite(number) ? number : null));
+}
+
 export class Connection {
   // receive(answer, message) gets every answer with its request; report(word) gets "open", "closed" or "refused".
   constructor(receive, report) {
@@ -26,7 +35,7 @@ export class Connection {
       this.report("open");
       for (const kind of this.waiting.keys()) this.next(kind);
     };
-    this.socket.onmessage = (event) => this.answered(JSON.parse(event.data));
+    this.socket.onmessage = (event) => this.answered(JSON.parse(event.data, decoded));
     this.socket.onclose = (event) => this.closed(event);
   }
 
