@@ -34,7 +34,7 @@ def main() -> None:
         browser.close()
     running.stop()
     with Image.open(io.BytesIO(taken)) as picture:
-        picture.convert("RGB").quantize(160).save(PICTURE, optimize=True)
+        picture.convert("RGB").quantize(256).save(PICTURE, optimize=True)
 
 
 if __name__ == "__main__":

@@ -310,11 +310,29 @@ def test_the_surface_under_a_circular_ellipsoid_is_that_under_a_parabola():
     np.testing.assert_allclose(found, expected, rtol=0, atol=np.max(expected) / 200)
 
 
-def test_the_section_of_a_pyramid_is_through_two_faces():
-    state = {"profile.type": "pyramid", "profile.face_angle": 1.3}
+@pytest.mark.parametrize("sides", ["3", "4", "6"])
+def test_the_section_of_a_pyramid_is_across_two_faces(sides):
+    state = {"profile.type": "pyramid", "profile.face_angle": 1.3, "profile.sides": sides}
     shape = answers.impact(state)["curves"]["shape"]
     result: Any = rs.solve(answers.case_of(state).impact)
-    assert shape["height"] == pytest.approx(np.array(shape["radius"]) / np.tan(1.3))
+    # The plane of the section holds the normals of two faces of four and six, and is at 30 deg to two of three.
+    slope = (np.sqrt(0.75) if sides == "3" else 1.0) / np.tan(1.3)
+    assert shape["height"] == pytest.approx(slope * np.array(shape["radius"]))
     assert shape["height"][-1] == pytest.approx(3.0 * result.max_indentation_depth)
     assert shape["semi_axis"] is None
     assert answers.surface(state)["curves"]["surface"] is None
+
+
+@pytest.mark.parametrize("sides", [3, 4, 6])
+def test_a_pyramid_keeps_its_faces(sides, tmp_path):
+    material = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.49)
+    impact = rs.Impact(material, rs.Pyramid(1.2, sides=sides), mass=0.005, velocity=1.0)
+    expected = rs.solve(impact).max_force
+    state = of_impact(impact)
+    assert answers.impact(state)["numbers"]["max_force"] == pytest.approx(expected, rel=1e-12)
+    case = rs.read_case(case_file(state, tmp_path))
+    assert of_case(case)["profile.sides"] == str(sides)
+    names: dict[str, Any] = {}
+    exec(download({"what": "python", "state": state})["text"], names)
+    for solved in (case.solve(), names["result"]):
+        assert solved.max_force == pytest.approx(expected, rel=1e-12)

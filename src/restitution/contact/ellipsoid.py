@@ -15,9 +15,8 @@ from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import LENGTH, Quantity
 
-_RADIUS_1, _RADIUS_2 = (
-    Quantity("radius", LENGTH, "principal radius of curvature of the gap", f"$R_{n}$", 0.0, open=True) for n in (1, 2)
-)
+_RADIUS_1 = Quantity("radius", LENGTH, "principal radius of curvature of the gap", "$R_1$", 0.0, open=True)
+_RADIUS_2 = _RADIUS_1._replace(symbol="$R_2$")
 # Largest ratio of the radii, for which the semi-axes differ by a factor of 3000; beyond lies the line contact.
 _MOST_RATIO = 1e6
 # Newton's method from a start within 0.4 of ln k reaches rounding in three steps at every ratio.

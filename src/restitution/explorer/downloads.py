@@ -49,7 +49,8 @@ def python(state: Mapping[str, Any]) -> str:
     content = case_content(state)
     problem = case.impact
     kind = Geometry.registered[content["profile"]["type"]]
-    given = {name: getattr(problem.profile, name) for name in constants_of(kind)}
+    names = {**constants_of(kind), **content["profile"]}.keys() - {"type"}
+    given = {name: getattr(problem.profile, name) for name in sorted(names)}
     arguments = {"mass": problem.mass, "velocity": problem.velocity}
     if problem.external_force:
         arguments["external_force"] = problem.external_force

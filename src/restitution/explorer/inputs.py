@@ -300,6 +300,8 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("body.radius", "body", INPUTS["radius"], {"profile.type": round_bodies})
     for key, quantity in constants.items():
         yield _number(f"profile.{key}", "body", quantity, {"profile.type": having[key]})
+    sides = tuple(Option(number, number) for number in ("4", "3", "6"))
+    yield Input("profile.sides", "body", "number of faces", {"profile.type": ["pyramid"]}, options=sides)
     options = [Option("mass", "mass"), Option("density", "density", {"profile.type": round_bodies})]
     yield Input("mass_from", "body", "mass from", options=tuple(options))
     yield _number("body.mass", "body", INPUTS["mass"], {"mass_from": ["mass"]})

@@ -20,18 +20,16 @@ _BODY, _SURFACE, _PUNCHES = 61, 25, 200
 
 
 def body(result: ImpactResult) -> dict[str, Any] | None:
-    """Return the lower surface of the body along the long semi-axis, to three times that of the largest contact.
-
-    `semi_axis` is the one over the contact radius, None where it is not known.
-    """
+    """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known."""
     own: Any = cast("Any", result.impact).profile
     profile, semi_axis, most = own, 1.0, float(result.max_contact_radius)
     if isinstance(own, Ellipsoid):
         profile, semi_axis = Parabola(max(own.radius_1, own.radius_2)), float(own.semi_axes(1.0)[0])
         most *= semi_axis
     elif isinstance(own, Pyramid):
-        # Through the middles of two faces.
-        profile, semi_axis, most = Cone(own.face_angle), None, float(result.max_indentation_depth / own.slope)
+        # Across two faces: through their middles, or, of three faces, at 30 deg to them.
+        slope = own.slope * (math.cos(math.pi / 6.0) if own.sides == 3 else 1.0)
+        profile, semi_axis, most = Cone(math.atan(1.0 / slope)), None, float(result.max_indentation_depth) / slope
     if not isinstance(profile, Profile):
         return None
     radius = np.linspace(0.0, 3.0 * most if 0.0 < most < math.inf else 1.0, _BODY)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 State = dict[str, Any]
 
-_PAGE = "page."
+_PAGE, _SIDES = "page.", "profile.sides"
 _INFINITE = "incompressible"
 
 
@@ -80,7 +80,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
         table = content
         for section in sections:
             table = table.setdefault(section, {})
-        table[name] = value
+        table[name] = int(value) if key == _SIDES else value
     return content
 
 
@@ -145,6 +145,8 @@ def of_case(case: Case) -> State:
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     values |= flat({"profile": written["profile"], "body": written["body"]})
+    if _SIDES in values:
+        values[_SIDES] = str(values[_SIDES])
     values["mass_from"] = "density" if "body.density" in values else "mass"
     values["impact.external_force"] = float(case.impact.external_force)
     material = flat({"material": written["material"]})
@@ -176,6 +178,8 @@ def of_impact(impact: Impact) -> State:
     for name in constants_of(kind):
         key = "body.radius" if name == "radius" and kind.body_radius else f"profile.{name}"
         values[key] = float(getattr(impact.profile, name))
+    if hasattr(impact.profile, "sides"):
+        values[_SIDES] = str(cast("Any", impact.profile).sides)
     for name in ("velocity", "external_force"):
         values[f"impact.{name}"] = float(getattr(impact, name))
     return values | {"body.mass": float(impact.mass)} | of_material(impact.material)

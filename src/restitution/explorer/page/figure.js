@@ -63,7 +63,9 @@ export class Figure {
 
   appear(visible) {
     this.visible = visible;
-    if (visible && this.stale) this.redraw();
+    if (!visible) return;
+    if (this.stale) this.redraw();
+    else this.point();
   }
 
   fit() {
@@ -280,6 +282,7 @@ export class Figure {
     const over = this.plot.over;
     over.classList.add("pickable");
     const send = (event, done) => {
+      if (!this.curves.length) return;
       const box = over.getBoundingClientRect();
       const x = Math.min(Math.max(event.clientX - box.left, 0), box.width);
       const y = Math.min(Math.max(event.clientY - box.top, 0), box.height);

@@ -29,6 +29,7 @@ export class IndentationTab {
       summary: `The largest force is ${phrase(force, outputs.max_force)} at a depth of up to ${phrase(depth, outputs.max_indentation_depth)}.` });
     this.force.show({ ...picture(sets, "time", [{ name: "force" }], outputs), summary: `The largest force is ${phrase(force, outputs.max_force)}.` });
     this.depth.show({ ...picture(sets, "time", [{ name: "indentation_depth" }], outputs), summary: `The depth at separation is ${phrase(rest, outputs.max_indentation_depth)}.` });
+    this.radius.root.hidden = !answer.curves.history.contact_radius.some((one) => one !== null);
     this.radius.show(picture(sets, "time", [{ name: "contact_radius" }], outputs));
     const words = [answer.status?.message, ...(answer.warnings ?? [])].filter(Boolean);
     this.note.replaceChildren(...words.map((one) => element("li", {}, sentence(one))));

@@ -46,7 +46,8 @@ export class PaperTab {
       panel.heading.textContent = `Figure ${3 + n}: restitution coefficient ${words}`;
       const there = known ? paper.restitution(own, p2, p3) : NaN;
       panel.show({ ...planePicture(paper, own, point, levels),
-        note: Number.isFinite(there) ? `At the present p₂ and p₃: e = ${digits(there)}. Press a place to go there.` : "Press a place to go there.",
+        note: `${Number.isFinite(there) ? `At the present p₂ and p₃: e = ${digits(there)}, and the instantaneous Poisson ratio is `
+          + `${digits(instantaneousPoissonRatio(own, p2), 3)}. ` : ""}Press a place to go there.`,
         summary: Number.isFinite(there) ? `At the present p₂ and p₃ e is ${digits(there)}.` : "" });
     });
     this.lines.forEach((panel, n) => this.curves(panel, ["5", "6"][n], known, nu, p3));
@@ -63,7 +64,7 @@ export class PaperTab {
       return curve(ratio, { colour: "pinned", width: glass < 0 ? 1 : 2, dash: glass < 0 ? "dashed" : "solid",
         letter: String(ratio).replace("-", "−"), at: (0.8 * n) / ratios.length - 0.35 });
     });
-    if (known) curves.push(curve(nu, { width: 2.6, label: `ν = ${digits(nu, 4)}, the present setting` }));
+    if (known) curves.push(curve(nu, { width: 2.6, label: `the present ν = ${digits(nu, 4)} (instantaneous ${digits(instantaneousPoissonRatio(nu, p2), 3)})` }));
     const e = known ? paper.restitution(nu, p2, p3) : NaN;
     panel.show({ curves, marks: Number.isFinite(e) ? [{ x: p3, y: e, colour: "accent" }] : [],
       x: { label: "p₃, dimensionless viscosity", log: true }, y: { label: "restitution coefficient e", short: "e" },

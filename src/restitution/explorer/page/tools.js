@@ -60,7 +60,8 @@ export function bindTools(app) {
     app.downloaded = (answer) => (answer.ok ? act(answer) : app.files.say(answer.error, true));
     app.backend.ask("download", { what, state: state.case() });
   };
-  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copied($("copy-python"), text)));
+  const further = () => (app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}))\n` : "");
+  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copied($("copy-python"), text + further())));
   $("download-case").addEventListener("click", () => {
     fetched(app.tab === "indentation" ? "indentation" : "case", ({ name, type, text }) => download(name, type, text));
   });
@@ -72,6 +73,8 @@ export function bindTools(app) {
     if ($("redo").disabled === state.canRedo) $("redo").disabled = !state.canRedo;
     const units = state.get("page.units") ?? "SI";
     if ($("units").value !== units) $("units").value = units;
+    // The program is that of an impact.
+    $("copy-python").hidden = app.tab === "indentation";
   };
   state.onChange(update);
   update();
