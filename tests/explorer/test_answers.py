@@ -331,7 +331,7 @@ def test_a_pyramid_keeps_its_faces(sides, tmp_path):
     state = of_impact(impact)
     assert answers.impact(state)["numbers"]["max_force"] == pytest.approx(expected, rel=1e-12)
     case = rs.read_case(case_file(state, tmp_path))
-    assert of_case(case)["profile.sides"] == str(sides)
+    assert of_case(case)["profile.sides"] == sides
     names: dict[str, Any] = {}
     exec(download({"what": "python", "state": state})["text"], names)
     for solved in (case.solve(), names["result"]):

@@ -43,6 +43,11 @@ class QuietHandler(SimpleHTTPRequestHandler):
         pass
 
 
+class FileServer(ThreadingHTTPServer):
+    # The page asks for all its files at once.
+    request_queue_size = 100
+
+
 @contextmanager
 def serving(state=None, title=None, port=0, token=None):
     from restitution.explorer import launch
@@ -707,7 +712,7 @@ def test_the_static_page_needs_no_server_of_ours(opened, tmp_path):
 
     write_static(tmp_path)
     handler = partial(QuietHandler, directory=str(tmp_path))
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+    with FileServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         page = opened(
             {"page.tab": "impact", "entry": "groups", "groups.nu": 0.45, "groups.p2": 0.02, "groups.p3": 0.7},
@@ -728,7 +733,7 @@ def test_the_static_page_needs_no_server_of_ours(opened, tmp_path):
 def test_a_frame_in_a_notebook_shows_the_impact(browser, tmp_path):
     handler = partial(QuietHandler, directory=str(tmp_path))
     impact = ball(velocity=0.7)
-    with rs.explore(impact) as explorer, ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+    with rs.explore(impact) as explorer, FileServer(("127.0.0.1", 0), handler) as server:
         (tmp_path / "index.html").write_text(f"<!doctype html><title>notebook</title>{explorer._repr_html_()}")
         threading.Thread(target=server.serve_forever, daemon=True).start()
         page = browser.new_context(reduced_motion="reduce").new_page()

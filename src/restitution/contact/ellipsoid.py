@@ -16,7 +16,6 @@ from restitution.errors import InputError, InputTypeError
 from restitution.quantities import LENGTH, Quantity
 
 _RADIUS_1 = Quantity("radius", LENGTH, "principal radius of curvature of the gap", "$R_1$", 0.0, open=True)
-_RADIUS_2 = _RADIUS_1._replace(symbol="$R_2$")
 # Largest ratio of the radii, for which the semi-axes differ by a factor of 3000; beyond lies the line contact.
 _MOST_RATIO = 1e6
 # Newton's method from a start within 0.4 of ln k reaches rounding in three steps at every ratio.
@@ -67,7 +66,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     obstacle = "the contact is an ellipse"
 
     radius_1: Annotated[Numeric, _RADIUS_1]
-    radius_2: Annotated[Numeric, _RADIUS_2]
+    radius_2: Annotated[Numeric, _RADIUS_1._replace(symbol="$R_2$")]
     axis_ratio: Numeric = field(init=False, repr=False, compare=False)
     effective_radius: Numeric = field(init=False, repr=False, compare=False)
 

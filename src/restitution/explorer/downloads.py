@@ -14,7 +14,6 @@ from restitution.explorer.state import case_content, indentation_content
 from restitution.material import fractional
 from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
 
 def download(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -49,7 +48,7 @@ def python(state: Mapping[str, Any]) -> str:
     content = case_content(state)
     problem = case.impact
     kind = Geometry.registered[content["profile"]["type"]]
-    names = {**constants_of(kind), **content["profile"]}.keys() - {"type"}
+    names = {*constants_of(kind), *content["profile"]} - {"type"}
     given = {name: getattr(problem.profile, name) for name in sorted(names)}
     arguments = {"mass": problem.mass, "velocity": problem.velocity}
     if problem.external_force:
@@ -67,7 +66,8 @@ def _material(section: Mapping[str, Any], case: Any) -> str:
         return f"{found}.at({section['temperature']!r})" if "temperature" in section else found
     material = case.impact.material
     density = "" if material.density is None else f", density={material.density!r}"
-    bulk = material.bulk if isinstance(material.bulk, float) or not material.bulk.is_elastic else _constant(material)
+    bulk: Any = material.bulk
+    bulk = bulk if isinstance(bulk, float) or not bulk.is_elastic else bulk.equilibrium_modulus
     if case.sections.needs_window:
         names = constants_of(getattr(fractional, section["model"])).keys() & section.keys()
         model = f"rs.{section['model']}({_keywords({name: section[name] for name in section if name in names})})"
@@ -75,11 +75,6 @@ def _material(section: Mapping[str, Any], case: Any) -> str:
     if "model" in section:
         return f"rs.{section['model']}({_keywords({k: v for k, v in section.items() if k != 'model'})})"
     return f"rs.Material({_python_value(material.shear)}, {_python_value(bulk)}{density})"
-
-
-def _constant(material: Material) -> float:
-    assert isinstance(material.bulk, PronySeries)
-    return material.bulk.equilibrium_modulus
 
 
 def _keywords(values: Mapping[str, Any]) -> str:

@@ -94,5 +94,4 @@ def _material(path: Path, text: str, content: Mapping[str, Any]) -> tuple[State,
 
 def _words(made: FileSection, material: Material) -> str:
     terms = f"{material.shear.n_branches} terms in shear"
-    # A note of the material has the misfit.
     return terms if made.fit is None else f"data fitted by {terms}"

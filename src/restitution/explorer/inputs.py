@@ -97,9 +97,9 @@ class Input:
     def check(self, value: Any) -> Any:
         """Return a value of a state; refuse one of another type or out of range."""
         if self.options:
-            if value not in [one.value for one in self.options] or not isinstance(value, str):
+            if str(value) not in [one.value for one in self.options]:
                 raise InputError(self.key, value, f"must be one of {', '.join(one.value for one in self.options)}")
-            return value
+            return str(value)
         if self.slider is not None:
             return self._number(value)
         if not isinstance(value, list) or len(value) > MOST_TERMS:

@@ -27,8 +27,8 @@ def body(result: ImpactResult) -> dict[str, Any] | None:
         profile, semi_axis = Parabola(max(own.radius_1, own.radius_2)), float(own.semi_axes(1.0)[0])
         most *= semi_axis
     elif isinstance(own, Pyramid):
-        # Across two faces: through their middles, or, of three faces, at 30 deg to them.
-        slope = own.slope * (math.cos(math.pi / 6.0) if own.sides == 3 else 1.0)
+        # Across two faces: at a right angle to both, or, of three faces, at 60 deg.
+        slope = own.slope * (math.sin(math.pi / 3.0) if own.sides == 3 else 1.0)
         profile, semi_axis, most = Cone(math.atan(1.0 / slope)), None, float(result.max_indentation_depth) / slope
     if not isinstance(profile, Profile):
         return None

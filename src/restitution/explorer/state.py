@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from restitution.case.impact import Case
 from restitution.case.section import CaseError
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.geometry import Geometry
+from restitution.contact.pyramid import Pyramid
 from restitution.errors import InputError
 from restitution.explorer.inputs import inputs
 from restitution.impact.problem import Impact
@@ -145,8 +146,6 @@ def of_case(case: Case) -> State:
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     values |= flat({"profile": written["profile"], "body": written["body"]})
-    if _SIDES in values:
-        values[_SIDES] = str(values[_SIDES])
     values["mass_from"] = "density" if "body.density" in values else "mass"
     values["impact.external_force"] = float(case.impact.external_force)
     material = flat({"material": written["material"]})
@@ -178,8 +177,8 @@ def of_impact(impact: Impact) -> State:
     for name in constants_of(kind):
         key = "body.radius" if name == "radius" and kind.body_radius else f"profile.{name}"
         values[key] = float(getattr(impact.profile, name))
-    if hasattr(impact.profile, "sides"):
-        values[_SIDES] = str(cast("Any", impact.profile).sides)
+    if isinstance(impact.profile, Pyramid):
+        values[_SIDES] = impact.profile.sides
     for name in ("velocity", "external_force"):
         values[f"impact.{name}"] = float(getattr(impact, name))
     return values | {"body.mass": float(impact.mass)} | of_material(impact.material)

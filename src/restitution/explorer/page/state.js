@@ -54,6 +54,7 @@ export class State {
     const settled = { ...values };
     for (const input of this.inputs) {
       if (input.type !== "choice") continue;
+      settled[input.key] = String(settled[input.key]);
       const free = this.options(input, settled);
       if (free.length && !free.some((option) => option.value === settled[input.key])) settled[input.key] = free[0].value;
     }
