@@ -29,7 +29,7 @@ def main() -> None:
         page = browser.new_context(reduced_motion="reduce", color_scheme="light", viewport=window).new_page()
         page.goto(f"{running.address}#{urlencode(STATE)}")
         page.wait_for_selector("#compare tbody tr:nth-child(2)", state="attached")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(3000)
         taken = page.screenshot()
         browser.close()
     running.stop()
