@@ -36,6 +36,8 @@ WORDS = {
     "liquid": "whether the fitted equilibrium modulus is zero",
     "type": "type of the profile; the default is a parabola, or a table if there is one",
     "base": "whether the layer sticks to its rigid base or slides on it; the default is bonded",
+    "strict": "whether materials are refused on a bonded layer where they make the theory approximate: "
+    "those whose Poisson ratio relaxes; the default is false",
     "material": "section as `[material]`; the default is `[counter_material]`, or else the material of the body",
     "method": "method of solution",
     "depth": "largest indentation depth, with `shape`; or a list over `time`",

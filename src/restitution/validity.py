@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import Contact
+from restitution.contact.layer.separable import in_words, is_exact
 from restitution.contact.radiation import radiated
-from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import VALIDITY
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ COLUMNS = (
 
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
-    "window": "window", "poisson_ratio": "Poisson ratio", "density": "density",
+    "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "layer": "layer",
 }  # fmt: skip
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
@@ -54,7 +54,7 @@ class Check:
     Attributes
     ----------
     kind : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio` or `density`.
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or `layer` on a bonded layer.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
@@ -169,6 +169,7 @@ class Numbers(NamedTuple):
     poisson_ratio: Array
     density_missing: Array
     slope: Array
+    approximate: Array = np.zeros(1)  # which stores of version 0.1 do not have
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
@@ -239,6 +240,7 @@ def numbers(
             poisson_ratio=static,
             density_missing=missing,
             slope=slope,
+            approximate=np.broadcast_to([not is_exact(one) for one in contacts], time.shape).astype(np.float64),
         )
 
 
@@ -260,20 +262,6 @@ def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Any]:
     return [*(one if len(one) > 1 else one[0] for one in shapes), half_space, np.fmin(size, layers)]
 
 
-def of_standard_solid(static_poisson_ratio: Array, p2: Array) -> Numbers:
-    """Return the numbers of standard solids without dimensions: both Poisson ratios."""
-    unknown = np.full(p2.shape, math.nan)
-    bulk = bulk_factor(static_poisson_ratio)
-    instantaneous = np.vectorize(poisson_ratio, otypes=[float])(1.0 + 1.0 / p2, bulk)
-    known = {"poisson_ratio": static_poisson_ratio, "instantaneous_poisson_ratio": instantaneous}
-    return Numbers(**dict.fromkeys(Numbers._fields, unknown) | known)
-
-
-def columns(numbers: Numbers) -> dict[str, Array]:
-    """Return the numbers of each impact as the quantities that a sweep stores."""
-    return {name: getattr(numbers, name) for name in VALIDITY}
-
-
 def together(parts: Iterable[Numbers]) -> Numbers:
     """Return the numbers of several contacts as those of one list."""
     return Numbers(*(np.concatenate(one) for one in zip(*parts, strict=True)))
@@ -283,6 +271,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
     """Return a number for each assumption and contact: above 1 where it is doubtful, NaN where it is not known."""
     low, high = DENSITY_LIMITS
     share = numbers.radiated_energy_ratio / RADIATION_LIMIT
+    change = numbers.instantaneous_poisson_ratio - numbers.poisson_ratio
     with np.errstate(divide="ignore"):  # a product that underflows is a density of zero
         density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
     return {
@@ -294,6 +283,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
         # A negative static one is a choice.
         "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
         "density": density,
+        "layer": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
     }
 
 
@@ -303,6 +293,8 @@ def report(numbers: Numbers) -> Validity:
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
         known = ~np.isnan(values)
+        if kind == "layer" and not known.any():
+            continue
         worst = int(np.argmax(np.where(known, values, -np.inf)))
         one: Any = Numbers(*(column[worst] for column in numbers))
         exceeded = bool(values[worst] > 1.0)
@@ -316,6 +308,8 @@ def report(numbers: Numbers) -> Validity:
             name, limit = "mach_number", SPEED_LIMIT
         elif kind == "density":
             limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * float(one.density_factor))
+        elif kind == "layer":
+            limit = float(one.poisson_ratio)
         text, advice = describe(one, exceeded)
         message = f"{_TITLES[kind]}: {text}"
         checks.append(Check(kind, VALIDITY[name].words, float(getattr(one, name)), limit, exceeded, message, advice))
@@ -378,6 +372,10 @@ def _density(one: Any, exceeded: bool) -> tuple[str, str]:
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 
+def _layer(one: Any, exceeded: bool) -> tuple[str, str]:
+    return in_words(one.instantaneous_poisson_ratio, one.poisson_ratio)
+
+
 # The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
 _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
     "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
@@ -386,6 +384,7 @@ _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, st
     "window": ("window_ratio", 1.0, "no material states its window", _window),
     "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
     "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
+    "layer": ("instantaneous_poisson_ratio", math.nan, "", _layer),
 }
 
 

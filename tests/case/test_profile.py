@@ -73,6 +73,21 @@ def test_a_layer_is_bonded_by_default() -> None:
     assert (found.profile, found.thickness, found.base) == (Cone(1.3), 2e-3, "bonded")
 
 
+@pytest.mark.parametrize(("text", "strict"), [("", False), ("strict = false", False), ("strict = true", True)])
+def test_a_layer_may_be_strict(text: str, strict: bool) -> None:
+    found = profile(f'thickness = "2 mm"\n{text}')
+    assert isinstance(found, Layer)
+    assert found.strict is strict
+
+
+def test_a_strict_layer_of_a_case_refuses_the_approximation() -> None:
+    relaxing = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "3 MPa"\nviscosity = "1 kPa s"'
+    text = CASE.replace('shear = "1 MPa"', relaxing) + 'thickness = "2 mm"\nstrict = true\n'
+    Path("a.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(CaseError, match=r"a\.toml: material: must have a Poisson ratio that does not change"):
+        read_case("a.toml")
+
+
 def test_two_bodies_have_no_layer() -> None:
     text = CASE + 'thickness = "2 mm"\n[counter_body]\nmass = "1 g"\nradius = "1 mm"\n'
     Path("a.toml").write_text(text, encoding="utf-8")
@@ -196,6 +211,8 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
         ('thickness = "-1 mm"', '.thickness = "-1 mm": must be finite and > 0'),
         ('thickness = "1 mm"\nbase = "glued"', '.base = "glued": must be "bonded" or "frictionless"'),
         ('base = "bonded"', '.base = "bonded": belongs to a layer; give its thickness'),
+        ("strict = true", ".strict = true: belongs to a layer; give its thickness"),
+        ('thickness = 1\nstrict = "yes"', '.strict = "yes": must be true or false'),
         (
             'type = "pyramid"\nface_angle = 1\nthickness = 1',
             ".thickness = 1: unknown key; known are sides, face_angle",

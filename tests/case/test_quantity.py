@@ -149,6 +149,7 @@ def test_json_schema_has_every_form_of_profile_and_material() -> None:
         [keys(one) for one in schema["properties"][name]["anyOf"]] for name in ("profile", "material")
     )
     assert {"type", "half_angle"} <= next(one for one in profiles if "half_angle" in one)
+    assert all({"base", "strict"} <= one for one in profiles if "thickness" in one)
     assert [one for one in profiles if "file" in one and {"r", "f"} <= one]
     assert [one for one in materials if {"model", "equilibrium_modulus", "viscosity", "density"} <= one]
     assert [one for one in materials if "library" in one]

@@ -402,7 +402,6 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
         ("profile", lambda: rs.Layer(pad, 1.0)),  # pyright: ignore[reportArgumentType]
         ("profile", lambda: pad.stiffness_radius(0.1)),
         ("counter_material", lambda: rs.Impact(rubber, pad, 1.0, 1.0, counter_material=rubber)),
-        ("material", lambda: rs.indent(ELASTIC_BULK, pad, depth=rs.triangle(0.1, 1.0))),
         ("profile", lambda: rs.solve(impact, "elements")),
         ("profile", lambda: result.pressure(0.0, 0.1)),
         ("profile", lambda: rs.solve(rs.Impact(rubber, rs.Layer(rs.Parabola(1.0), 1e-3), mass=1e9, velocity=1.0))),

@@ -14,6 +14,7 @@ from pydantic import (
     Field,
     InstanceOf,
     SerializeAsAny,
+    StrictBool,
     ValidationInfo,
     create_model,
     field_validator,
@@ -41,6 +42,7 @@ _THICKNESS: Any = Annotated[float, Reader(THICKNESS)]
 LAYER: dict[str, Any] = {
     "thickness": (_THICKNESS | None, None),
     "base": (Literal["bonded", "frictionless"] | None, None),
+    "strict": (StrictBool | None, None),
 }
 """Fields of a profile whose target is a layer."""
 
@@ -72,12 +74,11 @@ class ProfileSection(Section):
 
     def build(self, body_radius: float | None) -> Geometry:
         """Geometry in SI."""
-        body = self.body(body_radius)
+        body, options = self.body(body_radius), self.model_dump(include=set(LAYER), exclude_none=True)
         if self.on_layer:
-            options = {} if self.number("base") is None else {"base": self.number("base")}
-            return Layer(body, thickness=self.number("thickness"), **options)
-        if self.number("base") is not None:
-            refuse("belongs to a layer; give its thickness", "base", self.number("base"))
+            return Layer(body, **options)
+        for key, value in options.items():
+            refuse("belongs to a layer; give its thickness", key, value)
         return body
 
     def body(self, body_radius: float | None) -> Any:

@@ -78,6 +78,8 @@ def main() -> None:
         # A terminal or file that has no µ is no reason to fail; standard error does the same by default.
         sys.stdout.reconfigure(errors="backslashreplace")
     warnings.showwarning = lambda message, *_, **__: report("warning", str(message))
+    # The report of a result has this warning too.
+    warnings.filterwarnings("ignore", "layer: ")
     try:
         app()
     except SystemExit as end:

@@ -8,7 +8,7 @@ from typing import Any
 
 from restitution.checks import single_positive
 from restitution.contact.geometry import Geometry
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import InputTypeError
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
@@ -64,11 +64,7 @@ class Contact:
 
     @cached_property
     def reduced_modulus(self) -> PronySeries:
-        """Reduced relaxation modulus E*(t) [Pa]."""
-        if not self.profile.separable:
-            wanted = "has no reduced modulus that holds for all sizes of this contact: only an impact takes it; "
-            wanted += "elsewhere the Poisson ratio must not change in time, or stay above 0.498, on a bonded layer"
-            raise InputError("material", wanted=wanted)
+        """Reduced relaxation modulus E*(t) [Pa]; the profile has effective ones where it is not separable."""
         return reduced_modulus(self.material, self.counter_material)
 
     @property

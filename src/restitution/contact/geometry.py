@@ -167,9 +167,9 @@ class Geometry(ABC):
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return True
 
-    def effective_modulus(self, material: Material, contact_radius: float) -> PronySeries:
-        """Reduced modulus [Pa] of contacts up to a radius [m]: an approximation where it is not `separable`."""
-        return reduced_modulus(material)
+    def effective_moduli(self, material: Material, contact_radius: Array) -> list[PronySeries]:
+        """Reduced moduli [Pa] of contacts up to radii [m], one for each, of a geometry that is not `separable`."""
+        return [reduced_modulus(material)] * contact_radius.size
 
     @property
     def target_thickness(self) -> Numeric:

@@ -66,15 +66,15 @@ class Batch:
     radius_units: Any = 1.0
 
     @classmethod
-    def from_impact(cls, impact: Impact, reduced_modulus: PronySeries | None = None) -> Batch:
-        """Return the rows of an impact in the order of its raveled shape, perhaps with another reduced modulus.
+    def from_impact(cls, impact: Impact, reduced_moduli: list[PronySeries] | None = None) -> Batch:
+        """Return the rows of an impact in the order of its raveled shape, perhaps with other reduced moduli.
 
         Raises
         ------
         InputError
             If the profile has an array of exponents, or is an array of profiles without a power law.
         """
-        series, profile, size = reduced_modulus or impact.reduced_modulus, impact.profile, math.prod(impact.shape)
+        moduli, profile, size = reduced_moduli or impact.reduced_moduli, impact.profile, math.prod(impact.shape)
         exponent = profile.path_exponent
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
@@ -89,7 +89,7 @@ class Batch:
             "depth_units": flat(depth, impact.shape), "radius_units": flat(radius, impact.shape)
         }  # fmt: skip
         return cls(
-            *PronyColumns.stacked([series]).repeated(size),
+            *PronyColumns.stacked(moduli).repeated(size),
             *(flat(getattr(impact, name), impact.shape) for name in BODY[:3]),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,

@@ -15,7 +15,7 @@ from restitution.checks import nonnegative, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
-from restitution.impact.solve import solve
+from restitution.impact.solve import solve_exact
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.pictures import draw
@@ -228,7 +228,7 @@ def bounces(
     touches: list[tuple[float, float]] = []
     time, shortest = velocity / g, math.inf
     while True:
-        result = solve(replace(first, velocity=velocity), rtol=rtol)
+        result = solve_exact(replace(first, velocity=velocity), rtol)
         results.append(result)
         away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
         depth += float(impact.mass) * (velocity + away) / float(impact.impedance)

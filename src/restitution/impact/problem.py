@@ -20,7 +20,7 @@ from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.material.viscoelastic import Material
 
 # Tolerance of the contact radius on which an effective modulus depends.
 _ESTIMATE_RTOL = 1e-9
@@ -128,21 +128,23 @@ class Impact:
             raise InputError(", ".join(shapes), wanted=wanted) from None
 
     @cached_property
-    def reduced_modulus(self) -> PronySeries:
-        """Reduced relaxation modulus E*(t) [Pa] of the contact; on a bonded layer it may be an effective one."""
+    def reduced_moduli(self) -> list[PronySeries]:
+        """Reduced relaxation modulus E*(t) [Pa] of all impacts; or an effective one of each on a bonded layer."""
+        own = [self.contact.reduced_modulus]
         if self.profile.separable:
-            return self.contact.reduced_modulus
+            return own
         from restitution.impact.batch import Batch
 
-        if self.shape:
-            wanted = "must be of single impacts, in a list, on a bonded layer whose Poisson ratio relaxes"
-            raise InputError("impact", wanted=wanted)
-        # The size of the contact is that with the modulus of the material.
-        first = Batch.from_impact(self, reduced_modulus(self.material)).solve(_ESTIMATE_RTOL)
-        radius = float(first["max_contact_radius"][0])
-        if not 0.0 < radius < math.inf:
-            raise InputError("impact", wanted="has no largest contact, which a layer of this material needs")
-        return self.profile.effective_modulus(self.material, radius)
+        # The size of a contact is that with the modulus of the material.
+        first = Batch.from_impact(self, own).solve(_ESTIMATE_RTOL)
+        return self.profile.effective_moduli(self.material, first["max_contact_radius"].reshape(self.shape))
+
+    @property
+    def reduced_modulus(self) -> PronySeries:
+        """Reduced relaxation modulus E*(t) [Pa] of the contact; on a bonded layer it may be an effective one."""
+        if len(self.reduced_moduli) > 1:
+            raise InputError("impact", wanted="must be a single one: those of this array have moduli of their own")
+        return self.reduced_moduli[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -190,14 +190,18 @@ def power_block(
             length = root / modulus**power
         radius = coefficients * length ** (0.5 * p)
         time, factor = _units(length, radius, masses, velocities)
-        branches = moduli != 0.0
         return ScaledBlock(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
-            np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
-            (moduli * factor[:, None])[branches], (times / time[:, None])[branches], p,
+            *_modes(moduli * factor[:, None], times / time[:, None]), p,
             (), np.zeros(length.size, np.intp), length, time, radius,
         )  # fmt: skip
+
+
+def _modes(moduli: Array, times: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the offsets of the rows, and the moduli and times of all branches without those of modulus 0."""
+    branches = moduli != 0.0
+    return np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), moduli[branches], times[branches]
 
 
 def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tuple[Array, Array]:
@@ -255,7 +259,6 @@ def table_block(
         length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
         least = min(rounded_down(float(depths.min()), 4.0), length)
         made = [_of_profile(_path_table, profile, length, least, error)]
-    size, n_modes = moduli.shape
     tables, lengths, radii = zip(*made, strict=True)
     lengths, radii = np.array(lengths)[which], np.array(radii)[which]
     time, factor = _units(lengths, radii, masses, velocities)
@@ -263,8 +266,7 @@ def table_block(
         return ScaledBlock(
             np.sqrt(depths / lengths), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
-            np.arange(size + 1, dtype=np.int64) * n_modes,
-            (moduli * factor[:, None]).ravel(), (times / time[:, None]).ravel(), -1.0, tables, which,
+            *_modes(moduli * factor[:, None], times / time[:, None]), -1.0, tables, which,
             lengths * depth_unit, time, radii * radius_unit,
         )  # fmt: skip
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import one_of, whole
+from restitution.contact.layer.separable import warn_if_approximate
 from restitution.contact.profile import Profile
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
@@ -76,7 +77,7 @@ def solve(
     -----
     RestitutionWarning
         For several impacts: how many failed, and how many exceed the limit of each assumption of the theory. For a
-        single impact, see `ImpactResult.validity`.
+        single impact, see `ImpactResult.validity`; only the approximation on a bonded layer has a warning.
 
     Examples
     --------
@@ -90,13 +91,15 @@ def solve(
     if method != "elements" and not (n_elements is None and time_step is None):
         raise InputError("n_elements, time_step", wanted=f"belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
+        if not impact.shape:
+            warn_if_approximate(impact.contact)
         if method == "exact":
-            return _solve_exact(impact, rtol, errors, workers, progress)
+            return solve_exact(impact, rtol, errors, workers, progress)
         return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
     impacts = _as_list(impact)
     if method != "exact":
         raise InputError("method", method, "must be 'exact' for a list; other methods take one impact at a time")
-    return _solve_exact(impacts, rtol, errors, workers, progress)
+    return solve_exact(impacts, rtol, errors, workers, progress)
 
 
 def _as_list(impact: Any) -> list[Impact]:
@@ -211,9 +214,12 @@ def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
     warn({"failed": message} if message else {}, stacklevel)
 
 
-def _solve_exact(
-    impact: Impact | list[Impact], rtol: float, errors: Errors | None, workers: int | None, progress: Progress | None
-) -> ImpactResult:
+def solve_exact(
+    impact: Impact | list[Impact], rtol: float, errors: Errors | None = None, workers: int | None = None,
+    progress: Progress | None = None,
+) -> ImpactResult:  # fmt: skip
+    """Solve impacts by the exact method; see `solve`."""
+    SOLVER_RTOL.check(rtol)
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
     solution = None
     if shape or isinstance(impact, list):
@@ -258,11 +264,8 @@ def _solve_by_sampling(
 
         found = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
         fields, trajectory = _in_si(found, (1.0, 1.0, 1.0, 1.0, 1.0))
-        samples, finer, notes = (
-            Sampled(trajectory, found.dissipated, found.stored, found.radiated),
-            "more elements",
-            [],
-        )
+        samples = Sampled(trajectory, found.dissipated, found.stored, found.radiated)
+        finer, notes = "more elements", list[str]()
     else:
         if np.isfinite(impact.impedance):
             raise InputError("method", method, "must be 'exact' or 'elements' for a target with an impedance")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import finite, positive, within
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
+from restitution.contact.layer.separable import warn_if_approximate
 from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
@@ -112,7 +113,11 @@ def indent(
     rtol = float(within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
-    solution = Solution(contact, prescribed, name, rtol)
+    solution = Solution(contact, contact.reduced_modulus, prescribed, name, rtol)
+    if not profile.separable:
+        warn_if_approximate(contact)
+        (series,) = profile.effective_moduli(material, np.array(solution.max_contact_radius))
+        solution = Solution(contact, series, prescribed, name, rtol)
     times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
@@ -170,14 +175,14 @@ class Units(NamedTuple):
 class Solution:
     """Exact solution under a prescribed history of the `name` "depth" or "force", in SI."""
 
-    def __init__(self, contact: Contact, history: History, name: str, rtol: float) -> None:
+    def __init__(self, contact: Contact, series: PronySeries, history: History, name: str, rtol: float) -> None:
         self.history, self._profile = history, contact.profile
         self.by_depth = name == "depth"
         tolerance = ELEMENT_SHARE * rtol
         part = contact_part(history, name)
         if self.by_depth:
-            _check_depth(part, contact.profile, contact.reduced_modulus.parallel_viscosity)
-        self._contact, self.units = _scaled_contact(contact, part, name)
+            _check_depth(part, contact.profile, series.parallel_viscosity)
+        self._contact, self.units = _scaled(series, contact.profile, part, name)
         work = scratch(self._contact.moduli.size)
         past = grown_contact(self._contact, work, tolerance, contact.profile)
         rounding, moment = depth_rounding(past)
@@ -188,7 +193,7 @@ class Solution:
         try:
             past, places, times = shrink_contact(self._contact, past, work, rtol)
             if self.by_depth and past.end < 1.0:
-                creep = _scaled_retardation(contact.reduced_modulus, self.units)
+                creep = _scaled_retardation(series, self.units)
                 check_recontact(self._contact, past, work, places, times, rtol, creep)
         except Reloading as error:
             raise Reloading("time", float(self._time(error.value)), error.wanted, "s") from None
@@ -319,9 +324,8 @@ def _largest_depth(series: PronySeries, profile: Geometry, force: float, duratio
     return min(math.exp(high), most)
 
 
-def _scaled_contact(bodies: Contact, history: History, name: str) -> tuple[ScaledContact, Units]:
+def _scaled(series: PronySeries, profile: Geometry, history: History, name: str) -> tuple[ScaledContact, Units]:
     """Dimensionless contact, and its units; the history is prescribed from first touch on."""
-    series, profile = bodies.reduced_modulus, bodies.profile
     by_depth = name == "depth"
     touch, duration = history.start, history.stop - history.start
     peak = float(history.coefficients.sum(axis=1).max())

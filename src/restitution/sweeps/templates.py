@@ -17,6 +17,7 @@ from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.classical import standard_solid
+from restitution.material.conversion import bulk_factor, poisson_ratio
 from restitution.quantities import BODY
 from restitution.sweeps.materials import (
     MATERIAL_NAMES,
@@ -28,7 +29,7 @@ from restitution.sweeps.materials import (
     is_standard_solid,
     material_rows,
 )
-from restitution.validity import Numbers, numbers, of_standard_solid
+from restitution.validity import Numbers, numbers
 
 Places = NDArray[np.intp]
 Tick = Callable[[int], None]
@@ -184,7 +185,11 @@ class Assembly:
         """
         if self._template.dimensionless:
             known = ~np.isnan(found["contact_time"])
-            yield np.flatnonzero(known), of_standard_solid(columns["poisson_ratio"][known], columns["p2"][known]), True
+            yield (
+                np.flatnonzero(known),
+                _of_solids(columns["poisson_ratio"][known], columns["p2"][known]),
+                True,
+            )
             return
         for places, prepared, own in self._groups(columns, n, tick, most=most):
             for inner, impact, is_own in _impacts(prepared, own, places.size, tick, most=most):
@@ -280,9 +285,11 @@ def _impacts(
         yield places, changed, is_own
 
 
-def _is_power_law(impact: Impact) -> bool:
-    """Whether the geometry is a profile whose contact radius is a power of the depth, whatever the materials are."""
-    return isinstance(impact.profile, Profile) and impact.profile.path_exponent is not None
+def _of_solids(static_poisson_ratio: NDArray[Any], p2: NDArray[Any]) -> Numbers:
+    """Numbers of standard solids without dimensions: both Poisson ratios."""
+    instantaneous = np.vectorize(poisson_ratio, otypes=[float])(1.0 + 1.0 / p2, bulk_factor(static_poisson_ratio))
+    known = {"poisson_ratio": static_poisson_ratio, "instantaneous_poisson_ratio": instantaneous}
+    return Numbers(**dict.fromkeys(Numbers._fields, np.full(p2.shape, np.nan)) | known)
 
 
 def _array_names(impact: Impact) -> tuple[str, ...]:
@@ -299,7 +306,7 @@ def _batches(
     """Yield batches of the impacts that differ from one by columns."""
     impact, names = prepared.impact, profile_names(prepared.impact)
     exponent = impact.profile.path_exponent
-    if not _is_power_law(impact) or "exponent" in columns:
+    if exponent is None or not isinstance(impact.profile, Profile) or "exponent" in columns:
         for places, changed, _ in _impacts(prepared, columns, n, tick, strict=strict):
             yield places, Batch.from_impact(changed)
         return
