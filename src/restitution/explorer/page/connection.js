@@ -1,4 +1,4 @@
-// The WebSocket. One request of a kind is on its way at a time; the newest input waits and replaces older ones.
+// The WebSocket. The server answers the newest request of a kind when its turn comes, and drops older ones that wait.
 const PAUSES = [250, 500, 1000, 2000, 4000];
 
 // An array of numbers comes as doubles in base64, little-endian; what is infinite or unknown becomes null.
@@ -41,7 +41,7 @@ export class Connection {
 
   // What was on its way is asked again, unless something newer waits.
   closed(event) {
-    for (const message of this.sent.values()) {
+    for (const message of [...this.sent.values()].reverse()) {
       if (!this.queue(message.kind).has(message.channel)) this.queue(message.kind).set(message.channel, message);
     }
     this.sent.clear();
@@ -62,23 +62,26 @@ export class Connection {
     this.next(kind);
   }
 
+  // A newer input follows an older one at once. A pinned setting must not be dropped for it, nor drop it.
   next(kind) {
     const queue = this.queue(kind);
-    if (this.sent.has(kind) || !queue.size || this.socket.readyState !== WebSocket.OPEN) return;
     const channel = queue.has("main") ? "main" : queue.keys().next().value;
+    const onTheWay = [...this.sent.values()].filter((message) => message.kind === kind);
+    const free = onTheWay.every((message) => channel === "main" && message.channel === "main");
+    if (!queue.size || !free || this.socket.readyState !== WebSocket.OPEN) return;
     const message = queue.get(channel);
     queue.delete(channel);
-    this.sent.set(kind, message);
+    this.sent.set(message.id, message);
     const { channel: own, ...request } = message;
     this.socket.send(JSON.stringify(request));
   }
 
   answered(answer) {
-    const asked = [...this.sent.values()].find((message) => message.id === answer.id);
-    if (asked) {
-      this.sent.delete(asked.kind);
-      this.next(asked.kind);
+    const asked = this.sent.get(answer.id);
+    for (const message of asked ? [...this.sent.values()] : []) {
+      if (message.kind === asked.kind && message.id <= asked.id) this.sent.delete(message.id);
     }
+    if (asked) this.next(asked.kind);
     this.receive(answer, asked);
   }
 }
