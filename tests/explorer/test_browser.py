@@ -150,6 +150,29 @@ def test_numbers_of_a_link_are_those_of_the_solver(opened):
         assert check.message[20:] in page.locator(f"[data-check={check.kind}]").inner_text()
 
 
+PYRAMID = """
+title = "Three faces"
+body = {mass = 0.005}
+impact = {velocity = 1.0}
+profile = {type = "pyramid", face_angle = 1.3, sides = 3}
+material = {model = "standard_solid", equilibrium_modulus = 1e6, branch_modulus = 1e7, viscosity = 1e3, bulk_modulus = 1e9}
+"""
+
+
+@pytest.mark.parametrize("text", [(EXAMPLES / "rubber_ball.toml").read_text(), PYRAMID])
+def test_a_case_of_the_command_line_is_the_start(opened, tmp_path, text):
+    from restitution.explorer.state import of_case
+
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    case = rs.read_case(path)
+    with serving(of_case(case), case.title) as running:
+        page = opened(start=f"{running.address}#")
+        wait_for(page, "restitution_coefficient", case.solve().restitution_coefficient, 1e-9)
+        assert page.locator("#case-title").inner_text() == case.title
+        assert page.title().startswith(case.title)
+
+
 def test_every_slider_moves_by_the_keyboard(opened):
     page = opened()
     sliders = page.locator(".control.number:visible")
