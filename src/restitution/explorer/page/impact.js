@@ -7,7 +7,7 @@ import { planePicture } from "./map.js";
 import { Assumptions, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { timeControl } from "./player.js";
-import { files, menu, png } from "./save.js";
+import { files, menu } from "./save.js";
 import { svgOfScenes } from "./svg.js";
 import { convert, digits, phrase } from "./units.js";
 
@@ -37,11 +37,8 @@ export class ImpactTab {
     this.numbers = new Numbers(root, [...TILES, "p2", "p3"], outputs);
     const stage = element("section", { className: "card stage" }, element("header", {},
       element("h3", { id: "stage-title" }, "Slow motion"),
-      menu("Slow motion", files("slow-motion", {
-        png: () => png("slow-motion", "Slow motion", [this.ball.scene.canvas, this.ball.zoom.canvas]),
-        svg: () => svgOfScenes([this.ball.scene, this.ball.zoom], "Slow motion"),
-        columns: () => MOTION.map((name) => ({ name, unit: outputs[name].unit, values: this.answer.curves.history?.[name] ?? [] })),
-      }))));
+      menu("Slow motion", files("slow-motion", () => svgOfScenes([this.ball.scene, this.ball.zoom], "Slow motion"),
+        () => MOTION.map((name) => ({ name, unit: outputs[name].unit, values: this.answer.curves.history[name] }))))));
     stage.setAttribute("aria-labelledby", "stage-title");
     const scenes = element("div", { className: "scenes" });
     stage.append(scenes, timeControl(this.clock));
@@ -135,7 +132,7 @@ export class ImpactTab {
     const [v, e] = [this.app.state.get("impact.velocity"), this.answer?.numbers.restitution_coefficient];
     const marks = v && e !== null && e !== undefined ? [{ x: convert(v, shown.across), y: e, colour: "accent" }] : [];
     this.velocityUnit = shown.across;
-    this.velocity.show({ ...shown, marks, ranges: { y: [0, 1] }, summary: `At ${phrase(v, outputs.velocity ?? {})} the restitution coefficient is ${digits(e)}.` });
+    this.velocity.show({ ...shown, marks, ranges: { y: [0, 1.06] }, summary: `At ${phrase(v, outputs.velocity ?? {})} the restitution coefficient is ${digits(e)}.` });
   }
 
   pickVelocity(x, done) {

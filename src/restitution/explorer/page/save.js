@@ -1,7 +1,6 @@
 // Files that the page writes: a picture as PNG or SVG, its numbers as CSV.
 import { element } from "./inputs.js";
 import { svgOf } from "./svg.js";
-import { colours } from "./theme.js";
 
 export function download(name, type, content) {
   const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
@@ -32,15 +31,12 @@ export function menu(title, files) {
 }
 
 export function saveMenu(panel) {
-  return menu(panel.title, files(panel.name, {
-    png: () => png(panel.name, panel.title, [panel.figure.plot.ctx.canvas]),
-    svg: () => svgOf(panel.figure, panel.title),
-    columns: () => (typeof panel.columns === "function" ? panel.columns() : panel.columns),
-  }));
+  return menu(panel.title, files(panel.name, () => svgOf(panel.figure, panel.heading.textContent),
+    () => (typeof panel.columns === "function" ? panel.columns() : panel.columns)));
 }
 
-export const files = (name, { png: draw, svg, columns }) => [
-  ["PNG", draw],
+export const files = (name, svg, columns) => [
+  ["PNG", () => png(name, svg())],
   ["SVG", () => download(`${name}.svg`, "image/svg+xml", svg())],
   ["CSV", () => download(`${name}.csv`, "text/csv", csv(columns()))],
 ];
@@ -66,24 +62,14 @@ export function csv(columns) {
   return `${[head, ...rows].join("\n")}\n`;
 }
 
-// Canvases side by side, under a title.
-export function png(name, title, sources) {
-  const palette = colours();
-  const em = palette.em * devicePixelRatio;
-  const canvas = element("canvas", {
-    width: sources.reduce((total, one) => total + one.width + em, em), height: Math.max(...sources.map((one) => one.height)) + 3 * em,
+// Draws a picture that is given as SVG.
+function png(name, svg) {
+  const image = new Image();
+  image.addEventListener("load", () => {
+    const ratio = Math.max(2, devicePixelRatio);
+    const canvas = element("canvas", { width: ratio * image.width, height: ratio * image.height });
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    canvas.toBlob((blob) => download(`${name}.png`, "image/png", blob));
   });
-  const ctx = canvas.getContext("2d");
-  ctx.fillStyle = palette.card;
-  ctx.fillRect(0, 0, canvas.width, canvas.height);
-  ctx.fillStyle = palette.ink;
-  ctx.font = `600 ${em}px ${palette.font}`;
-  ctx.textBaseline = "middle";
-  ctx.fillText(title, em, em);
-  let left = em;
-  for (const source of sources) {
-    ctx.drawImage(source, left, 2 * em);
-    left += source.width + em;
-  }
-  canvas.toBlob((blob) => download(`${name}.png`, "image/png", blob));
+  image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
 }

@@ -10,7 +10,8 @@ export function svgOf(figure, title) {
   const palette = colours();
   const { plot, options, ranges, size } = figure;
   const em = palette.em;
-  const top = 2 * em;
+  const key = legend(figure.curves, em, size.width);
+  const top = 2 * em + key.height;
   const box = { left: plot.over.offsetLeft, top: plot.over.offsetTop + top, width: plot.over.clientWidth, height: plot.over.clientHeight };
   const at = (x, y) => [round(plot.valToPos(x, "x") + box.left), round(plot.valToPos(y, "y") + box.top)];
   const parts = [];
@@ -18,6 +19,10 @@ export function svgOf(figure, title) {
   const stroke = (x1, y1, x2, y2, colour, extra = "") =>
     parts.push(`<line x1="${round(x1)}" y1="${round(y1)}" x2="${round(x2)}" y2="${round(y2)}" stroke="${colour}" ${extra}/>`);
 
+  for (const { curve, left, line } of key.entries) {
+    stroke(left, line, left + 1.7 * em, line, palette[curve.colour ?? "accent"], `stroke-width="2" stroke-dasharray="${dashOf(curve).join(" ")}"`);
+    text(left + 2.1 * em, line + 0.3 * em, curve.label);
+  }
   if (figure.bands) {
     parts.push(`<image x="${box.left}" y="${box.top}" width="${box.width}" height="${box.height}" preserveAspectRatio="none" `
       + `opacity="${figure.bands.alpha ?? 1}" href="${figure.bands.image.toDataURL()}"/>`);
@@ -75,6 +80,19 @@ export function svgOf(figure, title) {
   return sheet(title, size.width, size.height + top, [inside, ...parts]);
 }
 
+// The places of the names of curves under the title.
+function legend(curves, em, width) {
+  const entries = [];
+  let [left, line] = [em, 2.3 * em];
+  for (const curve of curves.filter(({ label }) => label)) {
+    const wide = (3 + 0.5 * curve.label.length) * em;
+    if (left > em && left + wide > width) [left, line] = [em, line + 1.4 * em];
+    entries.push({ curve, left, line });
+    left += wide;
+  }
+  return { entries, height: entries.length ? line - 0.9 * em : 0 };
+}
+
 // The scenes of the slow motion side by side.
 export function svgOfScenes(scenes, title) {
   const { em } = colours();
@@ -94,7 +112,7 @@ function sheet(title, width, height, parts) {
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" `
     + `font-family="${escaped(font)}" font-size="${0.88 * em}" fill="${ink}">`
     + `<rect width="${width}" height="${height}" fill="${card}"/>`
-    + `<text x="${em}" y="${1.2 * em}" font-size="${em}" font-weight="600">${escaped(title)}</text>${parts.join("\n")}</svg>\n`;
+    + `<text x="${em}" y="${1.2 * em}" font-size="${Math.min(em, (width - 2 * em) / (0.6 * title.length))}" font-weight="600">${escaped(title)}</text>${parts.join("\n")}</svg>\n`;
 }
 
 // Takes those calls of a canvas that the slow motion makes, and writes them as SVG.
