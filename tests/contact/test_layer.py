@@ -395,7 +395,7 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
     assert np.isnan(result.max_pressure)
     cases = [
         ("thickness", lambda: rs.Layer(rs.Parabola(1.0), 0.0)),
-        ("thickness", lambda: rs.Layer(rs.FlatPunch(1.0), np.array([1.0, 2.0]))),  # pyright: ignore[reportArgumentType]
+        ("thickness", lambda: rs.Layer(rs.FlatPunch(1.0), np.array([1.0, 2.0]))),
         ("thickness", lambda: rs.Impact(rubber, rs.Layer(rs.FlatPunch(1.0), 0.02), 1.0, 1.0).shape),
         ("base", lambda: rs.Layer(rs.Parabola(1.0), 1.0, "glued")),  # pyright: ignore[reportArgumentType]
         ("profile", lambda: rs.Layer(rs.Sphere([1.0, 2.0]), 1.0)),  # pyright: ignore[reportArgumentType]

@@ -73,17 +73,18 @@ def test_a_series_that_is_not_resolved_is_not_used(name, monkeypatch):
         LayerRows, "_made", lambda self, layers, *rest: counts.append(len(layers)) or made(self, layers, *rest)
     )
     smooth = rows.tables(*arguments)
-    assert counts == [31]
+    (nodes,) = counts
+    assert nodes < 40
     monkeypatch.setattr(module, "_TAIL", 0.0)
     direct = rows.tables(*arguments)
-    assert counts == [31, 31, 40]
+    assert counts[1:] == [nodes, 40]
     for one, other in zip(smooth, direct, strict=True):
         assert one[1:] == pytest.approx(other[1:], rel=1e-10)
         s = np.linspace(0.05, 1.0, 50)
         assert evaluate(one[0], s)[2] == pytest.approx(evaluate(other[0], s)[2], rel=2e-10)
     monkeypatch.setattr(module, "_NODES", 4)
     monkeypatch.setattr(module, "_TAIL", 1e-11)
-    # Seventeen nodes leave a tail.
+    # Ten nodes fewer leave a tail.
     rows.tables(*arguments)
     assert counts[-1] == 40
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.contact.geometry import Array
+from restitution.contact.matrix import product
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 # Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at most a
 # quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
 _NEAR_NODES = 10
+_NEAR_RULE = np.polynomial.legendre.leggauss(_NEAR_NODES)
 _FAR_NODES = 8
 _FAR = 2.0
 # Pieces of a group. Two of its widths away, its nodes take the place of theirs, at rounding level too.
@@ -182,10 +184,10 @@ class AbelTransform:
         sums = self._near(x, y, row, first + piece)
         r = self._far_nodes[first:last]
         squared = np.where(far[..., None], (x[:, None, None] - r) * (x[:, None, None] + r), np.inf)
-        sums += np.tensordot(1.0 / np.sqrt(squared), self._far_integrands[first:last], axes=2)
+        sums += product((1.0 / np.sqrt(squared)).reshape(len(x), -1), self._far_integrands[first:last].reshape(-1, 3))
         r = self._group_nodes[:groups]
         inverse = 1.0 / np.sqrt((x[:, None, None] - r) * (x[:, None, None] + r))
-        sums += np.tensordot(inverse, self._group_integrands[:groups], axes=2)
+        sums += product(inverse.reshape(len(x), -1), self._group_integrands[:groups].reshape(-1, 3))
         depth, inner, force_integral = x * sums[:, 0], sums[:, 1], sums[:, 2]
         if face > 0.0:
             inner = (y * inner + self._first.c[-1, 0] * face) / x
@@ -194,7 +196,7 @@ class AbelTransform:
         return np.stack([depth, inner, force_integral], axis=1)
 
     def _near(self, x: Array, y: Array, row: NDArray[np.intp], piece: NDArray[np.intp]) -> Array:
-        nodes, weights = np.polynomial.legendre.leggauss(_NEAR_NODES)
+        nodes, weights = _NEAR_RULE
         start, end = self._breaks[piece], self._breaks[piece + 1]
         here = x[row]
         # Near the edge b of a face, y has digits that are lost in x - b.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import fields
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_type_hints
@@ -132,6 +133,10 @@ class Geometry(ABC):
         """Semi-axes a >= b [m] of contacts whose radius [m] is sqrt(a b), stacked along the first axis."""
         radius, root = as_array(contact_radius), np.sqrt(self.axis_ratio)
         return np.stack([radius / root, radius * root])
+
+    def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
+        """Function from y^2 in [0, 1] to depths [m] up to the one given and their stiffness radii [m], both smooth."""
+        return lambda share: (depth * share, self.stiffness_radius(depth * share))
 
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the geometry of a contact of these materials; refuse materials for which it does not hold."""

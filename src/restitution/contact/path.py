@@ -71,6 +71,8 @@ class PathTable(NamedTuple):
     @property
     def ends(self) -> tuple[Array, Array]:
         """Coordinates rho at the start and the end of each cell."""
+        if not self.kinks.size:
+            return self.edges[:-1], self.edges[1:]
         return _rho(self.edges[:-1], self.origin), _rho(self.edges[1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
@@ -116,11 +118,14 @@ def path_table(
         raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
     least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
 
-    def curve(y: Array) -> tuple[Array, Array]:
-        depth = np.minimum(depth_max * y * y, depth_max)
-        return depth[None], profile.stiffness_radius(depth)[None]
-
     kinks = significant_kinks(profile, depth_max, rtol)
+    # Only over the depth itself are the places of kinks known.
+    at = (Geometry if kinks.depth.size else type(profile)).curve(profile, depth_max)
+
+    def curve(y: Array) -> tuple[Array, Array]:
+        depth, radius = at(np.minimum(y * y, 1.0))
+        return depth[None], radius[None]
+
     least_integral = as_array(profile.force_integral_at_depth(least)).reshape(1)
     return path_tables(curve, kinks._replace(strength=kinks.strength[None]), rtol, least_integral)[0]
 
@@ -169,7 +174,7 @@ def path_tables(
         rho = _rho(s, origin[..., None])
         low, high = rho[..., 0], rho[..., count - 1]
         t = (rho - low[..., None]) / (high - low)[..., None]
-        powers = t[..., None] ** np.arange(count)
+        powers = np.vander(t.ravel(), count, increasing=True).reshape(*t.shape, count)
         radius: Any = np.linalg.solve(powers[..., :count, :], values[..., :count, None])[..., 0]
         difference = np.abs((powers[..., count:, :] @ radius[..., None])[..., 0] - values[..., count:])
         gained = depth[..., :count] @ slopes.T

@@ -227,11 +227,11 @@ class Batch:
             if not np.any(deep):
                 depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
                 # No table is accurate enough for a profile with too sharp joints.
-                errors = np.empty(self.size)
+                rough, most = np.zeros(self.size, dtype=bool), max(rtol, _TABLE_ROUNDING)
                 for k, table in enumerate(block.tables):
-                    rows = block.which == k
-                    errors[rows] = table.error_at(depth[rows])
-                rough = errors > max(rtol, _TABLE_ROUNDING)
+                    if np.max(table.errors) > most:
+                        rows = block.which == k
+                        rough[rows] = table.error_at(depth[rows]) > most
                 outcomes[rough, :STATUS] = np.nan
                 outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes

@@ -146,6 +146,8 @@ def _names(geometry: Any) -> tuple[str, ...]:
 
 def _reshaped(geometry: Any, numbers: Columns) -> Any:
     """Return a geometry with other numbers, its own or those of the profile within it."""
+    if not numbers:
+        return geometry
     if hasattr(geometry, "profile"):
         inner = {name: numbers[name] for name in _names(geometry.profile) if name in numbers}
         others = {name: one for name, one in numbers.items() if name not in inner}

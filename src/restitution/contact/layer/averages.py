@@ -118,7 +118,7 @@ class Averages:
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Means sigma and tau at radii of any panels, shape (n,)."""
         terms = self.punches.terms(float(np.max(radius)))
-        sigma, tau, _, _ = self.punches.means(radius, self.moments(radius, terms), np.arange(radius.size))
+        _, _, sigma, tau = self.punches.means(radius, self.moments(radius, terms), np.arange(radius.size))
         return sigma, tau
 
     def moments(self, radius: Array, terms: int) -> Array:

@@ -149,6 +149,8 @@ class PunchDepths:
         """The depth d [m] itself."""
         return depth
 
+    depth = half_space_depth
+
     def radius(self, depth: Array) -> Array:
         """Contact radius [m]: that of the punch where d >= 0."""
         return np.where(depth >= 0.0, self._radius, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Annotated, Any, Literal, Self
@@ -206,6 +207,16 @@ class Layer(Geometry):
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius a [m] from the stiffness radius a kappa [m]."""
         return stored_punches(self._ratio).radius(as_array(stiffness_radius) / self.thickness) * self.thickness
+
+    def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
+        """Function from y^2 in [0, 1], the share of the depth on a half-space, to depths [m] and stiffness radii."""
+        deepest, unit, size = self._half_space_depth(depth), self.similar.depth, self.similar.radius
+
+        def at(share: Array) -> tuple[Array, Array]:
+            place = deepest * share
+            return self._depths.depth(place) * unit, self._depths.stiffness_radius(place) * size
+
+        return at
 
     def _half_space_depth(self, depth: ArrayLike) -> Array:
         depth = as_array(depth)

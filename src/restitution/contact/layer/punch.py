@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.contact.geometry import Array
+from restitution.contact.geometry import Array, as_array
 from restitution.contact.layer.compliance import LineKernel
+from restitution.contact.matrix import product
 
 PANELS = np.array([0.0, 2.0, 10.0, 40.0])
 """Ends of the ranges of a/h, each with a series of its own."""
@@ -28,8 +29,6 @@ _NEWTON = 4
 _ROUNDING = 1e-15
 # Radii that are evaluated at a time.
 _BLOCK = 16_384
-# Multiplications of a matrix product that one thread does.
-_UNTHREADED = 200_000
 
 
 class Punches(NamedTuple):
@@ -72,26 +71,29 @@ class Punches(NamedTuple):
         return stiffness_radius * np.exp(np.polynomial.chebyshev.chebval(place, series, tensor=False))
 
     def terms(self, radius: float) -> int:
-        """Number of Chebyshev coefficients over x of line loads up to a radius."""
-        return max(series.shape[1] for series in self.resolvent[: 1 + int(panel_of(np.array(radius)))])
+        """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
+        panel = int(panel_of(np.array(radius)))
+        basis = np.polynomial.chebyshev.chebvander(_local(panel, as_array([radius])), _RADII - 1)
+        sizes = np.max([np.abs(basis @ part[panel])[0] for part in (self.resolvent, self.load)], axis=0)
+        return 1 + int(np.flatnonzero(sizes > _ROUNDING * np.max(sizes))[-1])
 
-    def means(self, radius: Array, moments: Array, contact: Any) -> Array:
-        """Means of r and w over a profile, kappa and w(a), shape (4, n), at radii, shape (n,).
+    def means(self, radius: Array, moments: Array, contact: Any, loads: bool = True) -> Array:
+        """Rows kappa, w(a), and the means of r and, with `loads`, of w over a profile, at radii, shape (n,).
 
         The profile has the `moments`, shape (n_contact, n_term), of the numbers `contact`, shape (n,).
         """
-        found, panels = np.empty((4, radius.size)), panel_of(radius)
+        found, panels = np.empty((3 + loads, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
             rows = np.flatnonzero(panels == panel)
-            parts = self.resolvent[panel], self.load[panel]
+            parts = [part[panel][:, : moments.shape[1]] for part in (self.resolvent, self.load)[: 1 + loads]]
             terms = parts[0].shape[1]
-            series = np.column_stack([*parts, self.stiffness[panel], self.edge[panel]])
+            series = np.column_stack([self.stiffness[panel], self.edge[panel], *parts])
             for some in np.array_split(rows, math.ceil(rows.size / _BLOCK)):
-                basis: Any = np.polynomial.chebyshev.chebvander(_local(panel, radius[some]), _RADII - 1)
+                basis = np.polynomial.chebyshev.chebvander(_local(panel, radius[some]), _RADII - 1)
                 values, mine = product(basis, series), moments[contact[some], :terms]
-                found[0, some] = np.einsum("ij,ij->i", values[:, :terms], mine)
-                found[1, some] = np.einsum("ij,ij->i", values[:, terms : 2 * terms], mine)
-                found[2:, some] = np.exp(values[:, -2:].T)
+                found[:2, some] = np.exp(values[:, :2].T)
+                for k in range(1 + loads):
+                    found[2 + k, some] = np.einsum("ij,ij->i", values[:, 2 + k * terms : 2 + (k + 1) * terms], mine)
         return found
 
 
@@ -159,15 +161,6 @@ def _half_gauss(count: int) -> tuple[Array, Array]:
             total = total + (k + 1.5) * value * value
         x = x - value * (x * x - 1.0) / (count * (x * value - before))
     return x, 1.0 / (total - (count + 0.5) * value * value)
-
-
-def product(one: Array, other: Array) -> Array:
-    """Matrix product in blocks for which the library starts no threads; they cost more where the cores are used."""
-    result = np.empty((len(one), other.shape[1]))
-    rows = max(1, _UNTHREADED // max(1, other.size))
-    for start in range(0, len(one), rows):
-        np.matmul(one[start : start + rows], other, out=result[start : start + rows])
-    return result
 
 
 def panel_of(radius: Array) -> Any:

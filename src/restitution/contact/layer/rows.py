@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.contact.geometry import Array, Kinks, as_array
 from restitution.contact.layer.averages import Averages
 from restitution.contact.layer.depths import Depths, depths, largest_radius
-from restitution.contact.layer.punch import PANELS, Punches, panel_of, product
+from restitution.contact.layer.punch import PANELS, Punches
 from restitution.contact.layer.store import stored_punches
+from restitution.contact.matrix import product
 from restitution.contact.path import PathTable, path_tables, scaled, significant_kinks
 from restitution.contact.profile import Profile
 from restitution.contact.rows import Rows, Samples
@@ -28,8 +29,8 @@ from restitution.contact.rows import Rows, Samples
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
 # Layers whose thickness differs by less than this share may represent each other for estimates.
 _SIMILAR = 0.2
-# Nodes of the interpolation over ln h, and largest of the last coefficients of its series.
-_NODES, _NODES_PER_LOG, _TAIL = 18, 5.5, 1e-11
+# Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients.
+_NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 1e-11
 # Relative step of the parameter for the slope of the depth at kinks.
 _STEP = 1e-4
 
@@ -49,21 +50,11 @@ class _Contacts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LayerRows(Rows):
-    """A profile that is no power law on layers of many thicknesses, as `Layer` describes them.
-
-    Parameters
-    ----------
-    profile : Profile
-        Profile of the body, with single numbers as parameters.
-    thickness : array
-        Thickness h [m].
-    poisson_ratio : float or None
-        Poisson ratio of bonded layers; None for a frictionless base.
-    """
+    """A single profile that is no power law on layers of many thicknesses."""
 
     profile: Profile
     thickness: Array
-    poisson_ratio: float | None
+    poisson_ratio: float | None  # None for a frictionless base
 
     @cached_property
     def _punches(self) -> Punches:
@@ -136,23 +127,26 @@ class LayerRows(Rows):
         radius = np.minimum(profile.contact_radius(depth), averages.end * unit)
         most = np.minimum(radius / unit, PANELS[-1])
         moments = np.zeros((radius.size, self._punches.terms(float(np.max(most)))))
-        for panel in np.unique(panel_of(most)):
-            rows = np.flatnonzero(panel_of(most) == panel)
+        # Small contacts need few terms.
+        sizes = np.ceil(0.5 * np.log2(np.maximum(most, 1.0)))
+        for size in np.unique(sizes):
+            rows = np.flatnonzero(sizes == size)
             terms = self._punches.terms(float(np.max(most[rows])))
             moments[rows, :terms] = averages.moments(radius[rows] / unit, terms)
-        return _Contacts(radius, depth, radius * depth - profile.force_integral_at_depth(depth), moments)
+        return _Contacts(radius, depth, radius * depth - profile.force_integral(radius), moments)
 
     def _transform(self, radius: Array) -> Array:
         unit = float(self._distinct[0][0])
         return self.profile.transform(np.minimum(radius * unit, self.profile.max_contact_radius))
 
-    def _evaluated(self, contacts: _Contacts, layer: NDArray[np.intp], contact: NDArray[np.intp]) -> Array:
-        """Depth, stiffness radius and force integral [SI] of contacts on layers, given by their numbers."""
-        thickness, radius = self._distinct[0][layer], contacts.radius[contact]
-        sigma, tau, kappa, edge = self._punches.means(radius / thickness, contacts.moments, contact)
-        gap = contacts.gap[contact]
+    def _evaluated(
+        self, contacts: _Contacts, layer: NDArray[np.intp], contact: NDArray[np.intp], loads: bool = False
+    ) -> list[Array]:
+        """Depth, stiffness radius and, with `loads`, force integral [SI] of contacts on layers, by their numbers."""
+        thickness, radius, gap = self._distinct[0][layer], contacts.radius[contact], contacts.gap[contact]
+        kappa, edge, sigma, *tau = self._punches.means(radius / thickness, contacts.moments, contact, loads)
         depth = (contacts.depth[contact] + sigma * gap / thickness) / edge
-        return np.stack([depth, radius * kappa, depth * radius * kappa - tau * gap])
+        return [depth, radius * kappa, *(depth * radius * kappa - one * gap for one in tau)]
 
     @cached_property
     def samples(self) -> Samples:
@@ -173,7 +167,7 @@ class LayerRows(Rows):
         layer, contact = np.nonzero(inside)
         # Beyond the end of the tables nothing yields.
         depth, integral = np.full((2, *inside.shape), -_FIRST)
-        depth[inside], _, integral[inside] = np.log(self._evaluated(contacts, chosen[layer], contact))
+        depth[inside], _, integral[inside] = np.log(self._evaluated(contacts, chosen[layer], contact, loads=True))
         depth = np.where(inside, depth, np.max(np.where(inside, depth, _FIRST), axis=1)[:, None])
         # At small depths both have constant ratios to those of the half-space.
         flat = np.log(np.maximum(self.profile.force_integral_at_depth(half_space), 1e-300))
@@ -188,14 +182,16 @@ class LayerRows(Rows):
         ends = [np.interp(np.log(d), row, knots) for d, row in zip(deepest, depth, strict=True)]
         wanted = self.profile.contact_radius(np.minimum(np.exp(ends), math.exp(knots[-1]) * (1.0 - 1e-15)))
         wanted = np.minimum(wanted, self._widest)
-        small = [np.exp(np.interp(np.log(d), *rows)) for d, *rows in zip(least, depth, integral, strict=True)]
+        # At a sample that is not deeper.
+        place = np.maximum(np.sum(depth <= np.log(least)[:, None], axis=1) - 1, 0)
+        small = np.exp(integral[np.arange(place.size), place])
         found: dict[int, _Sized] = {}
         pending = np.argsort(-wanted, kind="stable")
         while pending.size:
             end = float(wanted[pending[0]])
             together = self._widest[pending] >= end
             layers, pending = np.sort(pending[together]), pending[~together]
-            made = self._interpolated(layers, end, np.array(small)[layers], rtol)
+            made = self._interpolated(layers, end, small[layers], rtol)
             found |= zip(layers.tolist(), made, strict=True)
         return [found[k] for k in range(len(found))]
 
@@ -203,7 +199,8 @@ class LayerRows(Rows):
         """Tables of some layers up to one contact radius, interpolated over ln h where this is less work."""
         logs = np.log(self._distinct[0][layers])
         half = 0.5 * (logs[-1] - logs[0])
-        count = math.ceil(_NODES + _NODES_PER_LOG * 2.0 * half)
+        rate = np.interp(math.log(end) - logs[0], *_RATES)
+        count = math.ceil(_NODES + rate * 2.0 * half)
         if layers.size <= count:
             return self._made(layers, end, least, rtol)
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
@@ -221,9 +218,8 @@ class LayerRows(Rows):
         def curve(y: Array) -> tuple[Array, Array]:
             contacts = self._contacts(np.minimum(deepest * y * y, deepest).ravel(), averages)
             layer = np.repeat(layers, y.size)
-            found = self._evaluated(contacts, layer, np.tile(np.arange(y.size), layers.size))
-            depth, radius, _ = found.reshape(3, layers.size, *y.shape)
-            return depth, radius
+            depth, radius = self._evaluated(contacts, layer, np.tile(np.arange(y.size), layers.size))
+            return depth.reshape(layers.size, *y.shape), radius.reshape(layers.size, *y.shape)
 
         kinks = significant_kinks(self.profile, deepest, rtol)
         strengths = np.zeros((layers.size, 0))
@@ -235,11 +231,8 @@ class LayerRows(Rows):
             radius = self.profile.contact_radius(kinks.depth * deepest) / self._distinct[0][layers][:, None]
             strengths = self._punches.edge_load(radius) * kinks.strength / slope ** (kinks.power + 1.0)
         tables = path_tables(curve, Kinks(kinks.depth, strengths, kinks.power), rtol, least)
-        depth, radius = curve(np.ones(1))
-        return [
-            (scaled(table, d, a), d, a)
-            for table, d, a in zip(tables, depth[:, 0].tolist(), radius[:, 0].tolist(), strict=True)
-        ]
+        sizes = [(table.s_max**2, float(np.sum(table.radius[-1]))) for table in tables]
+        return [(scaled(table, *size), *size) for table, size in zip(tables, sizes, strict=True)]
 
 
 def _between(made: list[_Sized], x: Array, wanted: Array) -> tuple[list[_Sized], float]:
