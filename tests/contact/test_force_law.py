@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.contact.force_law.fit import fit_force
 from restitution.errors import RestitutionWarning
 
 SOLID = rs.Material(rs.PronySeries(1.0, [10.0], [0.1]), math.inf)
@@ -69,6 +70,31 @@ def test_noise_changes_the_impact_by_the_error_that_the_fit_states(shape):
     # The error is one standard error of the force where it is largest, and e is less sensitive than the force.
     assert np.median(shares) < 1.0
     assert max(shares) < 3.0
+
+
+def test_covariance_is_that_of_least_squares():
+    random, ratios = np.random.default_rng(12), []
+    for _ in range(20):
+        depth = np.sort(random.uniform(0.01, 1.0, 200))
+        depth[-1] = 1.0
+        force = depth**1.5 + 1e-3 * random.standard_normal(200)
+        fit = fit_force(depth, force, 1.5)
+        if fit.degree == 0:
+            # One coefficient of x^3, x = sqrt(d): its variance is that of the noise over the sum of x^6.
+            ratios.append(float(fit.covariance[0, 0]) * float(np.sum(depth**3)) / 1e-6)
+    assert len(ratios) > 10
+    # Each has a standard deviation of about 0.15; leverages add a per cent.
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.15)
+
+
+def test_error_covers_other_fits_that_are_nearly_as_likely():
+    spreads = []
+    for seed in range(6):
+        law = law_of(*rows("sphere", np.random.default_rng(seed), 60, 0.5, 1e-3))
+        spreads.append(law.fit.spread)
+        assert law.fit.error >= law.fit.spread
+    # Sixty rows with this noise do not decide between degrees.
+    assert np.median(spreads) > 0.0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -185,6 +211,23 @@ def test_materials():
     assert caught[0].message.kind == "force_law"
 
 
+@pytest.mark.parametrize(("ratio", "warns"), [(0.4955, False), (0.4945, True)])
+def test_a_poisson_ratio_within_0_005_of_the_twin_is_the_same(ratio, warns):
+    law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
+    shear = rs.PronySeries(1.0, [2.0], [0.1])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rs.Impact(rs.Material(shear, shear.scaled(2 * (1 + ratio) / (3 * (1 - 2 * ratio)))), law, 1.0, 0.1)
+    assert bool(caught) == warns
+
+
+def test_the_instantaneous_poisson_ratio_counts_too():
+    law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
+    with pytest.warns(RestitutionWarning, match=r"\(static\) to 0\.4945 \(instantaneous\)"):
+        # G/K = 3 (1 - 2 nu)/(2 (1 + nu)) at each end.
+        rs.Impact(rs.Material(rs.PronySeries(1.0, [9.0], [0.1]), 10.0 * 2 * 1.4945 / (3 * 0.011)), law, 1.0, 0.1)
+
+
 def test_picture():
     law = law_of(*rows("sphere", np.random.default_rng(12), 60, 0.5, 1e-4))
     left, right = law.plot().axes
@@ -204,6 +247,8 @@ def spoiled(name, place, value):
     ("change", "field", "index", "text"),
     [
         (spoiled("force", 17, lambda f: 100 * f), "force", (17,), "beyond the force at the largest depth"),
+        (spoiled("force", 47, lambda f: 2.3 * f), "force", (47,), "beyond the force at the largest depth"),
+        (spoiled("force", 47, lambda f: 1.9 * f), "force", (47,), "off a smooth curve"),
         (spoiled("force", 17, lambda f: 1.1 * f), "force", (17,), "off a smooth curve"),
         (spoiled("force", 5, lambda f: math.nan), "force", (5,), "must be finite"),
         (spoiled("depth", 5, lambda d: math.inf), "depth", (5,), "must be finite"),
@@ -211,6 +256,7 @@ def spoiled(name, place, value):
         (spoiled("depth", 5, lambda d: 1e-3 * d), "force", (5,), ""),
         (lambda c: c.update(force=np.sin(4.5 * c["depth"])), "force", (49,), "never fall"),
         (lambda c: c.update(force=np.sqrt(c["depth"])), "force", None, "never fall"),
+        (lambda c: c.update(force=c["depth"] - 0.1 * c["depth"] ** 2), "force", None, "never fall"),
         (lambda c: c.update(force=-c["force"]), "force", (49,), "must be > 0 in indentation"),
         (lambda c: c.update(depth=np.append(0, c["depth"]), force=np.append(0.4, c["force"])), "force", (0,),
          "must be 0 at depth 0"),

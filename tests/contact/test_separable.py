@@ -10,9 +10,11 @@ import pytest
 
 import restitution as rs
 from restitution.contact.layer.separable import effective_modulus
+from restitution.doubts import Tally
 from restitution.impact.batch import Batch
 from restitution.law.reduction import reduced_series
 from restitution.material.viscoelastic import reduced_modulus
+from restitution.validity import numbers
 
 # Static Poisson ratio, p2, thickness, e by finite elements in time, and errors in per cent of e, of the contact time
 # and of the largest force: with E*(t), and with the effective modulus. Independent programs; table of the theory page.
@@ -103,6 +105,18 @@ def test_a_flat_punch_has_the_effective_modulus():
         stiffness = [punch_stiffness(size, one) for one in (ratio, material.poisson_ratio)]
         wanted = reduced_modulus(material).carson_transform(s) * stiffness[0] / stiffness[1]
         assert effective_modulus(material, size).carson_transform(s) == pytest.approx(wanted, rel=5e-4)
+
+
+def test_a_thin_layer_of_a_liquid_is_incompressible_after_a_long_time():
+    material, size = rs.Material(rs.PronySeries(0.0, [10.0], [0.1]), 20.0), 25.0
+    found = effective_modulus(material, size)
+    # Compressible until 1 - 2 nu, about G/K, falls below (h/a)^2.
+    for s in (1e-4, 1e-3, 1e-2, 0.1):
+        shear = material.shear.carson_transform(s)
+        ratio = (60.0 - 2.0 * shear) / (120.0 + 2.0 * shear)
+        share = punch_stiffness(size, ratio) / punch_stiffness(size, 0.5)
+        wanted = reduced_modulus(material).carson_transform(s) * share
+        assert found.carson_transform(s) == pytest.approx(wanted, rel=5e-4)
 
 
 def test_a_constant_poisson_ratio_leaves_the_modulus_as_it_is():
@@ -255,6 +269,16 @@ def test_the_approximation_is_named_once_with_its_size():
     assert "layer" not in solved(half_space).validity.to_dict()
     frictionless = replace(impact, profile=replace(impact.profile, base="frictionless"))
     assert layer_warnings(lambda: solved(frictionless)) == []
+
+
+def test_impacts_without_their_own_material_are_not_counted():
+    contact, tally = on_layer(solid(0.3)).contact, Tally()
+    found = numbers(contact, max_contact_radius=0.1, max_indentation_depth=0.01, velocity=1.0, contact_time=0.1)
+    for with_material in (True, False):
+        tally.add(found, with_material=with_material)
+    check = tally.report()["layer"]
+    assert check.message.endswith("exceeded in 1 of 1 impacts checked, of 2")
+    assert (check.value, check.threshold) == pytest.approx((-0.443, 0.3), abs=1e-3)
 
 
 def test_strict_layers_refuse_the_approximation():

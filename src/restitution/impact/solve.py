@@ -268,7 +268,7 @@ def _solve_by_sampling(
         finer, notes = "more elements", list[str]()
     else:
         if np.isfinite(impact.impedance):
-            raise InputError("method", method, "must be 'exact' or 'elements' for a target with an impedance")
+            raise InputError("method", method, "must be 'exact' or 'elements': its target, with an impedance, moves")
         fields, trajectory = _by_reference(impact, rtol)
         samples, finer = Sampled(trajectory), "a smaller rtol"
         notes = ["energy: this method computes neither the dissipated nor the stored energy (NaN)"]

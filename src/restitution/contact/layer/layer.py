@@ -139,7 +139,7 @@ class Layer(Geometry):
         """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
         place = 1.0 if self.path_exponent == 0.0 else _PLACE
         radii = np.ravel(place * contact_radius / self.thickness).tolist()
-        return [effective_modulus(material, x if 0.0 < x < np.inf else 0.0) for x in radii]
+        return [effective_modulus(material, x if x < np.inf else 0.0) for x in radii]
 
     @property
     def _ratio(self) -> float | None:
