@@ -19,7 +19,7 @@ from restitution.validity import Numbers, Validity
 Array = NDArray[np.float64]
 
 # The assumptions on the material, and the numbers that they limit.
-_OF_MATERIAL = ("waves", "window", "poisson_ratio", "layer")
+_OF_MATERIAL = ("waves", "window", "poisson_ratio", "separability")
 _NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", "instantaneous_poisson_ratio")
 
 

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.contact.analytic import sphere_mass
-from restitution.contact.contact import Contact
-from restitution.contact.layer.separable import in_words, is_exact
+from restitution.contact.contact import Contact, approximation
 from restitution.contact.radiation import radiated
 from restitution.quantities import VALIDITY
 
@@ -27,7 +26,7 @@ COLUMNS = (
 
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
-    "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "layer": "layer",
+    "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
 }  # fmt: skip
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
@@ -54,7 +53,7 @@ class Check:
     Attributes
     ----------
     kind : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or `layer` on a bonded layer.
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or `separability` if in doubt.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
@@ -240,7 +239,7 @@ def numbers(
             poisson_ratio=static,
             density_missing=missing,
             slope=slope,
-            approximate=np.broadcast_to([not is_exact(one) for one in contacts], time.shape).astype(np.float64),
+            approximate=np.broadcast_to([not one.is_exact for one in contacts], time.shape).astype(np.float64),
         )
 
 
@@ -283,7 +282,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
         # A negative static one is a choice.
         "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
         "density": density,
-        "layer": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
+        "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
     }
 
 
@@ -293,7 +292,7 @@ def report(numbers: Numbers) -> Validity:
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
         known = ~np.isnan(values)
-        if kind == "layer" and not known.any():
+        if kind == "separability" and not known.any():
             continue
         worst = int(np.argmax(np.where(known, values, -np.inf)))
         one: Any = Numbers(*(column[worst] for column in numbers))
@@ -308,7 +307,7 @@ def report(numbers: Numbers) -> Validity:
             name, limit = "mach_number", SPEED_LIMIT
         elif kind == "density":
             limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * float(one.density_factor))
-        elif kind == "layer":
+        elif kind == "separability":
             limit = float(one.poisson_ratio)
         text, advice = describe(one, exceeded)
         message = f"{_TITLES[kind]}: {text}"
@@ -372,8 +371,8 @@ def _density(one: Any, exceeded: bool) -> tuple[str, str]:
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 
-def _layer(one: Any, exceeded: bool) -> tuple[str, str]:
-    return in_words(one.instantaneous_poisson_ratio, one.poisson_ratio)
+def _separability(one: Any, exceeded: bool) -> tuple[str, str]:
+    return approximation(one.instantaneous_poisson_ratio, one.poisson_ratio)
 
 
 # The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
@@ -384,7 +383,7 @@ _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, st
     "window": ("window_ratio", 1.0, "no material states its window", _window),
     "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
     "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
-    "layer": ("instantaneous_poisson_ratio", math.nan, "", _layer),
+    "separability": ("instantaneous_poisson_ratio", math.nan, "", _separability),
 }
 
 

@@ -250,7 +250,7 @@ def layer_warnings(action) -> list[str]:
 
 def test_the_approximation_is_named_once_with_its_size():
     material, impact = solid(0.3), on_layer(solid(0.3))
-    text = "layer: the Poisson ratio relaxes from -0.443 to 0.3, and a bonded layer is approximate then"
+    text = "separability: the Poisson ratio relaxes from -0.443 to 0.3, and a bonded layer is approximate then"
     advice = ". Expect errors of some 0.5 % of e, 4 % of the contact time and 10 % of the force."
     half_space = replace(impact, profile=rs.Parabola(1.0))
     tries = [
@@ -263,10 +263,12 @@ def test_the_approximation_is_named_once_with_its_size():
     ]
     for counts, action in tries:
         assert layer_warnings(action) == [text + counts + advice]
-    assert layer_warnings(lambda: rs.contact_law(impact)) == [f"contact{text}{advice}".replace("layer:", " law:", 1)]
+    assert layer_warnings(lambda: rs.contact_law(impact)) == [
+        f"contact{text}{advice}".replace("separability:", " law:", 1)
+    ]
     # Nothing is solved yet.
     assert layer_warnings(lambda: replace(impact, material=solid(0.4))) == []
-    assert "layer" not in solved(half_space).validity.to_dict()
+    assert "separability" not in solved(half_space).validity.to_dict()
     frictionless = replace(impact, profile=replace(impact.profile, base="frictionless"))
     assert layer_warnings(lambda: solved(frictionless)) == []
 

@@ -98,7 +98,7 @@ def test_a_poisson_ratio_that_begins_to_relax_is_counted_in_one_warning() -> Non
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         table = rs.sweep(ball, {"poisson_ratio": ratios, "thickness": thickness}, OUTPUTS)
-    found = [str(one.message) for one in caught if getattr(one.message, "kind", "") == "layer"]
+    found = [str(one.message) for one in caught if getattr(one.message, "kind", "") == "separability"]
     assert len(found) == 1
     assert (
         "relaxes from -0.0714 to 0.3, and a bonded layer is approximate then; exceeded in 4 of 6 impacts" in found[0]

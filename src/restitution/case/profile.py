@@ -14,7 +14,6 @@ from pydantic import (
     Field,
     InstanceOf,
     SerializeAsAny,
-    StrictBool,
     ValidationInfo,
     create_model,
     field_validator,
@@ -42,7 +41,7 @@ _THICKNESS: Any = Annotated[float, Reader(THICKNESS)]
 LAYER: dict[str, Any] = {
     "thickness": (_THICKNESS | None, None),
     "base": (Literal["bonded", "frictionless"] | None, None),
-    "strict": (StrictBool | None, None),
+    "strict": (bool | None, Field(None, strict=True)),
 }
 """Fields of a profile whose target is a layer."""
 

@@ -79,7 +79,7 @@ def main() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
     warnings.showwarning = lambda message, *_, **__: report("warning", str(message))
     # The report of a result has this warning too.
-    warnings.filterwarnings("ignore", "layer: ")
+    warnings.filterwarnings("ignore", "separability: ")
     try:
         app()
     except SystemExit as end:

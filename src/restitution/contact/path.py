@@ -59,11 +59,6 @@ class PathTable(NamedTuple):
     power: float
 
     @property
-    def s_max(self) -> float:
-        """End of the table [m^(1/2)]."""
-        return float(self.edges[-1])
-
-    @property
     def error(self) -> float:
         """Error over the whole depth."""
         return float(self.errors[-1])
@@ -208,7 +203,7 @@ def path_tables(
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
-    """Stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in [0, s_max].
+    """Stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in the table.
 
     Examples
     --------

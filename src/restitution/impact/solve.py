@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import one_of, whole
-from restitution.contact.layer.separable import warn_if_approximate
 from restitution.contact.profile import Profile
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
@@ -92,7 +91,7 @@ def solve(
         raise InputError("n_elements, time_step", wanted=f"belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
         if not impact.shape:
-            warn_if_approximate(impact.contact)
+            impact.contact.warn_if_approximate()
         if method == "exact":
             return solve_exact(impact, rtol, errors, workers, progress)
         return _solve_by_sampling(impact, method, rtol, n_elements, time_step)

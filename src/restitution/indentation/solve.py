@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import finite, positive, within
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer.separable import warn_if_approximate
 from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
@@ -115,7 +114,7 @@ def indent(
     prescribed = _history(name, force if depth is None else depth, time)
     solution = Solution(contact, contact.reduced_modulus, prescribed, name, rtol)
     if not profile.separable:
-        warn_if_approximate(contact)
+        contact.warn_if_approximate()
         (series,) = profile.effective_moduli(material, np.array(solution.max_contact_radius))
         solution = Solution(contact, series, prescribed, name, rtol)
     times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))

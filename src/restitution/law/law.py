@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric, finite, single_positive, whole
-from restitution.contact.layer.separable import warn_if_approximate
 from restitution.contact.path import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, whole_file
@@ -346,7 +345,7 @@ def contact_law(
     >>> law = rs.contact_law((ball, ball))
     """
     impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
-    warn_if_approximate(impact.contact, "contact law")
+    impact.contact.warn_if_approximate("contact law")
     profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
     limit, given = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
     exponent, coefficient = profile.path_exponent, profile.path_coefficient

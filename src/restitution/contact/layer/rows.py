@@ -231,7 +231,7 @@ class LayerRows(Rows):
             radius = self.profile.contact_radius(kinks.depth * deepest) / self._distinct[0][layers][:, None]
             strengths = self._punches.edge_load(radius) * kinks.strength / slope ** (kinks.power + 1.0)
         tables = path_tables(curve, Kinks(kinks.depth, strengths, kinks.power), rtol, least)
-        sizes = [(table.s_max**2, float(np.sum(table.radius[-1]))) for table in tables]
+        sizes = [(float(table.edges[-1]) ** 2, float(np.sum(table.radius[-1]))) for table in tables]
         return [(scaled(table, *size), *size) for table, size in zip(tables, sizes, strict=True)]
 
 

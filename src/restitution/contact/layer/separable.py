@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import lru_cache
 
 import numpy as np
 
-from restitution.contact.contact import Contact
 from restitution.contact.geometry import Array
 from restitution.contact.layer.compliance import LineKernel
-from restitution.errors import InputError, RestitutionWarning
+from restitution.errors import InputError
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
 
@@ -90,21 +88,3 @@ def _stiffness(poisson_ratio: Array, radius: float) -> Array:
 
 # Contacts of many sizes on one material have the same Poisson ratios.
 _line_kernel, _gauss = lru_cache(maxsize=64)(LineKernel), lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
-
-
-def is_exact(contact: Contact) -> bool:
-    """Whether the theory is exact for the materials of a contact; a flat punch has one size."""
-    return contact.profile.separable or contact.profile.path_exponent == 0.0
-
-
-def in_words(instantaneous: float, static: float) -> tuple[str, str]:
-    """Change of the Poisson ratio, and what to expect of the results."""
-    text = f"the Poisson ratio relaxes from {instantaneous:.3g} to {static:.3g}, and a bonded layer is approximate "
-    return f"{text}then", "Expect errors of some 0.5 % of e, 4 % of the contact time and 10 % of the force."
-
-
-def warn_if_approximate(contact: Contact, kind: str = "layer") -> None:
-    """Warn the caller of a function if the theory is not exact for the materials of a contact."""
-    if not is_exact(contact):
-        text = in_words(contact.material.instantaneous_poisson_ratio, contact.material.poisson_ratio)
-        warnings.warn(RestitutionWarning(kind, f"{kind}: {'. '.join(text)}"), stacklevel=3)
