@@ -12,7 +12,7 @@ import random_messages as fuzz
 import restitution as rs
 from restitution.explorer import answers, presets, section
 from restitution.explorer.downloads import download
-from restitution.explorer.inputs import inputs
+from restitution.explorer.inputs import MOST_TERMS, inputs
 from restitution.explorer.state import nested, of_case, of_impact, settled
 from restitution.material.models import material_models
 from restitution.quantities import BUDGET
@@ -222,6 +222,13 @@ def test_inputs_depend_on_earlier_ones_and_lie_on_their_sliders():
             assert one.quantity is not None
             one.quantity.check(one.slider.low)
             one.quantity.check(one.slider.high)
+
+
+def test_long_lists_are_refused():
+    for key in ("material.shear.branch_moduli", "material.bulk.relaxation_times"):
+        assert inputs()[key].check([1.0] * MOST_TERMS) == [1.0] * MOST_TERMS
+        with pytest.raises(rs.InputError, match=f"must be a list of at most {MOST_TERMS} numbers"):
+            answers.impact({key: [1.0] * (MOST_TERMS + 1)})
 
 
 def test_every_model_and_profile_of_the_package_can_be_chosen():
