@@ -278,7 +278,7 @@ def test_impacts_without_their_own_material_are_not_counted():
     found = numbers(contact, max_contact_radius=0.1, max_indentation_depth=0.01, velocity=1.0, contact_time=0.1)
     for with_material in (True, False):
         tally.add(found, with_material=with_material)
-    check = tally.report()["layer"]
+    check = tally.report()["separability"]
     assert check.message.endswith("exceeded in 1 of 1 impacts checked, of 2")
     assert (check.value, check.threshold) == pytest.approx((-0.443, 0.3), abs=1e-3)
 

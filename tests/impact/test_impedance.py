@@ -301,7 +301,7 @@ def test_refusals():
                                           impedance=3.0))  # fmt: skip
     with pytest.raises(rs.InputError, match=r"^impedance = 3 kg/s: must be infinite"):
         rs.calibrate(impact, target="lammps-viscoelastic")
-    with pytest.raises(rs.InputError, match="external_force"):
+    with pytest.raises(rs.InputError, match=r"^with_weight = True: must be False where the target has an impedance"):
         rs.bounces(impact)
 
 
