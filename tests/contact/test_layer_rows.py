@@ -97,6 +97,20 @@ def test_tables_end_where_the_contact_is_forty_thicknesses_wide():
     assert [length for _, length, _ in made[:3]] == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
 
 
+def test_kinks_are_those_of_single_layers():
+    thickness = np.array([0.5, 1.0, 4.0])
+    made = LayerRows(PROFILES["joints"], thickness, 0.3).tables(np.full(3, 0.5), np.full(3, 0.05), RTOL)
+    for h, (table, depth, radius) in zip(thickness, made, strict=True):
+        kinks = single(PROFILES["joints"], float(h), 0.3).kinks
+        place = np.sqrt(kinks.depth / depth)
+        near = np.array([int(np.argmin(np.abs(place - one))) for one in table.kinks])
+        assert near.size
+        assert table.kinks == pytest.approx(place[near], rel=1e-9)
+        # A single layer has the slope of the depth from differences between its samples.
+        strength = kinks.strength[near] * depth**kinks.power / radius * (2.0 * place[near]) ** kinks.power
+        assert table.strengths == pytest.approx(strength, rel=0.05)
+
+
 def test_rows_have_the_values_of_single_layers():
     thickness = np.array([[0.5, 2.0], [1.0, 0.5]])
     rows = LayerRows(PROFILES["sphere"], thickness, 0.3).raveled((2, 2))
