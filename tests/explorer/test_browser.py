@@ -333,6 +333,9 @@ def test_all_curves_show_the_time_of_the_slow_motion(opened, share):
 def test_a_failing_solve_shows_its_line_and_keeps_the_picture(opened):
     page = opened({"material.model": "maxwell", "material.maxwell_modulus": 1e6, "bulk": "bulk_modulus"})
     before = number(page, "restitution_coefficient")
+    until(page, "explorer.tabs.impact.force.figure.visible && !explorer.tabs.impact.force.figure.stale")
+    picture_of_force = "explorer.tabs.impact.force.figure.plot.root.querySelector('canvas')?.toDataURL()"
+    drawn = page.evaluate(picture_of_force)
     field = page.get_by_label("Impact velocity, as a number")
     field.fill("fast")
     field.press("Enter")
@@ -348,6 +351,7 @@ def test_a_failing_solve_shows_its_line_and_keeps_the_picture(opened):
         style = "getComputedStyle(document.querySelector('#view-impact " + picture + "')).filter"
         assert page.evaluate(style) == "grayscale(1)"
     assert number(page, "restitution_coefficient") == before
+    assert page.evaluate(picture_of_force) == drawn
     page.evaluate("explorer.state.set({'body.mass': 0.005}, true)")
     page.wait_for_selector("#problem", state="hidden")
     assert "stale" not in page.locator("#view-impact").get_attribute("class")
