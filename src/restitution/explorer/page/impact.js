@@ -79,7 +79,7 @@ export class ImpactTab {
     const live = Boolean(curves);
     for (const panel of [this.force, this.loop, this.energy]) panel.root.hidden = !curves?.history;
     for (const panel of [this.relaxation, this.moduli]) panel.root.hidden = !curves?.[panel.name];
-    // A measured force law has no outline to draw.
+    // A page without a server has no shape and no history.
     this.ball.scene.root.closest(".stage").hidden = !curves?.shape;
     this.assumptions.box.hidden = !answer.validity;
     if (answer.validity) this.assumptions.show(answer.validity, answer.notes);
