@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 from restitution import parallel
+from restitution.contact.analytic import Sphere
+from restitution.contact.ellipsoid import Ellipsoid
+from restitution.contact.layer.layer import Layer
 from restitution.contact.power_law import Cone, FlatPunch
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated
@@ -106,6 +109,11 @@ def test_a_point_does_not_depend_on_its_neighbours() -> None:
 def test_empty_arrays() -> None:
     assert solve(balls(3, velocity=np.empty(0))).restitution_coefficient.shape == (0,)
     assert standard_solid_restitution(np.empty((2, 0)), 1.0, 1.0).shape == (2, 0)
+    for profile in (Sphere(0.01), Layer(Parabola(0.01), 0.002), Layer(Sphere(0.01), 0.002), Ellipsoid(0.01, 0.02)):
+        result = solve(Impact(RUBBER, profile, mass=0.005, velocity=np.empty((2, 0))))
+        assert result.restitution_coefficient.shape == result.energy.residual.shape == (2, 0)
+        assert np.shape(result.max_pressure) == (2, 0)
+        assert result.warnings == []
 
 
 @pytest.mark.parametrize("material", [RUBBER, LAYERED])

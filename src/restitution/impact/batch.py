@@ -139,6 +139,8 @@ class Batch:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         series = self.equilibria, self.viscosities, self.moduli, self.times
         bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
+        if not self.size:
+            return power_block(*series, np.empty(0), 1.0, *bodies)
         if self.profile is not None:
             units = self.depth_units, self.radius_units
             return table_block(self.profile, *series, *bodies, depth_factor, rtol, units)
@@ -221,7 +223,7 @@ class Batch:
         while True:
             block = self.scaled(depth_factor, rtol)
             outcomes = run(block)
-            if self.profile is None:
+            if self.profile is None or not self.size:
                 return block, outcomes
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
             if not np.any(deep):
