@@ -212,7 +212,8 @@ def _models() -> dict[str, Any]:
 
 def _material_inputs() -> Iterator[Input]:
     models = _models()
-    constants = {name: one.quantity for model in models.values() for name, one in model.constants.items()}
+    every = [(name, one.quantity) for model in models.values() for name, one in model.constants.items()]
+    constants = dict(every) | dict(reversed(every))  # the order and the words of the first model
     first = "standard_solid"
     options = [Option(name, _readable(name), {} if name == first else _CONSTANTS_ENTRY) for name in models]
     library_option = Option("library", "From the library", _CONSTANTS_ENTRY)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,8 +36,7 @@ def checked(state: Mapping[str, Any]) -> State:
         if key.startswith(_PAGE):
             continue
         if key not in known:
-            close = get_close_matches(key[:100], known, 1)
-            raise InputError(key[:100], wanted=f"is no input{f'; did you mean {close[0]}?' if close else ''}")
+            raise InputError(key[:100], wanted="is no input of the explorer")
         values[key] = known[key].check(value)
     return values
 

@@ -139,12 +139,11 @@ class Batch:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         series = self.equilibria, self.viscosities, self.moduli, self.times
         bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
-        if not self.size:
-            return power_block(*series, np.empty(0), 1.0, *bodies)
-        if self.profile is not None:
+        # Without a row there is nothing to tabulate.
+        if self.profile is not None and self.size:
             units = self.depth_units, self.radius_units
             return table_block(self.profile, *series, *bodies, depth_factor, rtol, units)
-        return power_block(*series, self.coefficients, self.exponent or 0.0, *bodies)
+        return power_block(*series, self.coefficients if self.size else self.masses, self.exponent or 0.0, *bodies)
 
     def solve(
         self, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
