@@ -74,3 +74,18 @@ def test_rebounds_and_force_histories_of_other_geometries():
     assert measured.profile is body
     with pytest.raises(rs.InputError, match="must be a Geometry"):
         rs.Rebounds([0.1], [0.5], profile=0.01, mass=0.033)
+
+
+def test_a_bonded_layer_is_refused_where_the_model_does_not_give_its_poisson_ratio():
+    layer = rs.Layer(rs.Parabola(0.01), thickness=2e-3)
+    # The layer of an impact has the Poisson ratio of the material there, which the models need not have.
+    for one in (layer, rs.Impact(rs.elastic(youngs_modulus=1e6, poisson_ratio=0.45), layer, 0.033, 1.0).profile):
+        given = {"mass": 0.033, "profile": one}
+        with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
+            rs.Rebounds([0.5, 1.0], [0.5, 0.45], **given)
+        with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
+            rs.ForceHistory([0.0, 1e-3, 2e-3], [0.0, 1.0, 0.0], velocity=1.0, **given)
+        with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
+            rs.BounceTimes([0.1, 0.5, 0.8], **given)
+    sliding = rs.Layer(rs.Parabola(0.01), thickness=2e-3, base="frictionless")
+    assert rs.Rebounds([0.5, 1.0], [0.5, 0.45], mass=0.033, profile=sliding).profile == sliding

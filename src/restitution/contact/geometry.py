@@ -86,7 +86,7 @@ class Geometry(ABC):
 
     registered: ClassVar[dict[str, type[Any]]] = {}
     body_radius: ClassVar[bool] = False
-    needs_poisson_ratio: ClassVar[bool] = False  # whether `between` takes the Poisson ratio from the material
+    needs_poisson_ratio: bool = False  # whether `between` takes the Poisson ratio from the material
     axis_ratio: Numeric = 1.0  # short over long semi-axis of the contact
     # Keys of citation/references.bib, and what each is cited for.
     sources: ClassVar[tuple[tuple[str, str], ...]] = ()

@@ -267,8 +267,8 @@ def profile_of(radius: Any, profile: Any) -> Geometry:
         raise InputError("radius, profile", wanted="exactly one must be given")
     if profile is None:
         return Parabola(quantities.check_single("radius", radius))
-    if not isinstance(profile, Geometry) or np.ndim(profile.stiffness_radius(0.0)):
-        raise InputTypeError("profile", profile, "must be a single Geometry, such as Parabola(radius)")
+    if not isinstance(profile, Geometry) or profile.needs_poisson_ratio or np.ndim(profile.stiffness_radius(0.0)):
+        raise InputTypeError("profile", profile, "must be a single Geometry without a Poisson ratio, no bonded layer")
     return profile
 
 

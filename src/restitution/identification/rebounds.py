@@ -117,8 +117,8 @@ class Rebounds(Observations):
             raise InputError("radius, profile", wanted="exactly one must be given")
         if profile is None:
             given["radius"] = quantities.check("radius", radius)
-        elif not isinstance(profile, Geometry):
-            raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
+        elif not isinstance(profile, Geometry) or profile.needs_poisson_ratio:
+            raise InputTypeError("profile", profile, "must be a Geometry that needs no Poisson ratio, no bonded layer")
         elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.stiffness_radius(0.0)):
             raise InputError("profile", wanted="must be a single profile; give several as several sets of data")
         if temperature is not None:

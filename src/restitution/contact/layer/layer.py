@@ -84,7 +84,6 @@ class Layer(Geometry):
     """
 
     sources = (("hayes1972", "stiffness of a layer on a rigid base"),)
-    needs_poisson_ratio = True
     end = "where the profile ends or the contact radius is 40 thicknesses"
     obstacle = "the elements of a layer are coupled"
 
@@ -98,6 +97,7 @@ class Layer(Geometry):
     def __post_init__(self) -> None:
         super().__post_init__()
         one_of("base", self.base, ("bonded", "frictionless"))
+        object.__setattr__(self, "needs_poisson_ratio", self.base == "bonded")
         if not isinstance(self.profile, Profile):
             raise InputTypeError("profile", self.profile, "must be a Profile, such as Parabola(radius)")
         if self.profile.path_exponent == 0.0:
