@@ -56,7 +56,10 @@ def effective_modulus(material: Material, radius: float) -> PronySeries:
     times = np.geomspace(low, high, round(_PER_DECADE * decades))
     times = np.unique(np.concatenate([times, series.relaxation_times]))
     share = s[:, None] / (s[:, None] + 1.0 / times)
-    weights, _ = nnls(share / target[:, None], 1.0 - series.equilibrium_modulus / target, maxiter=100 * times.size)
+    matrix, right = share / target[:, None], 1.0 - series.equilibrium_modulus / target
+    weights, _ = nnls(matrix, right, maxiter=100 * times.size)
+    # Some versions of nnls take the normal equations, which have half of the digits.
+    weights[weights > 0.0] = np.linalg.lstsq(matrix[:, weights > 0.0], right)[0]
     kept = weights > 0.0
     found = PronySeries(series.equilibrium_modulus, weights[kept], times[kept])
     misfit = float(np.max(np.abs(np.asarray(found.carson_transform(s)) / target - 1.0)))
