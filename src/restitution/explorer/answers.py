@@ -56,7 +56,7 @@ _FRACTIONAL = 1e-4
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _FLIGHT_POINTS = 17
-_ELEMENTS = 20_000
+_ELEMENTS = 5_000
 
 _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
@@ -235,7 +235,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     built = time.thread_time()
     solve(problem, rtol=_RTOL)
     each = max(time.thread_time() - built, 1e-4)
-    most = int(min(max((0.6 * TIME_LIMIT + started - built) / each, 5), _MOST_BOUNCES))
+    most = int(min(max((0.35 * TIME_LIMIT + started - built) / each, 2), _MOST_BOUNCES))
     height = motion.impact_velocity**2 / (2.0 * motion.gravity)
     floor = _LEAST_RISE * height
     found = series_of_bounces(problem, gravity=motion.gravity, max_bounces=most, min_height=floor, rtol=_RTOL)
