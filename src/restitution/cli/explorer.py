@@ -48,7 +48,7 @@ def explore(
         running = listen(state, title, host=host, port=PORT if port is None else port)
         with compilation():
             warm_up()
-        # What is loaded stays; a search for garbage in it would hold an answer up for 0.1 s.
+        # What is loaded stays; a search for garbage in it would hold an answer up.
         gc.freeze()
     if host not in _LOCAL:
         report("note", f"--host {host}: everyone who can reach this machine and has the address can use the page")
