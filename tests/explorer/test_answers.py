@@ -251,9 +251,15 @@ def test_a_choice_that_is_not_available_is_replaced():
 def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
     text = case_file({}, tmp_path).read_text()
     path = tmp_path / "two.toml"
-    path.write_text(text + "\n[counter_material]\nlibrary = 'steel'\n")
-    with pytest.raises(rs.InputError, match=r"^counter_material: is not shown"):
-        of_case(rs.read_case(path))
+    layer, pane = (
+        text.replace("[profile]", "[profile]\nthickness = 0.005"),
+        text.replace("[impact]", "[impact]\nimpedance = 5.0"),
+    )
+    two = "\n[counter_material]\nlibrary = 'steel'\n"
+    for key, case in (("counter_material", text + two), ("profile.thickness", layer), ("impact.impedance", pane)):
+        path.write_text(case)
+        with pytest.raises(rs.InputError, match=rf"^{key}: is not shown"):
+            of_case(rs.read_case(path))
     impact = answers.case_of({}).impact
     with pytest.raises(rs.InputError, match="single impact"):
         of_impact(replace(impact, velocity=[1.0, 2.0]))

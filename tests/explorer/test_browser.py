@@ -148,7 +148,8 @@ def test_numbers_of_a_link_are_those_of_the_solver(opened):
     assert number(page, "instantaneous_poisson_ratio") == pytest.approx(material.instantaneous_poisson_ratio)
     assert page.locator("[data-check]").count() == 6
     for check in result.validity:
-        assert check.message[20:] in page.locator(f"[data-check={check.kind}]").inner_text()
+        printed = check.message.replace("e+03", "·10³").replace("kg/m3", "kg/m³")
+        assert printed[20:] in page.locator(f"[data-check={check.kind}]").inner_text()
 
 
 PYRAMID = """
@@ -364,7 +365,7 @@ def test_a_failing_solve_shows_its_line_and_keeps_the_picture(opened):
 
 DROP = """([name, text]) => {
   const files = new DataTransfer();
-  files.items.add(new File([text], name));
+  files.items.add(new File([typeof text === "string" ? text : new Uint8Array(text)], name));
   for (const kind of ["dragenter", "dragover", "drop"]) {
     document.dispatchEvent(new DragEvent(kind, { dataTransfer: files, bubbles: true, cancelable: true }));
   }
@@ -385,6 +386,15 @@ def test_a_dropped_dma_table_becomes_the_material(opened, tmp_path):
     assert page.locator("#file-message").is_visible()
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252"])
+def test_files_of_instruments_have_other_encodings(opened, encoding):
+    page = opened()
+    # The name of the temperature has a letter that is no ASCII.
+    text = "# at 23 °C\n" + (EXAMPLES / "beads_dma.csv").read_text()
+    page.evaluate(DROP, ["µ.csv", [*text.encode(encoding)]])
+    until(page, "explorer.state.get('material.model') === 'prony'")
+
+
 def test_bad_files_are_refused_in_one_line(opened):
     page = opened()
     before = page.url
@@ -394,7 +404,7 @@ def test_bad_files_are_refused_in_one_line(opened):
         ("picture.png", "\x89PNG\x00\x01"),
         ("case.toml", "[body]\nmas = 1\n"),
     ):
-        page.evaluate("explorer.files.say('')")
+        page.evaluate("explorer.files.show('')")
         page.evaluate(DROP, [name, text])
         page.wait_for_selector("#file-message[data-bad=true]:visible")
         words = page.locator("#file-message").inner_text()
@@ -423,6 +433,30 @@ def test_back_forward_undo_and_redo(opened):
     assert page.get_by_role("button", name="Redo").is_disabled()
     page.reload()
     wait_for(page, "restitution_coefficient", e[3.0])
+    # An address that is typed is a step, too.
+    page.evaluate("location.hash = location.hash.replace('velocity=3', 'velocity=2')")
+    wait_for(page, "restitution_coefficient", e[2.0])
+    page.get_by_role("button", name="Undo").click()
+    wait_for(page, "restitution_coefficient", e[3.0])
+
+
+def test_a_tab_shows_what_was_changed_on_another_one(opened):
+    page = opened({"page.tab": "impact"}, viewport={"width": 360, "height": 760})
+    until(page, "explorer.last.velocity && explorer.last.surface")
+    page.get_by_role("tab", name="Paper").click()
+    page.evaluate("explorer.state.set({'material.viscosity': 300}, true)")
+    result = rs.solve(ball(viscosity=300.0))
+    until(page, f"Math.abs(explorer.numbers.restitution_coefficient - {result.restitution_coefficient!r}) < 1e-9")
+    assert f"e = {result.restitution_coefficient:.4f}" in page.locator("#strip").inner_text()
+    assert page.evaluate("explorer.last.surface === null")
+    page.get_by_role("tab", name="Impact").click()
+    curve = "explorer.last.velocity.curves.velocity"
+    slowest = rs.solve(ball(viscosity=300.0, velocity=page.evaluate(f"{curve}.velocity[0]")))
+    until(page, f"Math.abs({curve}.restitution_coefficient[0] - {slowest.restitution_coefficient!r}) < 1e-5")
+    until(page, "explorer.last.surface")
+    page.get_by_role("tab", name="Indentation").click()
+    until(page, "explorer.last.indentation")
+    assert page.locator("#strip").inner_text().startswith("F = ")
 
 
 def test_two_pages_do_not_disturb_each_other(opened):

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 State = dict[str, Any]
 
 _PAGE, _SIDES = "page.", "profile.sides"
+_NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
 _INFINITE = "incompressible"
 
 
@@ -138,9 +139,12 @@ def _from_groups(values: State) -> dict[str, float]:
 def of_case(case: Case) -> State:
     """Return the state of a case file; refuse one that the page cannot show."""
     sections = case.sections
-    for key in ("counter_material", "counter_body"):
-        if getattr(sections, key) is not None:
-            raise InputError(key, wanted="is not shown by the explorer, whose body is rigid; leave the section out")
+    left_out = {key: getattr(sections, key) for key in ("counter_material", "counter_body")}
+    left_out |= {"profile.thickness": getattr(sections.profile, "thickness", None)}
+    left_out |= {"impact.impedance": case.impact.impedance if np.isfinite(case.impact.impedance) else None}
+    for key, value in left_out.items():
+        if value is not None:
+            raise InputError(key, wanted=f"{_NO_OTHER}; leave it out")
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     values |= flat({"profile": written["profile"], "body": written["body"]})
@@ -166,7 +170,7 @@ def of_impact(impact: Impact) -> State:
     if impact.shape:
         raise InputError("impact", wanted=f"must be a single impact, but has shape {impact.shape}")
     if impact.counter_material is not None or not math.isinf(impact.impedance):
-        raise InputError("impact", wanted="must be of a rigid body on a half-space; the explorer shows no other")
+        raise InputError("impact", wanted=_NO_OTHER)
     names = {profile: name for name, profile in Geometry.registered.items()}
     kind = type(impact.profile)
     if kind not in names or names[kind] not in {one.value for one in inputs()["profile.type"].options}:

@@ -26,7 +26,7 @@ export class BounceTab {
     this.numbers.show({ ...answer.numbers, restitution_coefficient: first ?? null });
     const { n_bounces: count, total_time: time } = answer.numbers;
     this.flight.show({ ...picture(sets("flight"), "time", [{ name: "height" }], outputs, { xWords: "time", words: "height" }),
-      summary: `${count} bounces in ${phrase(time, outputs.total_time ?? { unit: "s", dimension: "time" })}.` });
+      summary: `${count} bounces in ${phrase(time, outputs.total_time)}.` });
     const most = Math.max(...sets("bounces").map(({ table }) => table.bounce.length));
     const x = [0.5, most + 0.5];
     const dots = (shown) => ({ ...shown, ranges: { x }, x: { ...shown.x, whole: true }, marks: shown.curves.filter((curve) => curve.colour === "accent").flatMap(({ x, y }) =>

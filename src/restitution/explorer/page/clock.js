@@ -20,7 +20,7 @@ export class Clock {
   // The contact lasts `length` seconds.
   span(length) {
     this.length = length;
-    this.tell();
+    this.notify();
   }
 
   // Time since first touch over the contact time: below 0 in the fall, above 1 after separation.
@@ -46,7 +46,7 @@ export class Clock {
   to(share) {
     this.pause();
     this.share = Math.min(Math.max(share, 0), 1);
-    this.tell();
+    this.notify();
   }
 
   play() {
@@ -57,11 +57,11 @@ export class Clock {
       if (!this.playing) return;
       this.share = (this.share + Math.min(now - before, 100) / DURATION) % 1;
       before = now;
-      this.tell();
+      this.notify();
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
-    this.tell();
+    this.notify();
   }
 
   pause() {
@@ -70,10 +70,10 @@ export class Clock {
 
   start() {
     if (!calm()) this.play();
-    else this.tell();
+    else this.notify();
   }
 
-  tell() {
+  notify() {
     for (const listener of this.listeners) listener(this);
   }
 }

@@ -17,13 +17,15 @@ export class Dropped {
       depth = Math.max(0, depth + change);
       document.body.classList.toggle("dropping", depth > 0);
     };
-    document.addEventListener("dragenter", () => over(1));
-    document.addEventListener("dragleave", () => over(-1));
-    document.addEventListener("dragover", (event) => event.preventDefault());
-    document.addEventListener("drop", (event) => {
+    // A text that is dragged is none of the page's business.
+    const on = (kind, act) => document.addEventListener(kind, (event) => event.dataTransfer?.types.includes("Files") && act(event));
+    on("dragenter", () => over(1));
+    on("dragleave", () => over(-1));
+    on("dragover", (event) => event.preventDefault());
+    on("drop", (event) => {
       event.preventDefault();
       over(-depth);
-      if (event.dataTransfer.files.length) this.read(event.dataTransfer.files[0]);
+      this.read(event.dataTransfer.files[0]);
     });
   }
 
@@ -31,25 +33,40 @@ export class Dropped {
     if (!file) return;
     const most = this.app.schema.limits.file_characters;
     if (file.size > most) {
-      this.say(`${file.name} has ${file.size} bytes; a file may have at most ${most}.`, true);
+      this.show(`${file.name} has ${file.size} bytes; a file may have at most ${most}.`, true);
       return;
     }
-    this.say(`Reading ${file.name} …`);
-    this.app.backend.ask("file", { name: file.name, text: await file.text(), state: this.app.state.case() });
+    this.show(`Reading ${file.name} …`);
+    try {
+      this.app.backend.ask("file", { name: file.name, text: textOf(await file.arrayBuffer()), state: this.app.state.case() });
+    } catch {
+      this.show(`${file.name} cannot be read.`, true);
+    }
   }
 
   receive(answer) {
     if (!answer.ok) {
-      this.say(answer.error, true);
+      this.show(answer.error, true);
       return;
     }
-    this.say([answer.words, ...(answer.notes ?? [])].join("\n"));
+    this.show([answer.words, ...(answer.notes ?? [])].join("\n"));
     this.app.state.set(answer.state, true);
   }
 
-  say(words, bad = false) {
+  show(words, bad = false) {
     this.message.textContent = words;
     this.message.dataset.bad = bad;
     this.message.hidden = !words;
+  }
+}
+
+// Instruments write UTF-8, UTF-16 with a mark at its start, or Windows-1252.
+function textOf(bytes) {
+  const mark = new Uint8Array(bytes.slice(0, 2)).join();
+  const encoding = { "255,254": "utf-16le", "254,255": "utf-16be" }[mark] ?? "utf-8";
+  try {
+    return new TextDecoder(encoding, { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
   }
 }

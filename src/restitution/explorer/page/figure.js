@@ -36,7 +36,7 @@ export class Figure {
     this.bands = bands;
     this.ranges = {
       x: ranges.x ?? (x.room ? padded(extent(curves, "x"), false) : extent(curves, "x", x.log)),
-      y: ranges.y ?? padded(extent(curves, "y", y.log), y.log),
+      y: ranges.y ?? padded(extent(curves, "y", y.log), y.log, marks.some(({ label }) => label)),
     };
     this.marks = marks.filter((mark) => ["x", "y"].every((key) => mark[key] === undefined
       || (mark[key] >= this.ranges[key][0] && mark[key] <= this.ranges[key][1])));
@@ -311,10 +311,11 @@ function extent(curves, key, log) {
   return [low, high];
 }
 
-function padded([low, high], log) {
+// The words of a line stand above the curves.
+function padded([low, high], log, words = false) {
   if (log) {
     const room = Math.pow(high / low, 0.05);
-    return [low / room, high * room];
+    return [low / room, high * (words ? room ** 3 : room)];
   }
   const room = 0.06 * (high - low);
   return [low >= 0 && low < 0.3 * high ? 0 : low - room, high + room];

@@ -1,12 +1,8 @@
 // The controls, made from the schema: a slider and a number for each quantity, a list of choices, a list of numbers.
 import { convert, back, phrase, symbolNodes, unitFor, unitText } from "./units.js";
 
-const BY_TAB = {
-  impact: (input) => ["material", "body", "impact"].includes(input.group),
-  paper: (input) => ["material", "body", "impact"].includes(input.group),
-  bounce: (input) => ["material", "body", "impact", "bounces"].includes(input.group),
-  indentation: (input) => ["material", "indentation"].includes(input.group) || input.key.startsWith("profile."),
-};
+const CASE = ["material", "body", "impact"];
+const GROUPS = { impact: CASE, paper: CASE, bounce: [...CASE, "bounces"], indentation: ["material", "indentation"] };
 
 export class Inputs {
   constructor(schema, state, root) {
@@ -32,8 +28,9 @@ export class Inputs {
   }
 
   update() {
-    const tab = this.state.get("page.tab") ?? "impact";
-    const belongs = BY_TAB[tab] ?? BY_TAB.impact;
+    const tab = this.state.get("page.tab");
+    const groups = GROUPS[tab] ?? CASE;
+    const belongs = (input) => groups.includes(input.group) || (tab === "indentation" && input.key.startsWith("profile."));
     // What stays as it is is left alone: a frame of the browser costs more than a solve.
     for (const control of this.controls) {
       const hidden = !(belongs(control.input) && this.state.shown(control.input) && control.useful());
@@ -206,7 +203,8 @@ class ListControl extends Control {
 
   typed() {
     const unit = this.listUnit;
-    const values = this.field.value.split(/[\s,;]+/).filter(Boolean).map((text) => back(Number(text), unit));
+    // A comma within a number may be a decimal one, which is refused.
+    const values = this.field.value.split(/[,;]?\s+|;/).filter(Boolean).map((text) => back(Number(text), unit));
     if (values.some((value) => !Number.isFinite(value))) this.fault("Write numbers with spaces between them.", true);
     else this.state.set({ [this.input.key]: values }, true);
   }

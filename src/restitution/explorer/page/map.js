@@ -1,7 +1,7 @@
 // The plane of the paper's Figures 3 and 4: isolines of e over p2 and p3, shaded.
 import { colours } from "./theme.js";
 
-export const P2 = logspace(-3, 1, 81);
+const P2 = logspace(-3, 1, 81);
 export const P3 = logspace(-2, 2, 81);
 const LEVELS = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
 
@@ -90,7 +90,7 @@ function shade(values, ...ends) {
   return canvas;
 }
 
-const channels = (hex) => [1, 3, 5].map((n) => parseInt(hex.slice(n, n + 2), 16));
+const channels = (colour) => colour.match(/\d+/g).slice(0, 3).map(Number);
 
 // What a panel draws: the plane at this Poisson ratio, and the present point if it is on the plane.
 export function planePicture(paper, nu, marks = [], levels = LEVELS) {

@@ -1,6 +1,6 @@
 // The numbers of the present setting, and the assumptions of the theory with theirs.
 import { element, sentence } from "./inputs.js";
-import { symbolNodes, withUnit } from "./units.js";
+import { superscript, symbolNodes, withUnit } from "./units.js";
 
 const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"], note: ["i", "note"] };
 
@@ -60,12 +60,15 @@ export class Assumptions {
 
 const withTitle = ({ title, message }) => (message.startsWith(title) ? message : `${title}: ${message}`);
 
+// Powers of ten and cubic metres of a message, as they are printed.
+const printed = (text) => text.replace(/e([+-]\d+)/g, (_, power) => `·10${superscript(Number(power))}`).replaceAll("kg/m3", "kg/m³");
+
 function row(state, message, advice = "", kind = "") {
   const [sign, words] = STATES[state] ?? STATES.unknown;
   const mark = element("span", { className: `sign ${state}` }, sign);
   mark.setAttribute("role", "img");
   mark.setAttribute("aria-label", words);
-  const item = element("li", {}, mark, element("span", {}, sentence(message), ...(advice ? [". ", element("em", {}, advice)] : [])));
+  const item = element("li", {}, mark, element("span", {}, printed(sentence(message)), ...(advice ? [". ", element("em", {}, advice)] : [])));
   if (kind) item.dataset.check = kind;
   return item;
 }

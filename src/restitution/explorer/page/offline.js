@@ -42,7 +42,8 @@ export class Offline {
   impact(state) {
     const numbers = this.numbers(state);
     if (Number.isFinite(numbers.restitution_coefficient)) return { ok: true, numbers };
-    const words = `p2 = ${numbers.p2.toPrecision(3)} and p3 = ${numbers.p3.toPrecision(3)} lie outside the plane of the paper (0.001 to 10, 0.01 to 100)`;
+    const [p2, p3] = ["p2", "p3"].map((name) => this.paper.about[name].map((one) => Number(one.toPrecision(3))).join(" to "));
+    const words = `p2 = ${numbers.p2.toPrecision(3)} and p3 = ${numbers.p3.toPrecision(3)} lie outside the plane of the paper (${p2}, ${p3})`;
     return { ok: false, error: `${words}; the program itself has no such limit`, field: null };
   }
 

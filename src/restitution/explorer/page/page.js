@@ -17,7 +17,14 @@ import * as ways from "./ways.js";
 
 const $ = (id) => document.getElementById(id);
 const LIVE = document.querySelector('meta[name="restitution"]').content === "live";
+// What each tab asks for, what it draws, and the numbers of the line at the top of a narrow screen.
 const NEEDED = { impact: ["impact"], paper: ["impact", "paper"], bounce: ["bounces"], indentation: ["indentation"] };
+const DRAWN = { ...NEEDED, impact: ["impact", "velocity", "surface"], paper: ["impact"] };
+const STRIP = {
+  impact: ["restitution_coefficient", "contact_time", "max_force"],
+  bounces: ["n_bounces", "drop_height", "total_time"],
+  indentation: ["max_force", "max_indentation_depth", "work"],
+};
 const REST = 140;
 
 class App {
@@ -87,6 +94,7 @@ class App {
       this.own = own;
       setSystem(this.state.get("page.units"));
       this.redraw();
+      this.further();
     }
     this.showProblem();
   }
@@ -105,12 +113,18 @@ class App {
   }
 
   receiveOwn(answer, asked) {
+    // A surface belongs to one impact, and the page can do without it.
+    if (answer.kind === "surface" && !(answer.ok && asked.state === this.solved)) return;
     this.problems[answer.kind] = answer.ok ? null : answer;
     if (answer.ok) {
       this.last[answer.kind] = answer;
+      if (answer.kind === "impact") {
+        this.solved = asked.state;
+        this.last.surface = null;
+      }
       this.draw(answer);
+      if (answer.kind === "impact") this.further();
     }
-    if (answer.kind === "impact") this.further(answer, asked);
     this.showProblem();
   }
 
@@ -119,40 +133,38 @@ class App {
       this.numbers = answer.numbers;
       if (this.tab === "paper") this.tabs.paper.draw();
       else if (this.tab === "impact") this.tabs.impact.receive(answer);
-      this.showStrip();
     } else if (answer.kind === "velocity" || answer.kind === "surface") this.tabs.impact.receive(answer);
     else if (answer.kind === "paper") this.tabs.paper.receive(answer);
     else if (answer.kind === "bounces") this.tabs.bounce.receive(answer);
     else if (answer.kind === "indentation") this.tabs.indentation.receive(answer);
-    if (answer.kind === NEEDED[this.tab][0]) this.pins.table(answer.kind, answer.numbers);
+    if (answer.kind === NEEDED[this.tab][0]) this.showNumbers(answer.kind, answer.numbers);
   }
 
   // What costs more follows the numbers: e over velocity at once, the surface when the sliders rest.
-  further(answer, asked) {
+  further() {
     clearTimeout(this.resting);
-    if (!answer.ok || this.tab !== "impact") return;
-    const { "impact.velocity": velocity, ...others } = asked.state;
+    const { solved: state } = this;
+    if (!state || this.tab !== "impact") return;
+    const { "impact.velocity": velocity, ...others } = state;
     const text = JSON.stringify(others);
     if (text !== this.asked.velocity) {
       this.asked.velocity = text;
-      this.backend.ask("velocity", { state: asked.state });
+      this.backend.ask("velocity", { state });
     }
-    if (LIVE) this.resting = setTimeout(() => answer.curves.history && answer.curves.shape && this.backend.ask("surface", { state: asked.state }), REST);
+    const { history, shape } = this.last.impact.curves ?? {};
+    if (history && shape && !this.last.surface) this.resting = setTimeout(() => this.backend.ask("surface", { state }), REST);
   }
 
   redraw() {
-    for (const kind of ["impact", "velocity", "surface", "bounces", "indentation"]) {
-      const answer = this.last[kind];
-      if (answer && (NEEDED[this.tab].includes(kind) || (this.tab === "impact" && kind !== "bounces" && kind !== "indentation"))) this.draw(answer);
-    }
+    for (const kind of DRAWN[this.tab]) if (this.last[kind]) this.draw(this.last[kind]);
     if (this.tab === "paper") this.tabs.paper.draw();
     const [own] = NEEDED[this.tab];
-    if (!this.last[own]) this.pins.table(own, null);
+    if (!this.last[own]) this.showNumbers(own, null);
   }
 
   // A solve that fails shows its one line; the last good picture stays, greyed.
   showProblem() {
-    const bad = [...NEEDED[this.tab], "velocity"].map((kind) => this.problems[kind]).find(Boolean);
+    const bad = DRAWN[this.tab].map((kind) => this.problems[kind]).find(Boolean);
     const box = $("problem");
     box.hidden = !bad;
     if (bad && box.textContent !== bad.error) box.textContent = bad.error;
@@ -160,11 +172,13 @@ class App {
     this.inputs.fault(bad?.field, bad?.error ?? "");
   }
 
-  showStrip() {
+  // The numbers of the tab in the table of pinned settings and in the strip; `numbers` is null where none are there.
+  showNumbers(kind, numbers) {
     const { outputs } = this.schema;
-    const shown = ["restitution_coefficient", "contact_time", "max_force"].filter((name) => this.numbers[name] !== undefined);
-    $("strip").hidden = false;
-    $("strip").textContent = shown.map((name) => `${outputs[name].symbol.replace("_max", "")} = ${phrase(this.numbers[name], outputs[name])}`).join("   ");
+    this.pins.table(kind, numbers);
+    const shown = STRIP[kind].filter((name) => numbers?.[name] !== undefined);
+    $("strip").hidden = !shown.length;
+    $("strip").textContent = shown.map((name) => `${outputs[name].symbol.replace("_max", "")} = ${phrase(numbers[name], outputs[name])}`).join("   ");
   }
 
   report(word) {

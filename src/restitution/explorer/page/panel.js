@@ -32,7 +32,8 @@ export class Panel {
   }
 
   draw(curves) {
-    const named = curves.filter((curve) => curve.label);
+    // The present curves are drawn last, and named first.
+    const named = curves.filter((curve) => curve.label).reverse();
     const key = named.map((curve) => [curve.label, curve.colour, curve.dash, curve.letter].join()).join("|");
     if (key === this.key) return;
     this.key = key;

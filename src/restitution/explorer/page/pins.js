@@ -35,7 +35,6 @@ export class Pins {
       const kept = before.find((pin) => pin.link === link);
       return { link, letter: LETTERS[n], dash: DASHES[n], values: kept?.values ?? this.state.read(`#${link}`), answers: kept?.answers ?? {} };
     });
-    this.changed?.();
   }
 
   add() {

@@ -8,7 +8,7 @@ export function timeControl(clock) {
   play.addEventListener("click", () => {
     if (clock.playing) clock.pause();
     else clock.play();
-    clock.tell();
+    clock.notify();
   });
   slider.addEventListener("input", () => clock.to(slider.value / 1000));
   clock.onTick(() => {

@@ -11,8 +11,9 @@ export class State {
     this.given = schema.state ?? {};
     this.listeners = [];
     this.values = this.read(location.hash);
+    // A page that is opened anew has no steps after it.
     this.index = history.state?.index ?? 0;
-    this.last = Math.max(this.index, Number(ofTab.getItem("last") ?? 0));
+    this.last = history.state ? Math.max(this.index, Number(ofTab.getItem("last") ?? 0)) : 0;
     history.replaceState({ index: this.index }, "", this.link());
     addEventListener("popstate", () => this.moved());
     addEventListener("hashchange", () => this.moved());
@@ -85,7 +86,7 @@ export class State {
       return;
     }
     this.values = this.settled({ ...this.values, ...patch });
-    this.tell();
+    this.notify();
     clearTimeout(this.timer);
     if (done) this.commit();
     else this.timer = setTimeout(() => this.commit(), PAUSE);
@@ -95,18 +96,27 @@ export class State {
     clearTimeout(this.timer);
     const link = this.link();
     if (link === location.hash) return;
+    this.step();
+    history.pushState({ index: this.index }, "", link);
+    this.notify();
+  }
+
+  step() {
     this.index += 1;
     this.last = this.index;
     ofTab.setItem("last", this.last);
-    history.pushState({ index: this.index }, "", link);
-    this.tell();
   }
 
+  // To another entry of the history, or to an address that was typed, which is a new one.
   moved() {
     clearTimeout(this.timer);
-    this.index = history.state?.index ?? 0;
+    if (history.state) this.index = history.state.index;
+    else {
+      this.step();
+      history.replaceState({ index: this.index }, "");
+    }
     this.values = this.read(location.hash);
-    this.tell();
+    this.notify();
   }
 
   get canUndo() {
@@ -130,7 +140,7 @@ export class State {
     this.listeners.push(listener);
   }
 
-  tell() {
+  notify() {
     for (const listener of this.listeners) listener(this);
   }
 }

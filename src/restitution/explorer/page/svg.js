@@ -84,7 +84,7 @@ export function svgOf(figure, title) {
 function legend(curves, em, width) {
   const entries = [];
   let [left, line] = [em, 2.3 * em];
-  for (const curve of curves.filter(({ label }) => label)) {
+  for (const curve of curves.filter(({ label }) => label).reverse()) {
     const wide = (3 + 0.5 * curve.label.length) * em;
     if (left > em && left + wide > width) [left, line] = [em, line + 1.4 * em];
     entries.push({ curve, left, line });

@@ -1,12 +1,17 @@
-// Colours of the pictures, read from the style sheet; they follow the choice of light or dark.
+// Colours of the pictures, read from the style sheet; they follow the choice of light or dark, and paper is light.
 const NAMES = ["ink", "muted", "card", "grid", "accent", "second", "third", "pinned", "map-low", "map-high", "warn", "ground", "body"];
 const waiting = new Set();
 let found = null;
 
 export function colours() {
   if (found) return found;
-  const style = getComputedStyle(document.documentElement);
-  found = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+  // An element has the colours as numbers; the style sheet has each of them for light and for dark.
+  const probe = document.body.appendChild(document.createElement("i"));
+  found = Object.fromEntries(NAMES.map((name) => {
+    probe.style.color = `var(--${name})`;
+    return [name, getComputedStyle(probe).color];
+  }));
+  probe.remove();
   found.font = getComputedStyle(document.body).fontFamily;
   found.em = parseFloat(getComputedStyle(document.documentElement).fontSize);
   found.thickness = found.em / 16;
@@ -22,11 +27,21 @@ function changed() {
   for (const callback of waiting) callback();
 }
 
+let chosen = "auto";
+
 export function setTheme(choice) {
-  if (choice === "auto") delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = choice;
+  chosen = choice;
+  wear(choice);
+}
+
+function wear(theme) {
+  if (theme === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
   changed();
 }
+
+addEventListener("beforeprint", () => wear("light"));
+addEventListener("afterprint", () => wear(chosen));
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
 let width = innerWidth;

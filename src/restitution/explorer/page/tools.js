@@ -44,24 +44,24 @@ export function bindTools(app) {
     setTheme(event.target.value);
   });
 
-  const said = (button, words) => {
-    const before = button.textContent;
-    button.textContent = words;
+  // A button shows for a moment what it did. A browser has a clipboard for pages of this machine and of https alone.
+  const copy = async (button, text) => {
+    const before = button.dataset.words ??= button.textContent;
+    button.textContent = await navigator.clipboard?.writeText(text).then(() => "Copied", () => null) ?? "Not allowed here";
     setTimeout(() => {
       button.textContent = before;
     }, 1500);
   };
-  const copied = (button, text) => navigator.clipboard.writeText(text).then(() => said(button, "Copied"), () => said(button, "Not allowed"));
   $("copy-link").addEventListener("click", () => {
     state.commit();
-    copied($("copy-link"), location.href);
+    copy($("copy-link"), location.href);
   });
   const fetched = (what, act) => {
-    app.downloaded = (answer) => (answer.ok ? act(answer) : app.files.say(answer.error, true));
+    app.downloaded = (answer) => (answer.ok ? act(answer) : app.files.show(answer.error, true));
     app.backend.ask("download", { what, state: state.case() });
   };
   const further = () => (app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}))\n` : "");
-  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copied($("copy-python"), text + further())));
+  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copy($("copy-python"), text + further())));
   $("download-case").addEventListener("click", () => {
     fetched(app.tab === "indentation" ? "indentation" : "case", ({ name, type, text }) => download(name, type, text));
   });
@@ -82,7 +82,7 @@ export function bindTools(app) {
 
 // On a narrow screen the settings are a sheet that opens.
 function bindSheet() {
-  const narrow = matchMedia("(max-width: 860px)");
+  const narrow = matchMedia("screen and (max-width: 860px)");
   const fit = () => {
     $("settings-box").open = !narrow.matches;
   };

@@ -24,7 +24,7 @@ export const unitText = (unit) => unit
   .replace(/\bu(?=[msgNJ])/g, "µ");
 
 // The unit in which a quantity is shown, as {unit, factor, offset}: shown = SI factor + offset.
-export function shownIn(quantity) {
+function shownIn(quantity) {
   return systems[system]?.[quantity.dimension] ?? { unit: quantity.unit ?? "", factor: 1 };
 }
 
@@ -92,7 +92,7 @@ export function axisLabel(quantity, unit, words = quantity.words) {
 }
 
 const LOWERED = { 0: "₀", 1: "₁", 2: "₂", 3: "₃", "∞": "∞" };
-export const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, one) => LOWERED[one] ?? `_${one}`).replace(/_\{?(\w+)\}?/, " $1");
+const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, one) => LOWERED[one] ?? `_${one}`).replace(/_\{?(\w+)\}?/, " $1");
 
 // A symbol such as "d_max" as elements, with its subscript lowered.
 export function symbolNodes(symbol) {
