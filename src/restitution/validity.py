@@ -329,11 +329,9 @@ def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
 def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
     x = one.contact_size_ratio
     # Expansion for a parabola on a bonded incompressible layer; the exact factor at 0.5 is 2.156.
-    stiffer = (
-        f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.0f} %" if x <= 0.5 else "more than 100 %"
-    )
+    more = f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.0f} %" if x <= 0.5 else "more than 100 %"
     text = f"contact radius over size of the target is {_beside(x, SIZE_LIMIT)}; "
-    text += f"a bonded incompressible layer would be {stiffer} stiffer"
+    text += f"a bonded incompressible layer would be {more} stiffer"
     return text, "Take a thicker target, or read the result as that of a thick one."
 
 

@@ -480,6 +480,18 @@ def test_two_bodies_equal_a_collision_in_python(folder: Path, text: str, second:
 
 
 @pytest.mark.parametrize(
+    ("profile", "motion", "words"),
+    [
+        ("", "", "a body on a half-space, one of the two rigid"),
+        ("thickness = 0.005", "", "a body on a layer, one of the two rigid"),
+        ("", "impedance = 5.0", "a body on a plate or rod, one of the two rigid"),
+    ],
+)
+def test_the_target_has_its_name(folder: Path, profile: str, motion: str, words: str) -> None:
+    assert read(BEAD + f"{motion}\n" + SOLID + f"[profile]\n{profile}\n").arrangement == words
+
+
+@pytest.mark.parametrize(
     ("text", "field"),
     [
         ('[profile]\ntype = "cone"\nhalf_angle = 1.2\n', "profile.type"),

@@ -46,7 +46,7 @@ def test_a_notebook_takes_a_case_file_too(tmp_path, monkeypatch):
         with rs.explore(given) as page, opened(page._running) as socket:
             assert socket.schema["title"] == "A ball"
             assert socket.schema["state"]["material.model"] == "standard_solid"
-    with pytest.raises(rs.InputError, match="must be the name of a file"):
+    with pytest.raises(rs.InputError, match="must be an Impact or the name of a case file"):
         rs.explore(3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(rs.InputError, match="height"):
         rs.explore(height=-1)

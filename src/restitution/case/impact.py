@@ -203,13 +203,14 @@ class Case:
     @property
     def arrangement(self) -> str:
         """The bodies in words."""
-        counter, second = self.impact.counter_material, self.sections.counter_body
-        partner = "rigid" if counter is None else f"of {counter.name or 'another material'}"
-        if counter is not None and counter == self.impact.material:
-            partner = "of the same material"
+        profile, counter, second = self.sections.profile, self.impact.counter_material, self.sections.counter_body
+        name = "the same material" if counter == self.impact.material else counter and counter.name
+        partner = "rigid" if counter is None else f"of {name or 'another material'}"
         if second is not None:
             return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
-        return f"a body on a half-space, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
+        target = "layer" if profile.on_layer else "half-space" if math.isinf(self.impact.impedance) else "plate or rod"
+        target = "target with a force law" if profile.type == "force_law" else target
+        return f"a body on a {target}, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
     def over(self, velocity: tuple[float, float]) -> Impact:
         """The impact, with fractional materials that hold for the contact times of a range of velocities [m/s]."""

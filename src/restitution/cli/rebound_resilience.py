@@ -69,7 +69,7 @@ def resilience(
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))
     else:
-        table = found.table.reset_index()
+        table = found.table.reset_index().rename(columns={"temperature": "temperature [K]"})
         rows = [tuple(map(str, row)) for row in table.itertuples(index=False)]
         tables.print_rows(found.heading, tuple(table.columns), rows)
         for name, text in found.standard.sources.items():

@@ -111,8 +111,9 @@ def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, .
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD)
-    for column in columns:
-        table.add_column(Text(column), overflow="fold", justify="right" if column == right else "left")
+    for n, head in enumerate(columns):
+        least = min(16, max(map(len, " ".join((head, *(row[n] for row in rows))).split()), default=1))
+        table.add_column(Text(head), overflow="fold", justify="right" if head == right else "left", min_width=least)
     for row in rows:
         table.add_row(*map(Text, row))
     console = Console(highlight=False)

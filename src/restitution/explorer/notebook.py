@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from html import escape
+from os import PathLike
 from threading import Thread
 from typing import TYPE_CHECKING, Self
 
@@ -94,20 +95,18 @@ def explore(
     >>> page = rs.explore(rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0))  # doctest: +SKIP
     >>> page.close()  # doctest: +SKIP
     """
+    from restitution.checks import whole
     from restitution.explorer.launch import in_thread, listen, warm_up
     from restitution.explorer.state import of_case, of_impact
-    from restitution.impact.problem import Impact
 
     title = None
     if impact is None:
         state = {}
-    elif isinstance(impact, Impact):
-        state = of_impact(impact)
-    else:
+    elif isinstance(impact, Case | str | PathLike):
         case = impact if isinstance(impact, Case) else read_case(path_of(impact, "impact"))
         state, title = of_case(case), case.title
-    from restitution.checks import whole
-
+    else:
+        state = of_impact(impact)
     whole("height", height, 100, 10_000)
     running = listen(state, title, host=host, port=port, framed=True)
     warm_up()
