@@ -2,7 +2,9 @@
 
 import random
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,15 @@ from restitution.quantities import BUDGET
 
 MODELS = [one.value for one in inputs()["material.model"].options]
 PROFILES = [one.value for one in inputs()["profile.type"].options]
+
+
+TIME_LIMIT = answers.TIME_LIMIT
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let curves be fine on a slow machine too."""
+    monkeypatch.setattr(answers, "TIME_LIMIT", 1e3)
 
 
 def drawn(seed: int, **fixed: Any) -> dict[str, Any]:
@@ -112,15 +123,62 @@ def test_the_curve_over_velocity_is_that_of_solve(state):
         assert bool(curve["doubtful"][n]) == bool(expected.validity.warnings)
 
 
-def test_curves_over_velocity_get_fewer_points_when_they_take_long(monkeypatch):
+def ticking(monkeypatch: pytest.MonkeyPatch, step: float) -> None:
+    """Let each look at the clock take some time [s]."""
+    looks = count()
+    monkeypatch.setattr(answers, "TIME_LIMIT", TIME_LIMIT)
+    monkeypatch.setattr(answers, "time", SimpleNamespace(thread_time=lambda: step * next(looks)))
+
+
+# In 60 ms: the case and 6 points, which take a step each, and as many others as possible.
+@pytest.mark.parametrize(("step", "points"), [(1e-3, 61), (9e-3, 21), (25e-3, 6)])
+def test_curves_over_velocity_get_fewer_points_when_they_take_long(monkeypatch, step, points):
     fine = answers.velocity({})["curves"]["velocity"]
-    monkeypatch.setattr(answers, "TIME_LIMIT", 0.0)
+    ticking(monkeypatch, step)
     coarse = answers.velocity({})["curves"]["velocity"]
-    assert len(coarse["velocity"]) == 6
+    assert len(coarse["velocity"]) == points
     places = np.searchsorted(fine["velocity"], coarse["velocity"])
     np.testing.assert_array_equal(fine["velocity"][places], coarse["velocity"])
     np.testing.assert_allclose(fine["restitution_coefficient"][places], coarse["restitution_coefficient"], rtol=1e-6)
-    assert len(answers.surface({})["curves"]["surface"]["time"]) == 4
+
+
+# Four rows, and more of a step each in 50 ms.
+@pytest.mark.parametrize(("step", "rows"), [(1e-3, 25), (12e-3, 8), (60e-3, 4)])
+def test_surfaces_get_fewer_rows_when_they_take_long(monkeypatch, step, rows):
+    fine = answers.surface({})["curves"]["surface"]
+    ticking(monkeypatch, step)
+    coarse = answers.surface({})["curves"]["surface"]
+    assert len(coarse["time"]) == len(coarse["displacement"]) == rows
+    places = np.searchsorted(fine["time"], coarse["time"])
+    np.testing.assert_array_equal(np.array(fine["displacement"])[places], coarse["displacement"])
+
+
+# Bounces of a step each in 50 ms.
+@pytest.mark.parametrize(("step", "bounces"), [(12e-3, 5), (60e-3, 1)])
+def test_series_of_bounces_end_when_they_take_long(monkeypatch, step, bounces):
+    state = {"material.viscosity": 300.0}
+    whole = answers.bounces(state)
+    ticking(monkeypatch, step)
+    head = answers.bounces(state)
+    assert head["numbers"]["n_bounces"] == bounces
+    assert head["status"]["name"] == "stopped"
+    assert head["status"]["message"].endswith("or 0.05 s of work; the body would bounce on")
+    np.testing.assert_array_equal(head["curves"]["bounces"]["height"], whole["curves"]["bounces"]["height"][:bounces])
+
+
+def test_indentations_of_many_terms_have_a_tolerance_of_1e_4():
+    state = {"material.model": "library", "material.temperature": 320.0, "prescribed": "force"}
+    case = answers.indentation_case(state)
+    expected = rs.indent(case.material, case.profile, force=case.history)
+    found = answers.indentation(state)["numbers"]
+    for name in ("max_force", "max_indentation_depth", "max_contact_radius", "work", "residual_indentation_depth"):
+        assert found[name] == pytest.approx(getattr(expected, name), rel=1e-4, abs=0.0)
+
+
+def test_indentations_of_too_many_elements_are_refused(monkeypatch):
+    monkeypatch.setattr(answers, "_ELEMENTS", 20)
+    with pytest.raises(rs.InputError, match="needs over 2 elements"):
+        answers.indentation({})
 
 
 def test_the_surface_is_that_of_the_result():
@@ -160,7 +218,7 @@ def test_indentations_are_those_of_the_package(prescribed, shape, tmp_path):
     found = answers.indentation(state)
     expected = read_indentation(case_file(state, tmp_path, "indentation")).solve()
     for name in ("max_force", "max_indentation_depth", "work"):
-        assert found["numbers"][name] == pytest.approx(getattr(expected, name), rel=1e-5)
+        assert found["numbers"][name] == pytest.approx(getattr(expected, name), rel=1e-5, abs=0.0)
     history = expected.sample(found["curves"]["history"]["time"])
     scale = float(history["force"].max())
     np.testing.assert_allclose(found["curves"]["history"]["force"], history["force"].values, atol=1e-5 * scale)

@@ -133,6 +133,23 @@ def test_a_body_sinks_into_a_liquid():
     assert found.n_bounces == 1
 
 
+def test_a_stopped_series_is_the_head_of_the_whole_one():
+    impact = drop(BALL, FLOOR, height=0.5)
+    whole, calls = bounces(impact, max_bounces=6), iter([False, False, True])
+    found = bounces(impact, stop=lambda: next(calls))
+    assert (found.ended, found.n_bounces) == ("stopped", 3)
+    assert next(calls, None) is None
+    for name in found.to_dataset().variables:
+        np.testing.assert_array_equal(found.to_dataset()[name], whole.to_dataset()[name][:3])
+    assert (found.warnings, found.drop_height) == (whole.warnings, whole.drop_height)
+
+
+def test_a_body_that_rests_is_not_stopped():
+    liquid = Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf)
+    sinks = bounces(Impact(liquid, FlatPunch(0.1), 1.0, 1.0), height=0.1, with_weight=False, stop=lambda: True)
+    assert (sinks.ended, sinks.n_bounces) == ("sunk", 1)
+
+
 # Warnings and tables
 
 

@@ -270,6 +270,15 @@ def test_imprint_of_a_flat_punch_keeps_its_shape():
     assert result.surface_displacement(0.8, t) == pytest.approx(depth / 3.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("time", [1e-9, 1e9])
+@pytest.mark.parametrize("profile", [Parabola(1.0), PowerLaw(4.0, 2.0)], ids=name)
+def test_an_imprint_as_small_as_the_error_of_the_depth(time, profile):
+    result = solve(Impact(Material(PronySeries(1.0, [4.0], [time]), math.inf), profile, 1.0, 1.0))
+    imprint = result.surface_displacement(0.0, result.contact_time)
+    # e has the tolerance 1e-9, and the depth that of its largest value.
+    assert imprint == pytest.approx(result.residual_indentation_depth, abs=1e-9 * result.max_indentation_depth)
+
+
 def test_the_imprint_in_a_liquid_follows_from_the_impulse():
     result = impact(LIQUID)
     flow = result.impact.reduced_modulus.flow_viscosity

@@ -258,7 +258,7 @@ class Case:
         if sections.needs_window:
             # What a touch leaves has the time of a flight to recover.
             impact = for_contact(sections.build, longest=2.0 * motion.impact_velocity / motion.gravity)
-        options = {} if sections.solver.rtol is None else {"rtol": sections.solver.rtol}
+        options: dict[str, Any] = {} if sections.solver.rtol is None else {"rtol": sections.solver.rtol}
         with in_file(self.path, rtol="solver", min_height="bounces", height="impact"):
             return bounces(
                 impact,

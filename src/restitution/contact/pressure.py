@@ -90,6 +90,7 @@ def line_function(
     *,
     breakpoints: Iterable[float] = (),
     rtol: float = 1e-11,
+    scale: float = 0.0,
 ) -> LineFunction:
     """Fit piecewise polynomials to an even function of the foundation coordinate x.
 
@@ -103,9 +104,9 @@ def line_function(
     breakpoints : iterable of float
         Places x [m] where a derivative of the function jumps; left out, they cost cells. The function itself has to be
         continuous.
-    rtol : float
-        Aim for the error over the largest value. A cell of the share h of the extent may have an error larger by
-        h^(-1/2): close to a branch point values are less accurate, integrals are not.
+    rtol, scale : float
+        Aim for the error over the largest value, or `scale` >= 0 if larger. A cell of the share h of the extent may
+        have an error larger by h^(-1/2): close to a branch point values are less accurate, integrals are not.
 
     Raises
     ------
@@ -122,7 +123,7 @@ def line_function(
     extent, rtol = float(positive("extent", extent, "m")), float(positive("rtol", rtol))
     pending = _starting_cells(extent, breakpoints)
     done: list[tuple[Array, Array]] = []
-    largest, n_cells = 0.0, 0
+    largest, n_cells = scale, 0
     for level in range(_MAX_LEVEL + 1):
         coefficients, peak = _fitted(function, pending)
         largest = max(largest, peak)

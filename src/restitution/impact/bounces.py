@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,7 @@ class Ending(StrEnum):
     BELOW_SURFACE = "below surface"
     LOW = "low"
     MAX_BOUNCES = "max bounces"
+    STOPPED = "stopped"
 
     @property
     def message(self) -> str:
@@ -53,6 +55,7 @@ _MEANING = {
     Ending.BELOW_SURFACE: "the body does not rise above the undeformed surface",
     Ending.LOW: "the next rise would be lower than min_height",
     Ending.MAX_BOUNCES: "max_bounces is reached; the body would bounce on",
+    Ending.STOPPED: "the argument stop ended the series; the body would bounce on",
 }
 
 _OUTPUTS = ("restitution_coefficient", "rebound_velocity", "contact_time", "residual_indentation_depth")
@@ -63,7 +66,6 @@ _COLUMNS = {
     "height": BOUNCES["height"],
 }
 _TANGENT = {"loss_tangent": MODULI["loss_tangent"]._replace(words="loss tangent at pi over the contact time")}
-_NUMBER = Quantity("bounce", NUMBER, "bounce")
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,7 @@ class Bounces:
     ended : Ending
         "captured": the weight holds the body. "sunk": the material is a liquid and the body sinks in. "below
         surface": the body does not rise above the undeformed surface. "low": the next height is below `min_height`.
-        "max bounces": the body would bounce on.
+        "max bounces", "stopped": the body would bounce on.
     impact : Impact
         The first impact.
     validity : Validity
@@ -138,7 +140,7 @@ class Bounces:
         """Dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
         columns = {name: (getattr(self, name), quantity) for name, quantity in {**_COLUMNS, **_TANGENT}.items()}
-        numbers = {"bounce": (np.arange(1, self.n_bounces + 1), _NUMBER)}
+        numbers = {"bounce": (np.arange(1, self.n_bounces + 1), Quantity("bounce", NUMBER, "bounce"))}
         return dataset("bounce", numbers | columns, attributes)
 
     def plot(self) -> Figure:
@@ -154,6 +156,7 @@ def bounces(
     with_weight: bool = True,
     max_bounces: int = 1000,
     min_height: float | None = None,
+    stop: Callable[[], bool] | None = None,
     rtol: float = 1e-9,
 ) -> Bounces:
     """Bounces of a body under gravity, until it rests.
@@ -174,6 +177,8 @@ def bounces(
         Largest number of bounces, >= 1.
     min_height : float, optional
         Height [m], >= 0, below which a rise ends the series; by default a millionth of the first height.
+    stop : callable, optional
+        Called without arguments after each bounce; the series ends where it returns True.
     rtol : float
         See `solve`.
 
@@ -225,43 +230,36 @@ def bounces(
     first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
 
     results: list[ImpactResult] = []
-    touches: list[tuple[float, float]] = []
-    time, shortest = velocity / g, math.inf
+    heights: list[float] = []
     while True:
         result = solve_exact(replace(first, velocity=velocity), rtol)
         results.append(result)
         away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
         depth += float(impact.mass) * (velocity + away) / float(impact.impedance)
         rise = away**2 / (2.0 * g) - depth if result.status is Status.SEPARATED else 0.0
-        touches.append((time, rise))
-        ending = _ending(result.status, rise, floor, len(results) == max_bounces)
-        if ending is not None:
+        heights.append(rise)
+        holds = {
+            Ending.CAPTURED: result.status == Status.CAPTURED,
+            Ending.SUNK: result.status == Status.SINKS_IN,
+            Ending.BELOW_SURFACE: rise <= 0.0,
+            Ending.LOW: rise < floor,
+            Ending.MAX_BOUNCES: len(results) == max_bounces,
+            Ending.STOPPED: stop is not None and stop(),
+        }
+        if (ending := next((one for one in holds if holds[one]), None)) is not None:
             break
         velocity = float(fall_velocity(rise, g))
-        flight = (away + velocity) / g
-        shortest = min(shortest, flight)
-        time += float(result.contact_time) + flight
     columns = {name: np.array([getattr(one, name) for one in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)}
-    columns |= dict(zip(("touch_time", "height"), np.array(touches).T, strict=True))
+    flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / g
+    columns["touch_time"] = np.cumsum(np.append(columns["velocity"][0] / g, columns["contact_time"][:-1] + flights))
+    columns["height"] = np.array(heights)
     bodies = {"mass": impact.mass, "impedance": impact.impedance}
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return Bounces(
         **{name: columns[name] for name in _COLUMNS},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
-        notes=tuple(_recovery(impact.reduced_modulus, shortest)),
+        notes=tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
     )  # fmt: skip
-
-
-def _ending(status: Any, rise: float, floor: float, last: bool) -> Ending | None:
-    if status == Status.CAPTURED:
-        return Ending.CAPTURED
-    if status == Status.SINKS_IN:
-        return Ending.SUNK
-    if rise <= 0.0:
-        return Ending.BELOW_SURFACE
-    if rise < floor:
-        return Ending.LOW
-    return Ending.MAX_BOUNCES if last else None
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:

@@ -98,12 +98,12 @@ class ImpactFields:
 
     def line_displacement(self, t: float) -> LineFunction | None:
         """Return the displacement u(x) [m] of the foundation at the time t [s]; None before first touch."""
-        stored = self._solution
+        stored, length = self._solution, self._solution.units.length
         time = t / stored.units.time
         if time <= 0.0:
             return None
         state, edge, s = self._state(time)
-        depth = state[D_] * stored.units.length
+        depth = state[D_] * length
 
         def displacement(x: Array) -> Array:
             u = depth - self._depth(np.minimum(x, edge), s)
@@ -113,9 +113,10 @@ class ImpactFields:
 
         if t <= stored.turning_time:
             return line_function(displacement, edge, breakpoints=self._radii(np.zeros(1)))
-        ends = np.concatenate([stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_]])
-        breakpoints = np.append(self._radii(ends[ends < stored.deepest]), edge)
-        return line_function(displacement, float(self._radii(np.array([stored.deepest]))[-1]), breakpoints=breakpoints)
+        ends = np.concatenate([stored.approach.columns[:, 0, S_], stored.rebound.columns[:, 0, S_], [stored.deepest]])
+        *breaks, extent = self._radii(ends[ends <= stored.deepest])
+        # An imprint that has nearly recovered is small against its rounding.
+        return line_function(displacement, extent, breakpoints=[*breaks, edge], scale=stored.deepest**2 * length)
 
     def _over_times(self, kept: Kept, fit: Fit, field: Field, r: Any, t: Any) -> Array:
         radius, time = np.broadcast_arrays(np.asarray(nonnegative("r", r, "m")), np.asarray(nonnegative("t", t, "s")))

@@ -58,9 +58,9 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, profi
     The tolerance of depth and force is relative to the largest; the depth is at most that of the profile.
     """
     m = contact.values.shape[0]
-    room = 4 * m + 252
-    while room <= MOST_ELEMENTS.get():
-        room *= 4
+    room = 0
+    while room < MOST_ELEMENTS.get():
+        room = min(max(4 * room, 16 * m + 1008), MOST_ELEMENTS.get())
         segments, past = room_for(contact.rates, m, room)
         total, first, turning = grow_contact(contact, quadrature(), work, tolerance, segments, past)
         if total == BEYOND_PROFILE:
@@ -192,7 +192,7 @@ def recovering_surface(contact: ScaledContact, past: Past, work: Scratch, creep:
 
 def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> Recovery:
     """Depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
-    count, room = 0, 512
+    count, room = 0, min(512, MOST_ELEMENTS.get())
     starts, lengths, q = np.empty(0), np.empty(0), np.empty((0, TERMS))
     if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
         compliance = contact.glass + float(
