@@ -46,9 +46,9 @@ cell = rs.standard_solid(300.0, 700.0, 150.0, poisson_ratio=0.5)
 moments = np.linspace(0.0, 3.0, 241)
 path = np.interp(moments, [0.0, 1.5, 3.0], [-2e-7, deepest, -2e-7])
 fig, ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
-for name, law in laws.items():
-    ax.semilogx(1e6 * thickness, np.sum(forces * law, axis=1) / np.sum(law * law, axis=1), label=name)
-for name, marker in (("fit with Hertz", "s"), ("fit with rs.Layer", "o")):
+for (name, law), line in zip(laws.items(), ("C0-", "C1--"), strict=True):
+    ax.semilogx(1e6 * thickness, np.sum(forces * law, axis=1) / np.sum(law * law, axis=1), line, label=name)
+for name, marker in (("fit with Hertz", "C0s"), ("fit with rs.Layer", "C2o")):
     ratios, errors = [], []
     for h in (1e-6, 3e-6, 1e-5):
         layer = rs.Layer(bead, thickness=h)
@@ -63,6 +63,7 @@ for name, marker in (("fit with Hertz", "s"), ("fit with rs.Layer", "o")):
 assert all(abs(ratio - 1.0) < 4.0 * error for ratio, error in zip(ratios, errors, strict=True))
 ax.axhline(1.0, color="black", linewidth=0.6)
 ax.set_ylim(0.0, 8.0)
+ax.set_xticks([1, 3, 10, 30], ["1", "3", "10", "30"])
 ax.set_xlabel("thickness of the cell [µm]")
 ax.set_ylabel("reported over true modulus")
 ax.legend()

@@ -23,16 +23,17 @@ results = [rs.solve(rs.Impact(rubber, gap, mass, velocity)) for gap in gaps]
 
 fig, (top, bottom) = plt.subplots(2, 1, figsize=(6.4, 5.0), height_ratios=(1, 3), layout="constrained")
 turn = np.linspace(0.0, 2.0 * math.pi, 181)
-for n in (2, 3, 4, 7):
+for n, line in ((2, "-"), (3, "--"), (4, "-."), (7, ":")):
     a, b = 1e3 * gaps[n].semi_axes(results[n].max_contact_radius)
-    top.plot(a * np.cos(turn), b * np.sin(turn), label=f"{math.degrees(angles[n]):.0f}°")
+    top.plot(a * np.cos(turn), b * np.sin(turn), line, label=f"{math.degrees(angles[n]):.0f}°")
 top.set_aspect("equal")
-top.set_xlabel("largest contact [mm]")
+top.set(xlabel="largest contact [mm]", ylabel="[mm]")
 top.legend(title="angle", fontsize="small", ncols=2, loc="center left", bbox_to_anchor=(1.02, 0.5))
 degrees = np.degrees(angles)
 bottom.plot(degrees, [result.restitution_coefficient for result in results], "o-", label="$e$")
 bottom.plot(degrees, [100.0 * result.contact_time for result in results], "s-", label="contact time [10 ms]")
 bottom.set_xlabel("angle between rod and roller [°]")
+bottom.set_ylabel("$e$, contact time [10 ms]")
 bottom.set_ylim(bottom=0.0)
 bottom.legend()
 

@@ -33,9 +33,9 @@ def on_pane(diameter, thickness):
 
 thickness = np.geomspace(1e-3, 40e-3, 60)
 fig, ax = plt.subplots(figsize=(5.6, 3.9), layout="constrained")
-for millimetres, color in ((3, style.ORANGE), (6, style.BLUE), (9, style.GREEN)):
+for millimetres, color, line in ((3, style.ORANGE, "-"), (6, style.BLUE, "--"), (9, style.GREEN, "-.")):
     result = rs.solve(on_pane(millimetres * 1e-3, thickness))
-    ax.plot(1e3 * thickness, result.restitution_coefficient, color=color, label=f"ball of {millimetres} mm")
+    ax.plot(1e3 * thickness, result.restitution_coefficient, line, color=color, label=f"ball of {millimetres} mm")
 ax.set(xscale="log", xticks=[1, 2, 5, 10, 20, 40], ylim=(0.0, 1.0), xlabel="thickness of the pane [mm]")
 ax.xaxis.set_major_formatter("{x:g}")
 ax.xaxis.set_minor_formatter("")
@@ -51,7 +51,7 @@ fig, ax = plt.subplots(figsize=(5.6, 3.9), layout="constrained")
 energy_area(ax, one.history)
 share = one.energy.radiated / one.energy.kinetic_in
 moved = 1e6 * one.history.target_displacement.values[-1]
-print(f"e = {one.restitution_coefficient:.4f}, radiated {share:.4f}, the pane has receded by {moved:.1f} um")
+print(f"e = {one.restitution_coefficient:.4f}, radiated {share:.4f}, the pane has receded by {moved:.1f} µm")
 assert abs(share - (1.0 - one.restitution_coefficient**2)) < 1e-9
 
 # %%
@@ -60,7 +60,7 @@ assert abs(share - (1.0 - one.restitution_coefficient**2)) < 1e-9
 
 bending = 70e9 * 2.5e-3**2 / (12.0 * (1.0 - 0.22**2) * glass.density)
 group_velocity = 2.0 * bending**0.25 * np.sqrt(np.pi / one.contact_time)
-print(f"contact {1e6 * one.contact_time:.1f} us, edge at least {50.0 * group_velocity * one.contact_time:.1f} cm away")
+print(f"contact {1e6 * one.contact_time:.1f} µs, edge at least {50.0 * group_velocity * one.contact_time:.1f} cm away")
 
 # %%
 # For elastic bodies Zener's equation has one number, and a Taylor series with 40 digits gives

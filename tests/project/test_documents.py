@@ -49,9 +49,10 @@ def test_case_files_are_solved(name, tmp_path):
     assert 0.0 < read_case(file).solve().restitution_coefficient < 1.0
 
 
-def test_readme_shows_the_output_of_its_example(capsys):
-    exec(blocks("README.md", "python")[0], {})
-    assert [capsys.readouterr().out] == blocks("README.md", "text")
+@pytest.mark.parametrize("name", ["README.md", "docs/teaching.md"])
+def test_the_first_example_prints_what_the_page_shows(name, capsys):
+    exec(blocks(name, "python")[0], {})
+    assert [capsys.readouterr().out] == blocks(name, "text")
 
 
 def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):

@@ -41,6 +41,15 @@ def test_loss_tangent_of_a_power_law(exponent):
     assert found.low < found.loss_tangent < found.high
 
 
+@pytest.mark.parametrize(("thickness", "ratio", "low"), [(0.0081, 0.5, 0.005), (0.0019, 2.0, 0.0105)])
+def test_the_relation_hardly_changes_on_a_pad(thickness, ratio, low):
+    gel, pad = rs.FractionalMaterial(rs.springpot(3e5, 0.2), bulk=math.inf), rs.Layer(rs.Parabola(0.0075), thickness)
+    result = rs.solve(rs.for_contact(lambda window: rs.Impact(gel.within(window), pad, 0.25, 0.5)))
+    assert result.max_contact_radius / thickness == pytest.approx(ratio, rel=0.04)
+    found = rs.implied_loss_tangent(float(100.0 * result.restitution_coefficient**2))
+    assert found.loss_tangent == pytest.approx((1.0 - low) * math.tan(0.1 * math.pi), rel=1e-3)
+
+
 @pytest.mark.parametrize(("terms", "outside"), [((1, 1), 0.01), ((2, 7), 0.06)])
 def test_range_over_prony_series(terms, outside):
     resilience, tangent = of_materials(list(solids(400, 5, terms)))

@@ -101,7 +101,7 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     total = energies.sum(axis=0)
     factor, unit = scaled_unit(total, "J")
     words, colors = zip(*parts.values(), strict=True)
-    ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0)
+    ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0.8, edgecolor="white")
     ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
     ax.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.05 * total.max() * factor), xlabel=label, ylabel=f"energy [{unit}]")
     handles, labels = ax.get_legend_handles_labels()
