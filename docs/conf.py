@@ -9,6 +9,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import case_reference
 import module_list
 
+from restitution.explorer.static import write_static
+
 case_reference.write()
 module_list.write()
 
@@ -67,3 +69,8 @@ html_theme_options = {
     "footer_end": [],
 }
 html_sidebars = {"quickstart": [], "reproduction": [], "validation": [], "changelog": []}
+
+
+def setup(app):
+    """Put the explorer that needs no server beside the pages."""
+    app.connect("build-finished", lambda app, error: error or write_static(Path(app.outdir) / "static_explorer"))

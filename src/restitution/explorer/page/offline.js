@@ -1,6 +1,7 @@
 // Answers without a server: the paper's standard solid from the shipped interpolant.
 import { groups, instantaneousPoissonRatio } from "./interpolant.js";
 import { logspace } from "./map.js";
+import { digits } from "./units.js";
 
 const ONLY = { "material.model": "standard_solid", "profile.type": "parabola", bulk: "poisson_ratio" };
 const WITHOUT = new Set(["material.density", "impact.external_force"]);
@@ -43,7 +44,7 @@ export class Offline {
     const numbers = this.numbers(state);
     if (Number.isFinite(numbers.restitution_coefficient)) return { ok: true, numbers };
     const [p2, p3] = ["p2", "p3"].map((name) => this.paper.about[name].map((one) => Number(one.toPrecision(3))).join(" to "));
-    const words = `p2 = ${numbers.p2.toPrecision(3)} and p3 = ${numbers.p3.toPrecision(3)} lie outside the plane of the paper (${p2}, ${p3})`;
+    const words = `p2 = ${digits(numbers.p2, 3)} and p3 = ${digits(numbers.p3, 3)} lie outside the plane of the paper (${p2}, ${p3})`;
     return { ok: false, error: `${words}; the program itself has no such limit`, field: null };
   }
 
