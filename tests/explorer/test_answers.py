@@ -110,7 +110,7 @@ def test_the_papers_numbers_give_the_papers_restitution():
 def test_the_curve_over_velocity_is_that_of_solve(state):
     curve = answers.velocity(state)["curves"]["velocity"]
     velocities = curve["velocity"]
-    assert velocities.size in (6, 11, 16, 21, 31, 61)
+    assert velocities.size == 61
     chosen = [0, velocities.size // 2, velocities.size - 1]
     # A fractional material has a relative error of 1e-4 in a curve; all others have the tolerance of the solver.
     rtol = 1e-3 if "material.model" in state else 2e-6
@@ -130,8 +130,8 @@ def ticking(monkeypatch: pytest.MonkeyPatch, step: float) -> None:
     monkeypatch.setattr(answers, "time", SimpleNamespace(thread_time=lambda: step * next(looks)))
 
 
-# In 60 ms: the case and 6 points, which take a step each, and as many others as possible.
-@pytest.mark.parametrize(("step", "points"), [(1e-3, 61), (9e-3, 21), (25e-3, 6)])
+# In 70 ms: the case and two points, which take a step each, and as many others as possible.
+@pytest.mark.parametrize(("step", "points"), [(1e-3, 61), (9e-3, 6), (30e-3, 2)])
 def test_curves_over_velocity_get_fewer_points_when_they_take_long(monkeypatch, step, points):
     fine = answers.velocity({})["curves"]["velocity"]
     ticking(monkeypatch, step)

@@ -46,6 +46,28 @@ def test_a_table_becomes_a_series_that_fits_it(text):
     assert "/" not in found["words"]
 
 
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_a_long_table_has_fewer_rows_evenly_over_the_logarithm(dynamic):
+    # Evenly over time or frequency, as instruments write them: most rows are in the last decade.
+    x = 0.5e-3 * np.arange(1.0, 20_001.0) * (1e3 if dynamic else 1.0)
+    moduli = [SERIES.storage_modulus(x), SERIES.loss_modulus(x)] if dynamic else [SERIES.relaxation_modulus(x)]
+    names, units = ("omega,G',G''", "rad/s,Pa,Pa") if dynamic else ("t,G", "s,Pa")
+    found = dropped(table(x, *moduli, names=names, units=units))
+    (note,) = (note for note in found["notes"] if "rows are used" in note)
+    used = int(note.split()[1])
+    # The first decades have fewer rows than wanted.
+    assert 500 < used < 1000
+    assert note.startswith(f"data.csv: {used} of its 20000 rows are used")
+    state = settled(found["state"])
+    series = rs.PronySeries(
+        *(state[f"material.shear.{name}"] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
+    )
+    omega = np.geomspace(x[0], x[-1], 30) if dynamic else 1.0 / np.geomspace(4.0 * x[0], x[-1], 30)
+    np.testing.assert_allclose(series.storage_modulus(omega), SERIES.storage_modulus(omega), rtol=1e-2)
+    short = table(x[:999], *(one[:999] for one in moduli), names=names, units=units)
+    assert not [note for note in dropped(short)["notes"] if "rows are used" in note]
+
+
 def test_a_dropped_table_gives_the_restitution_of_the_command_line(tmp_path):
     state = {"material.poisson_ratio": 0.45, "bulk": "poisson_ratio"}
     found = dropped(DMA, state=state)

@@ -46,8 +46,8 @@ TIME_LIMIT = 0.1
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
 _POINTS = 121
-# Points of a curve over the velocity, every nth of them first; times, and least number of them, of a surface.
-_SPEEDS, _STRIDE = 61, 12
+# Points of a curve over the velocity, and shares of the time for them; times, and least number of them, of a surface.
+_SPEEDS, _SHARES = 61, (0.2, 0.7)
 _TIMES, _LEAST_ROWS = 25, 4
 # Imprint over the largest depth that is not shown.
 _SMALL = 1e-4
@@ -121,12 +121,10 @@ def impact(state: Mapping[str, Any]) -> Answer:
     omega = math.pi / contact_time
     curves: dict[str, Any] = {"history": None, "shape": section.body(result)}
     # A captured body has no contact time; its oscillation has a scale of time.
-    scale = contact_time
+    scale = contact_time if separated else float(result.max_indentation_depth) / float(result.velocity)
     if separated:
         curves["history"] = cast("Any", result)._columns(n_points=_POINTS)
         numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
-    else:
-        scale = float(result.max_indentation_depth) / float(result.velocity)
     if math.isfinite(scale) and scale > 0.0:
         curves |= _moduli(series, material.shear, scale)
     return {
@@ -172,21 +170,24 @@ def velocity(state: Mapping[str, Any]) -> Answer:
     speeds = np.geomspace(slider.low, slider.high, _SPEEDS)
     problem, every = _wide(state), np.arange(_SPEEDS)
     columns = {name: np.empty(_SPEEDS) for name in (*_CURVE, "doubtful")}
+    solved = np.zeros(_SPEEDS, dtype=np.bool_)
 
-    def fill(places: NDArray[np.bool_]) -> None:
-        for name, values in _columns(problem, speeds[places]).items():
-            columns[name][places] = values
+    def solve_further(wanted: NDArray[np.bool_]) -> None:
+        for name, values in _columns(problem, speeds[wanted & ~solved]).items():
+            columns[name][wanted & ~solved] = values
+        solved[wanted] = True
 
-    first = every % _STRIDE == 0
     built = time.thread_time()
-    fill(first)
-    now = time.thread_time()
-    # As many of the others as the time suffices for, all at once.
-    most = 1.0 + (started + 0.6 * TIME_LIMIT - now) / max(now - built, 1e-6)
-    stride = next((n for n in range(1, _STRIDE) if _STRIDE % n == 0 and _STRIDE / n < most), _STRIDE)
-    if stride < _STRIDE:
-        fill(~first & (every % stride == 0))
-    return {"curves": {"velocity": {name: one[::stride] for name, one in ({"velocity": speeds} | columns).items()}}}
+    solve_further(every % (_SPEEDS - 1) == 0)
+    # After both ends as many others as the time suffices for, in two steps, as they may take longer.
+    for share in _SHARES:
+        now = time.thread_time()
+        most = solved.sum() * (1.0 + (started + share * TIME_LIMIT - now) / max(now - built, 1e-6))
+        finer = (solved | (every % n == 0) for n in range(1, _SPEEDS))
+        wanted = next((places for places in finer if places.sum() <= most), solved)
+        if not np.array_equal(wanted, solved):
+            solve_further(wanted)
+    return {"curves": {"velocity": {name: one[solved] for name, one in ({"velocity": speeds} | columns).items()}}}
 
 
 def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
@@ -204,11 +205,9 @@ def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
     found = Batch.from_impact(impacts).solve(_RTOL, workers=1)
     found = {name: np.array(values, dtype=np.float64) for name, values in found.items()}
     failed = found["status"] >= Status.TOO_MANY_STEPS
-    numbers = validity.numbers(
-        problem.contact, **{name: found[name] for name in validity.COLUMNS}, velocity=speeds, mass=problem.mass
-    )
+    given = {name: found[name] for name in validity.COLUMNS} | {"velocity": speeds, "mass": problem.mass}
     doubtful = np.zeros(speeds.size)
-    for values in validity.excess(numbers).values():
+    for values in validity.excess(validity.numbers(problem.contact, **given)).values():
         doubtful = np.maximum(doubtful, np.nan_to_num(values) > 1.0)
     return {name: np.where(failed, np.nan, found[name]) for name in _CURVE} | {"doubtful": doubtful}
 

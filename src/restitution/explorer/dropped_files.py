@@ -8,12 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from restitution.case.impact import Case, CaseFile, notes_on
 from restitution.case.material import FileSection
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
 from restitution.explorer.inputs import MOST_TERMS, inputs
 from restitution.explorer.state import State, flat, of_case, of_material, one_line, settled
+from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.readers import parse
 from restitution.material.viscoelastic import Material
 
@@ -23,7 +26,7 @@ LONGEST = 1_000_000
 FILE_KEYS = frozenset({"file", "terms", "shift"})
 """Keys of a case file that may name another file, which would be one of the server."""
 
-_LONGEST_NAME = 100
+_LONGEST_NAME, _MOST_ROWS = 100, 1000
 
 
 class _File(Section):
@@ -74,13 +77,13 @@ def _case(path: Path) -> tuple[State, str, list[str]]:
 def _material(path: Path, text: str, content: Mapping[str, Any]) -> tuple[State, str, list[str]]:
     """State of the material in a table or in the deck of a solver."""
     about = parse(text, str(path))
+    notes = [*getattr(about, "notes", ()), *_thinned(about, path)]
     section: dict[str, Any] = {"file": path.name}
     given = settled(content.get("state", {}))
     if type(about).__name__ != "ViscoelasticDeck":
         bulk = "bulk_modulus" if "material.bulk_modulus" in given else "poisson_ratio"
         section[bulk] = given.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
-        if getattr(about, "deformation", None) is None:
-            section["deformation"] = content.get("deformation", "shear")
+        section["deformation"] = getattr(about, "deformation", None) or content.get("deformation", "shear")
     made = read_sections(_File, path, {"material": section}).material
     material = made.build()
     for key in ("shear", "bulk"):
@@ -88,8 +91,19 @@ def _material(path: Path, text: str, content: Mapping[str, Any]) -> tuple[State,
         if count > MOST_TERMS:
             raise InputError("", wanted=f"has {count} terms in {key}: must have at most {MOST_TERMS}")
     state = of_material(material)
-    notes = [*getattr(about, "notes", ()), *notes_on(material, None)]
-    return state, _words(made, material), notes
+    return state, _words(made, material), [*notes, *notes_on(material, None)]
+
+
+def _thinned(data: Any, path: Path) -> list[str]:
+    """Write a table with more rows than a fit has time for anew, with fewer, and return a note of it."""
+    columns = [values for values in vars(data).values() if isinstance(values, np.ndarray)]
+    if not isinstance(data, RelaxationTable | DynamicTable) or columns[0].size <= _MOST_ROWS:
+        return []
+    x = columns[0]
+    rows = np.unique(np.searchsorted(x[:-1], np.geomspace(x[x > 0.0][0], x[-1], _MOST_ROWS)))
+    header = "time,modulus\ns,Pa" if len(columns) == 2 else "omega,storage modulus,loss modulus\nrad/s,Pa,Pa"
+    np.savetxt(path, np.transpose(columns)[rows], delimiter=",", header=header, comments="")
+    return [f"{rows.size} of its {x.size} rows are used, evenly over the logarithm of time or frequency"]
 
 
 def _words(made: FileSection, material: Material) -> str:

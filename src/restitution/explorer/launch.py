@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from restitution.checks import whole
@@ -26,16 +27,6 @@ _LARGEST, _SOCKETS = 4_000_000, 200
 # Seconds that open sockets have to close.
 _CLOSING = 1
 _STARTING = 10.0
-
-
-def _require_libraries() -> None:
-    try:
-        import starlette  # noqa: F401  # pyright: ignore[reportUnusedImport]
-        import uvicorn  # noqa: F401  # pyright: ignore[reportUnusedImport]
-        import websockets  # noqa: F401  # pyright: ignore[reportUnusedImport]
-    except ImportError:
-        wanted = 'the explorer needs starlette and uvicorn: pip install "restitution[web]"'
-        raise InputError("", wanted=wanted) from None
 
 
 @dataclass
@@ -76,25 +67,18 @@ def listen(
     token: str | None = None,
 ) -> Running:
     """Listen on a port, 0 for any that is free; refuse one that is taken. The token is random unless given."""
-    _require_libraries()
+    if not all(map(find_spec, ("starlette", "uvicorn", "websockets"))):
+        raise InputError("", wanted='the explorer needs starlette and uvicorn: pip install "restitution[web]"')
     from uvicorn import Config, Server
 
     whole("port", port, 0, 65535)
     listener = _listener(host, port)
     access = Access(host, framed, **({} if token is None else {"token": token}))
-    application_ = application(access, dict(state or {}), title)
     config = Config(
-        application_,
-        log_level="critical",
-        access_log=False,
-        server_header=False,
-        ws_max_size=_LARGEST,
-        ws_max_queue=8,
-        limit_concurrency=_SOCKETS,
-        ws_per_message_deflate=False,
-        timeout_graceful_shutdown=_CLOSING,
-        lifespan="off",
-    )
+        application(access, dict(state or {}), title), log_level="critical", access_log=False, server_header=False,
+        ws_max_size=_LARGEST, ws_max_queue=8, limit_concurrency=_SOCKETS, ws_per_message_deflate=False,
+        timeout_graceful_shutdown=_CLOSING, lifespan="off",
+    )  # fmt: skip
     return Running(access, listener.getsockname()[1], listener, Server(config))
 
 
