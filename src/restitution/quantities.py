@@ -122,9 +122,7 @@ class Quantity(NamedTuple):
             return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)
         if math.isinf(self.low) and math.isinf(self.high):
             return checks.finite(name, value, self.unit)
-        if not self.open:
-            return checks.within(name, value, self.low, self.high, self.unit)
-        return checks.between(name, value, self.low, self.high, self.unit)
+        return (checks.between if self.open else checks.within)(name, value, self.low, self.high, self.unit)
 
 
 _positive = partial(Quantity, low=0.0, open=True)
@@ -146,16 +144,19 @@ def _energy_residual(
 
 INPUTS = _by_name(
     _positive("velocity", VELOCITY, "impact velocity", r"$v_0$"),
-    _positive("drop_height", LENGTH, "height of the fall", r"$h$"),
+    _positive("drop_height", LENGTH, "height of the fall", r"$H$"),
     _positive("gravity", ACCELERATION, "acceleration of gravity", r"$g$"),
     _positive("mass", MASS, "mass", r"$m$"),
     _positive("density", DENSITY, "density", r"$\rho$"),
     _positive("radius", LENGTH, "radius", r"$R$"),
+    *(_positive(f"radius_{n}", LENGTH, "principal radius of curvature of the gap", f"$R_{n}$") for n in (1, 2)),
+    _positive("face_radius", LENGTH, "radius of the flat face", r"$b$"),
+    _positive("thickness", LENGTH, "thickness of the layer", r"$h$"),
     _nonnegative("external_force", FORCE, "constant external force", r"$F_0$"),
     _positive("impedance", IMPEDANCE, "mechanical impedance of the target", r"$Z$", infinite=True),
     Quantity("half_angle", ANGLE, "half angle of the cone", r"$\alpha$", 0.0, math.pi / 2, open=True),
-    # T is the contact time, with which a picture may show it.
-    _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),
+    Quantity("face_angle", ANGLE, "angle from the axis to a face", r"$\alpha_f$", 0.0, math.pi / 2, open=True),
+    _positive("temperature", TEMPERATURE, "temperature", r"$\theta$"),  # T is the contact time
     Quantity("poisson_ratio", NUMBER, "static Poisson ratio", r"$\nu$", -1.0, 0.5),
     Quantity("bulk_modulus", MODULUS, "bulk modulus", r"$K$", 0.0, infinite=True),
     _nonnegative("equilibrium_modulus", MODULUS, "equilibrium shear modulus", r"$G_\infty$"),
@@ -345,8 +346,7 @@ def input_attributes(name: str) -> dict[str, str]:
     quantity, place = INPUTS.get(key_of(name)), name.partition("[")[2]
     if quantity is None:
         return {"units": "", "long_name": name.replace("_", " "), "symbol": ""}
-    words = f"{quantity.words} {place.rstrip(']')}" if place else quantity.words
-    return quantity.attributes | {"long_name": words}
+    return quantity.attributes | {"long_name": f"{quantity.words} {place.rstrip(']')}".rstrip()}
 
 
 def checked_outputs(names: Any) -> tuple[str, ...]:

@@ -3,7 +3,13 @@
 import ast
 from pathlib import Path
 
+import pytest
+
+import restitution as rs
+from restitution.contact.geometry import Geometry
+from restitution.material.models import constants_of
 from restitution.quantities import CONSTANTS, INPUTS
+from restitution.sweeps.dataset import input_attributes
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
 QUANTITIES = INPUTS | CONSTANTS
@@ -33,3 +39,11 @@ def test_registered_quantities_are_checked_by_the_registry():
 def test_a_restated_unit_is_found():
     assert restated('positive("velocity", v, "m/s")') == ["positive('velocity', v, 'm/s')"]
     assert restated('check("velocity", v), positive("contact_time", t, "s")') == []
+
+
+@pytest.mark.parametrize("name", ["Parabola", "TruncatedCone", "FlatEndedParabola", "Ellipsoid", "Pyramid", "Layer"])
+def test_the_numbers_of_geometries_have_units_as_axes(name: str) -> None:
+    kind: type[Geometry] = getattr(rs, name)
+    units = {one.name: one.quantity.unit for one in constants_of(kind).values()}
+    assert units
+    assert {key: input_attributes(key)["units"] for key in units} == units

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import Numeric
 from restitution.contact.geometry import Array, as_array, plain
 from restitution.contact.profile import Profile
-from restitution.quantities import INPUTS, LENGTH, Quantity
+from restitution.quantities import INPUTS
 
 
 def sphere_mass(density: Any, radius: Any) -> Any:
@@ -234,7 +234,7 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
     sources = (("popov2019", "transform of a flat-ended profile"),)
 
     radius: Annotated[Numeric, INPUTS["radius"]]
-    face_radius: Annotated[Numeric, Quantity("face_radius", LENGTH, "radius of the flat face", "$b$", 0.0, open=True)]
+    face_radius: Annotated[Numeric, INPUTS["face_radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = max(r^2 - b^2, 0)/(2R) [m]."""

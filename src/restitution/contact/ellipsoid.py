@@ -13,9 +13,8 @@ from restitution.checks import Numeric, between, finite, number, single
 from restitution.contact.geometry import Array, Geometry, as_array, plain
 from restitution.contact.profile import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
-from restitution.quantities import LENGTH, Quantity
+from restitution.quantities import INPUTS
 
-_RADIUS_1 = Quantity("radius", LENGTH, "principal radius of curvature of the gap", "$R_1$", 0.0, open=True)
 # Largest ratio of the radii, for which the semi-axes differ by a factor of 3000; beyond lies the line contact.
 _MOST_RATIO = 1e6
 # Newton's method from a start within 0.4 of ln k reaches rounding in three steps at every ratio.
@@ -65,8 +64,8 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
     sources = (("hertz1882", "elliptical contact"), ("carlson1995", "elliptic integrals of the semi-axes"))
     obstacle = "the contact is an ellipse"
 
-    radius_1: Annotated[Numeric, _RADIUS_1]
-    radius_2: Annotated[Numeric, _RADIUS_1._replace(symbol="$R_2$")]
+    radius_1: Annotated[Numeric, INPUTS["radius_1"]]
+    radius_2: Annotated[Numeric, INPUTS["radius_2"]]
     axis_ratio: Numeric = field(init=False, repr=False, compare=False)
     effective_radius: Numeric = field(init=False, repr=False, compare=False)
 

@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import Numeric
 from restitution.contact.geometry import Array, Geometry, as_array, plain
 from restitution.errors import InputError
-from restitution.quantities import ANGLE, Quantity
-
-_FACE_ANGLE = Quantity("face_angle", ANGLE, "angle from the axis to a face", r"$\alpha$", 0.0, np.pi / 2, open=True)
+from restitution.quantities import INPUTS
 
 
 class _Constant(NamedTuple):
@@ -68,7 +66,7 @@ class Pyramid(Geometry, case_name="pyramid"):
 
     obstacle = "the pressure under a pyramid is not known"
 
-    face_angle: Annotated[Numeric, _FACE_ANGLE]
+    face_angle: Annotated[Numeric, INPUTS["face_angle"]]
     sides: int = 4
 
     def __post_init__(self) -> None:

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 
 State = dict[str, Any]
 
-_PAGE, _SIDES = "page.", "profile.sides"
+_PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
 _NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
-_INFINITE = "incompressible"
 
 
 def checked(state: Mapping[str, Any]) -> State:
@@ -139,12 +138,10 @@ def _from_groups(values: State) -> dict[str, float]:
 def of_case(case: Case) -> State:
     """Return the state of a case file; refuse one that the page cannot show."""
     sections = case.sections
-    left_out = {key: getattr(sections, key) for key in ("counter_material", "counter_body")}
-    left_out |= {"profile.thickness": getattr(sections.profile, "thickness", None)}
-    left_out |= {"impact.impedance": case.impact.impedance if np.isfinite(case.impact.impedance) else None}
-    for key, value in left_out.items():
-        if value is not None:
-            raise InputError(key, wanted=f"{_NO_OTHER}; leave it out")
+    given = {key: getattr(sections, key) is not None for key in ("counter_material", "counter_body")}
+    given |= {"profile.thickness": sections.profile.on_layer, "impact.impedance": math.isfinite(case.impact.impedance)}
+    for key in filter(given.get, given):
+        raise InputError(key, wanted=f"{_NO_OTHER}; leave it out")
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     values |= flat({"profile": written["profile"], "body": written["body"]})

@@ -106,7 +106,7 @@ def resilience(
     if radius is None or weighed is None:
         name = "tip_radius" if radius is None else "mass"
         raise InputError(name, wanted=f"must be given: no reliable source had that of {test.name}")
-    size = test.thickness if thickness is None else single_positive("thickness", thickness, "m")
+    size = test.thickness if thickness is None else check_single("thickness", thickness)
     given = {"radius": tip_radius, "mass": mass, "thickness": thickness}
     sources = {name: source for name, source in test.sources.items() if given.get(name) is None}
     test = replace(test, radius=radius, mass=weighed, thickness=size, sources=sources)
