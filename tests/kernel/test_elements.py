@@ -71,6 +71,7 @@ def _swinging(end, count, prediction=None, scheme=SCHEME, admittance=0.0):
     problem = Problem(1.0, np.array([0.1]), np.array([1.0]), 0.0, 0.7, admittance, power_path(1.0))
     work, h = allocate(1, count + 1), end / count
     state = work.approach[0, :, 0]
+    state[:] = 0.0
     state[S_], state[V_], state[F_] = 1.0, 0.5, 2.0 / 3.0
     nodes = h * (np.arange(count)[:, None] + SCHEME.c[None, 1:])
     for n in range(count):

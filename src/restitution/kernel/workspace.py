@@ -58,10 +58,10 @@ class Work(NamedTuple):
     counts: Any  # (3,)
 
 
-def aligned(*shape: int) -> Any:
-    """Zeros aligned to the processor's cache lines, so that no row of eight numbers crosses one."""
+def aligned(*shape: int, room: Any = np.zeros) -> Any:
+    """Zeros, or room, aligned to the processor's cache lines, so that no row of eight numbers crosses one."""
     size = int(np.prod(shape))
-    memory = np.zeros(size + WIDTH)
+    memory = room(size + WIDTH)
     start = -(memory.ctypes.data // 8) % WIDTH
     return memory[start : start + size].reshape(shape)
 
@@ -76,10 +76,10 @@ def allocate(N: int, elements: int) -> Work:
         aligned(N, S, S),
         aligned(2, N, S),
         aligned(rows, S),
-        aligned(elements, rows, S + 1),
-        aligned(elements, rows, S + 1),
+        aligned(elements, rows, S + 1, room=np.empty),
+        aligned(elements, rows, S + 1, room=np.empty),
         np.zeros((N_PLACES, elements)),
-        aligned(elements, S),
+        aligned(elements, S, room=np.empty),
         np.zeros(rows),
         np.zeros(1),
         np.zeros(3, dtype=np.int64),
