@@ -323,7 +323,7 @@ def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
         return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
     if one.round_body:
         text += f"; the representative strain is about {20 * one.strain_number:.2g} %"
-    return text, "Take a lower velocity, or a larger or blunter body, or read the numbers as a trend."
+    return text, "Take a lower velocity or depth, or a larger or blunter body, or read the numbers as a trend."
 
 
 def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:

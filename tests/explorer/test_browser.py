@@ -386,6 +386,19 @@ def test_a_dropped_dma_table_becomes_the_material(opened, tmp_path):
     assert page.locator("#file-message").is_visible()
 
 
+def test_a_dropped_case_replaces_the_three_numbers_of_the_paper(opened):
+    page = opened({"entry": "groups"})
+    path = EXAMPLES / "rubber_ball.toml"
+    page.evaluate(DROP, [path.name, path.read_text()])
+    wait_for(page, "restitution_coefficient", rs.read_case(path).solve().restitution_coefficient)
+
+
+@pytest.mark.parametrize("key", ["page.tab", "page.units"])
+def test_a_link_with_unknown_names_shows_the_impact(opened, key):
+    page = opened({key: "constructor"})
+    wait_for(page, "restitution_coefficient", rs.solve(ball()).restitution_coefficient)
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "cp1252"])
 def test_files_of_instruments_have_other_encodings(opened, encoding):
     page = opened()

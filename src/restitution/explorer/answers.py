@@ -57,7 +57,8 @@ _FRACTIONAL = 1e-4
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _MORE = f"a series ends after {_MOST_BOUNCES} bounces or {0.5 * TIME_LIMIT:g} s of work; the body would bounce on"
-_FLIGHT_POINTS = 17
+# Points of all flights of a series, and least number of one.
+_FLIGHT_POINTS, _LEAST_POINTS = 400, 17
 # Most elements of an indentation times terms of its material; with many terms it has a coarser tolerance.
 _ELEMENTS, _MANY_TERMS, _COARSE_RTOL = 12_000, 20, 1e-4
 
@@ -259,7 +260,8 @@ def bounces(state: Mapping[str, Any]) -> Answer:
 
 def _flight(found: Any) -> dict[str, Array]:
     """Height of the lowest point over time: parabolas between the touches, which last no time here."""
-    half, share = 0.5 * found.gravity, np.linspace(0.0, 1.0, _FLIGHT_POINTS)
+    count = max(_FLIGHT_POINTS // found.n_bounces, _LEAST_POINTS)
+    half, share = 0.5 * found.gravity, np.linspace(0.0, 1.0, count)
     fall, starts = share * found.touch_time[0], (found.touch_time + found.contact_time)[:-1, None]
     flight = share * (found.touch_time[1:, None] - starts)
     depth, speed = found.residual_indentation_depth[:-1, None], found.rebound_velocity[:-1, None]

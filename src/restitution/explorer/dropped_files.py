@@ -53,7 +53,8 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
         except InputError as error:
             raise InputError("", wanted=_named(one_line(error), path, name)) from None
     notes = [_named(note, path, name) for note in [*notes, *(str(one.message) for one in caught)]]
-    return {"state": state, "words": f"{name}: {words}", "notes": list(dict.fromkeys(notes))}
+    # The paper's numbers would hide the material.
+    return {"state": state | {"entry": "constants"}, "words": f"{name}: {words}", "notes": list(dict.fromkeys(notes))}
 
 
 def _named(line: str, path: Path, name: str) -> str:

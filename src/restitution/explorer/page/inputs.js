@@ -29,7 +29,7 @@ export class Inputs {
 
   update() {
     const tab = this.state.get("page.tab");
-    const groups = GROUPS[tab] ?? CASE;
+    const groups = Object.hasOwn(GROUPS, tab) ? GROUPS[tab] : CASE;
     const belongs = (input) => groups.includes(input.group) || (tab === "indentation" && input.key.startsWith("profile."));
     // What stays as it is is left alone: a frame of the browser costs more than a solve.
     for (const control of this.controls) {

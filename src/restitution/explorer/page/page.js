@@ -77,7 +77,7 @@ class App {
 
   get tab() {
     const name = this.state.get("page.tab");
-    return name in this.tabs ? name : "impact";
+    return Object.hasOwn(this.tabs, name) ? name : "impact";
   }
 
   // Asks for what the tab shows, if the case is another one; the page's own keys only draw again.
@@ -106,7 +106,7 @@ class App {
     }
     if (!asked) return;
     if (answer.kind === "file") this.files.receive(answer);
-    else if (answer.kind === "download") this.downloaded?.(answer);
+    else if (answer.kind === "download") this.downloaded?.(answer, asked);
     else if (asked.channel !== "main") {
       if (this.pins.receive(answer, asked.channel)) this.redraw();
     } else this.receiveOwn(answer, asked);

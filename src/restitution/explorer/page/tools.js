@@ -57,7 +57,10 @@ export function bindTools(app) {
     copy($("copy-link"), location.href);
   });
   const fetched = (what, act) => {
-    app.downloaded = (answer) => (answer.ok ? act(answer) : app.files.show(answer.error, true));
+    app.downloaded = (answer, asked) => {
+      if (!answer.ok) app.files.show(answer.error, true);
+      else if (asked.what === what) act(answer);
+    };
     app.backend.ask("download", { what, state: state.case() });
   };
   const further = () => (app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}))\n` : "");

@@ -11,7 +11,7 @@ export function setSystems(found) {
 }
 
 export function setSystem(name) {
-  system = name in systems ? name : "SI";
+  system = Object.hasOwn(systems, name) ? name : "SI";
 }
 
 export const systemNames = () => Object.keys(systems);
