@@ -279,7 +279,7 @@ def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
     """Return the case of the indentation of a state."""
     sections = read_sections(IndentationFile, Path(), indentation_content(state))
     name, history = sections.indentation.read(Path())
-    window = window_around(history.stop - history.start)
+    window = window_around(history.stop - history.start)._replace(rtol=_FRACTIONAL)
     material, profile = sections.material.build(window), cast("Any", sections.profile.build(None))
     return IndentationCase(Path(), None, material, profile, None, name, history, _POINTS, {})
 
