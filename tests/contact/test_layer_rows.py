@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
-from restitution.contact.layer import rows as module
+from restitution.contact.layer.contacts import contacts
 from restitution.contact.layer.rows import LayerRows
 from restitution.contact.path import evaluate
 
@@ -62,31 +62,21 @@ def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed)
     compare(rows, made, least, rng.integers(0, 90, 2))
 
 
-@pytest.mark.parametrize("name", ["sphere", "joints"])
-def test_a_series_that_is_not_resolved_is_not_used(name, monkeypatch):
-    thickness = np.geomspace(0.3, 3.0, 40)
-    rows = LayerRows(PROFILES[name], thickness, 0.5)
-    arguments = np.full(40, 0.2), np.full(40, 0.02), RTOL
-    counts: list[int] = []
-    made = LayerRows._made  # pyright: ignore[reportPrivateUsage]
-    monkeypatch.setattr(
-        LayerRows, "_made", lambda self, layers, *rest: counts.append(len(layers)) or made(self, layers, *rest)
-    )
-    smooth = rows.tables(*arguments)
-    (nodes,) = counts
-    assert nodes < 40
-    monkeypatch.setattr(module, "_TAIL", 0.0)
-    direct = rows.tables(*arguments)
-    assert counts[1:] == [nodes, 40]
-    for one, other in zip(smooth, direct, strict=True):
-        assert one[1:] == pytest.approx(other[1:], rel=1e-10)
-        s = np.linspace(0.05, 1.0, 50)
-        assert evaluate(one[0], s)[2] == pytest.approx(evaluate(other[0], s)[2], rel=2e-10)
-    monkeypatch.setattr(module, "_NODES", 4)
-    monkeypatch.setattr(module, "_TAIL", 1e-11)
-    # Ten nodes fewer leave a tail.
-    rows.tables(*arguments)
-    assert counts[-1] == 40
+@pytest.mark.parametrize("name", ["worn", "joints"])
+def test_tables_do_not_depend_on_earlier_ones(name):
+    rng = np.random.default_rng(5)
+    profile, arguments = PROFILES[name], (np.full(40, 0.2), np.full(40, 0.02), RTOL)
+    rows = [LayerRows(profile, 0.3 * 100.0 ** rng.uniform(0.0, 1.0, 40), 0.5) for _ in range(3)]
+    alone = []
+    for one in rows:
+        contacts.cache_clear()
+        alone.append(one.tables(*arguments))
+    contacts.cache_clear()
+    for one, expected in zip([*rows, *rows], [*alone, *alone], strict=True):
+        for found, wanted in zip(one.tables(*arguments), expected, strict=True):
+            assert found[1:] == wanted[1:]
+            assert all(np.array_equal(x, y) for x, y in zip(found[0], wanted[0], strict=True))
+    assert contacts.cache_info().hits
 
 
 def test_tables_end_where_the_contact_is_forty_thicknesses_wide():

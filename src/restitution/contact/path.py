@@ -13,6 +13,13 @@ from restitution.contact.geometry import Array, Geometry, Kinks, as_array
 
 _DEGREE = 7
 _FIRST_CELLS = 4
+# Nodes of a cell, and Gauss nodes and weights for comparison. Nodes at both ends make a(s) continuous and exact at 0.
+_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+_GAUSS, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(_DEGREE + 1))
+_PLACES = np.append(_NODES, 0.5 + _GAUSS)
+# Slopes at the Gauss nodes from values at the nodes.
+_PACE: Any = np.arange(1, _DEGREE + 1) * np.vander(0.5 + _GAUSS, _DEGREE, increasing=True)
+_SLOPES = _PACE @ np.linalg.inv(np.vander(_NODES, increasing=True))[1:]
 # Largest number of halvings of a cell, and of cells apart from those that begin at kinks.
 _MOST_HALVINGS = 36
 _MAX_CELLS = 4096
@@ -122,13 +129,58 @@ def path_table(
         return depth[None], radius[None]
 
     least_integral = as_array(profile.force_integral_at_depth(least)).reshape(1)
-    return path_tables(curve, kinks._replace(strength=kinks.strength[None]), rtol, least_integral)[0]
+    (table,), _ = path_tables(
+        curve, kinks._replace(strength=kinks.strength[None]), rtol, least_integral, first_cells(np.sqrt(kinks.depth))
+    )
+    return table
+
+
+class Cells(NamedTuple):
+    """Cells of tables over a parameter y from 0 to 1.
+
+    Attributes
+    ----------
+    start : array, shape (n_cell,)
+        Kink at which the coordinate ``sqrt(y - start)`` begins; -1 where it is y.
+    left, width : array, shape (n_cell,)
+        Start and width of each cell in its coordinate.
+    """
+
+    start: Array
+    left: Array
+    width: Array
+
+    @property
+    def nodes(self) -> Array:
+        """Values of y at the nodes of each cell, shape (n_cell, n_node)."""
+        rho, start = self.left[:, None] + self.width[:, None] * _PLACES, self.start[:, None]
+        return np.where(start < 0.0, rho, start + rho * rho)
+
+    def part(self, chosen: Any) -> Cells:
+        """Return some of the cells."""
+        return Cells(*(one[chosen] for one in self))
+
+    def halves(self) -> Cells:
+        """Return the halves of all cells."""
+        start, left, width = (np.repeat(one, 2) for one in self)
+        width *= 0.5
+        left[1::2] += width[1::2]
+        return Cells(start, left, width)
+
+
+def first_cells(places: Array) -> Cells:
+    """Return one cell beyond each kink, at places y, and some before the first one."""
+    end = places[0] if places.size else 1.0
+    # Those before the first kink are exact in binary.
+    width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(places, 1.0))))
+    left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(places.size))
+    return Cells(np.append(np.full(_FIRST_CELLS, -1.0), places), left, width)
 
 
 def path_tables(
-    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array
-) -> list[PathTable]:
-    """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1.
+    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Cells
+) -> tuple[list[PathTable], Cells]:
+    """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
 
     Parameters
     ----------
@@ -141,49 +193,38 @@ def path_tables(
         Aim for the errors; see `path_table`.
     least_integral : array, shape (n_geometries,)
         Force integrals at the smallest of the largest depths.
+    cells : Cells
+        Cells to begin with, such as the first ones or those of similar tables; those of the tables are returned.
     """
+    # Numba takes half a second to import.
+    from restitution.contact.cells import fit_cells
+
     places = np.sqrt(kinks.depth)
     depth, radius = curve(np.append(places, 1.0))
     depth_max, radius_max = depth[:, -1:], radius[:, -1]
     # The last origin is that of the cells before the first kink.
     origins = np.append(np.sqrt(depth[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
-    # Cells: kink, start and width in rho over y. Those before the first kink are exact in binary.
-    end = places[0] if places.size else 1.0
-    kink = np.append(np.full(_FIRST_CELLS, -1), np.arange(places.size))
-    left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(places.size))
-    width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(places, 1.0))))
-    starts = np.append(places, -1.0)
     most = _MAX_CELLS + 2 * places.size
-    nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-    gauss, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
-    gauss, weights, count = 0.5 + 0.5 * gauss, 0.5 * weights, nodes.size
-    # Nodes at both ends of a cell make a(s) continuous and exact at s = 0.
-    pace: Any = np.arange(1, count) * np.vander(gauss, count - 1, increasing=True)
-    slopes = pace @ np.linalg.inv(np.vander(nodes, increasing=True))[1:]
+    pending, chosen, size = cells, list[Cells](), 0
     done: list[tuple[Array, ...]] = []
-    size = 0
     for rank in range(_MOST_HALVINGS + 1):
-        rho = left[:, None] + width[:, None] * np.append(nodes, gauss)
-        depth, values = curve(_place(starts[kink][:, None], rho))
-        s, origin = np.sqrt(depth / depth_max[..., None]), origins[:, kink]
-        rho = _rho(s, origin[..., None])
-        low, high = rho[..., 0], rho[..., count - 1]
-        t = (rho - low[..., None]) / (high - low)[..., None]
-        powers = np.vander(t.ravel(), count, increasing=True).reshape(*t.shape, count)
-        radius: Any = np.linalg.solve(powers[..., :count, :], values[..., :count, None])[..., 0]
-        difference = np.abs((powers[..., count:, :] @ radius[..., None])[..., 0] - values[..., count:])
-        gained = depth[..., :count] @ slopes.T
-        gain, missed = ((gained * a) @ weights for a in (values[..., count:], difference))
+        depth, values = curve(pending.nodes)
+        kink = np.where(pending.start < 0.0, places.size, np.searchsorted(places, pending.start))
+        origin = np.ascontiguousarray(origins[:, kink])
+        ends, sums = np.empty((2, *origin.shape, 3))
+        radius = np.empty((*origin.shape, _NODES.size))
+        space = np.empty(_PLACES.size)
+        fit_cells(depth, values, depth_max[:, 0], origin, _SLOPES, _WEIGHTS, space, ends, radius, sums)
+        gain, missed, largest = np.moveaxis(sums, -1, 0)
         allowed = rtol * np.maximum(gain, least_integral[:, None] / _FIRST_CELLS**2)
-        last = rank == _MOST_HALVINGS or size + 2 * left.size > most
+        last = rank == _MOST_HALVINGS or size + 2 * pending.left.size > most
         good = np.all(missed <= allowed, axis=0) | last
-        cells = (origin, s[..., 0], low, high - low, radius, missed, np.max(difference, axis=-1))
-        done.append(tuple(one[:, good] for one in cells))
+        fitted = (origin, *np.moveaxis(ends, -1, 0), radius, missed, largest)
+        done.append(tuple(one[:, good] for one in fitted))
+        chosen.append(pending.part(good))
         size += int(np.count_nonzero(good))
-        kink, width = np.repeat(kink[~good], 2), np.repeat(0.5 * width[~good], 2)
-        left = np.repeat(left[~good], 2)
-        left[1::2] += width[1::2]
-        if left.size == 0:
+        pending = pending.part(~good).halves()
+        if not pending.left.size:
             break
     columns = [np.concatenate(parts, axis=1) for parts in zip(*done, strict=True)]
     order = np.argsort(columns[1][0])
@@ -193,13 +234,14 @@ def path_tables(
     roots = np.sqrt(depth_max[:, 0])
     # d - d_j = (s - s_j) (s + s_j)
     strengths = kinks.strength * (2.0 * roots[:, None] * origins[:, :-1]) ** kinks.power
-    return [
+    tables = [
         PathTable(
             root * np.append(start[k], 1.0), root * origin[k], radius[k], integral[k], errors[k],
             float(np.max(largest[k]) / radius_max[k]), root * origins[k, :-1], strengths[k], kinks.power,
         )
         for k, root in enumerate(roots.tolist())
     ]  # fmt: skip
+    return tables, Cells(*map(np.concatenate, zip(*chosen, strict=True))).part(order)
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
@@ -251,11 +293,6 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
 def _rho(s: Array, origin: Array) -> Array:
     """Coordinate rho in which a(s) is smooth."""
     return np.where(origin < 0.0, s, np.sqrt(np.maximum(s - origin, 0.0)))
-
-
-def _place(origin: Array, rho: Array) -> Array:
-    """Root of the depth s at rho."""
-    return np.where(origin < 0.0, rho, origin + rho * rho)
 
 
 def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks:

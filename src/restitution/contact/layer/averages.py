@@ -18,8 +18,8 @@ from restitution.contact.layer.punch import PANELS, Punches
 
 # Gauss nodes and Chebyshev nodes of a cell, the widest cell of g, and the tolerance of both series.
 _NODES, _WIDEST, _TAIL = 16, 2.0, 1e-12
-# Largest numbers of halvings of a cell, of cells apart from those of joints, and of values in memory at a time.
-_HALVINGS, _CELLS, _BLOCK = 40, 1024, 2_000_000
+# Largest numbers of halvings of a cell, and of cells apart from those of joints.
+_HALVINGS, _CELLS = 40, 1024
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODES - 1))
 _ANGLE = np.pi * (np.arange(_NODES) + 0.5) / _NODES
@@ -118,43 +118,60 @@ class Averages:
     def at(self, radius: Array) -> tuple[Array, Array]:
         """Means sigma and tau at radii of any panels, shape (n,)."""
         terms = self.punches.terms(float(np.max(radius)))
-        _, _, sigma, tau = self.punches.means(radius, self.moments(radius, terms), np.arange(radius.size))
+        sigma, tau = self.punches.means(radius, self.moments(radius, terms))
         return sigma, tau
 
     def moments(self, radius: Array, terms: int) -> Array:
         """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
         cells, series = self._pieces
-        start = cells.place(cells.low[:, None], self.face)[0][:, 0]
-        own = np.clip(np.searchsorted(start, radius, side="right") - 1, 0, start.size - 1)
-        last = int(own.max())
-        whole = cells.part(slice(0, last))
-        half = 0.5 * (whole.high - whole.low)[:, None]
-        x, pace = whole.place(whole.low[:, None] + half * (1.0 + _GAUSS), self.face)
-        mass = half * _WEIGHTS * pace * np.polynomial.legendre.legval(_GAUSS, series[:last].T)
+        own = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
         # The cell that contains the radius, up to there.
         cell = cells.part(own)
         beyond = np.isnan(cell.joint)
         reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
         reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
-        half = 0.5 * (reach - cell.low)[:, None]
-        t = cell.low[:, None] + half * (1.0 + _GAUSS)
-        inner, pace = cell.place(t, self.face)
-        local = 2.0 * (t - cell.low[:, None]) / (cell.high - cell.low)[:, None] - 1.0
-        g = np.polynomial.legendre.legval(local, series[own].T[..., None], tensor=False)
-        inner_mass = half * _WEIGHTS * pace * g
-        moments = np.empty((radius.size, terms))
-        rows = max(1, _BLOCK // (x.size + _NODES))
-        for part in (slice(i, i + rows) for i in range(0, radius.size, rows)):
-            a = radius[part]
-            counted = np.arange(last)[:, None] < own[part, None, None]
-            masses = np.concatenate([np.where(counted, mass, 0.0).reshape(a.size, -1), inner_mass[part]], axis=1)
-            places = np.concatenate([np.broadcast_to(x.ravel(), (a.size, x.size)), inner[part]], axis=1)
-            place = 2.0 * (np.minimum(places, a[:, None]) / np.where(a > 0.0, a, 1.0)[:, None]) ** 2 - 1.0
-            before, now = place, np.ones_like(place)
-            for k in range(terms):
-                moments[part, k] = np.einsum("ij,ij->i", masses, now)
-                before, now = now, 2.0 * place * now - before
+        # Numba takes half a second to import.
+        from restitution.contact.layer.moments import add_moments
+
+        x, masses = self._weighed(cell, series[own], reach)
+        before, inner = self._condensed(int(own.max()), terms)
+        moments, space = np.empty((radius.size, terms)), np.empty((5, terms + _NODES))
+        add_moments(radius, own, self._starts, inner, before, x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
+
+    @cached_property
+    def _starts(self) -> Array:
+        """Radii x at the starts of the cells."""
+        cells, _ = self._pieces
+        return cells.place(cells.low[:, None], self.face)[0][:, 0]
+
+    def _weighed(self, cells: _Cells, series: Array, reach: Array) -> tuple[Array, Array]:
+        """Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
+        half = 0.5 * (reach - cells.low)[:, None]
+        t = cells.low[:, None] + half * (1.0 + _GAUSS)
+        x, pace = cells.place(t, self.face)
+        local = 2.0 * (t - cells.low[:, None]) / (cells.high - cells.low)[:, None] - 1.0
+        g = np.polynomial.legendre.legval(local, series.T[..., None], tensor=False)
+        return x, half * _WEIGHTS * pace * g
+
+    def _condensed(self, last: int, terms: int) -> tuple[Array, Array]:
+        """Masses at `terms` nodes x/b that have the same moments as g in [0, b], b the start of a cell, and the nodes.
+
+        Shape (last + 1, terms). Polynomials over [0, b] have bounded coefficients on every part of it, so that errors
+        do not grow from cell to cell.
+        """
+        from restitution.contact.layer.moments import condense
+
+        nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
+        # A function is the sum of its values at the nodes times these columns.
+        weights = np.cos(np.arange(terms)[:, None] * np.arccos(nodes)) * (2.0 / terms)
+        weights[0] *= 0.5
+        inner = np.sqrt(0.5 + 0.5 * nodes)
+        cells, series = self._pieces
+        x, masses = self._weighed(cells.part(slice(0, last)), series[:last], cells.high[:last])
+        found = np.zeros((last + 1, terms))
+        condense(self._starts, inner, x, masses, weights, np.empty((5, terms + _NODES)), found)
+        return found, inner
 
 
 class MeanTable(NamedTuple):

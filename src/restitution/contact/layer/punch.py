@@ -27,8 +27,6 @@ _RADII, _LEAST, _PER_RADIUS = 32, 16, 6
 _NEWTON = 4
 # Largest coefficients over x, relative to the largest, at the end of a series that are left out: rounding.
 _ROUNDING = 1e-15
-# Radii that are evaluated at a time.
-_BLOCK = 16_384
 
 
 class Punches(NamedTuple):
@@ -73,27 +71,20 @@ class Punches(NamedTuple):
     def terms(self, radius: float) -> int:
         """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
         panel = int(panel_of(np.array(radius)))
-        basis = np.polynomial.chebyshev.chebvander(_local(panel, as_array([radius])), _RADII - 1)
+        basis = np.polynomial.chebyshev.chebvander(place_in(panel, as_array([radius])), _RADII - 1)
         sizes = np.max([np.abs(basis @ part[panel])[0] for part in (self.resolvent, self.load)], axis=0)
         return 1 + int(np.flatnonzero(sizes > _ROUNDING * np.max(sizes))[-1])
 
-    def means(self, radius: Array, moments: Array, contact: Any, loads: bool = True) -> Array:
-        """Rows kappa, w(a), and the means of r and, with `loads`, of w over a profile, at radii, shape (n,).
-
-        The profile has the `moments`, shape (n_contact, n_term), of the numbers `contact`, shape (n,).
-        """
-        found, panels = np.empty((3 + loads, radius.size)), panel_of(radius)
+    def means(self, radius: Array, moments: Array) -> Array:
+        """Means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
+        found, panels = np.empty((2, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
-            rows = np.flatnonzero(panels == panel)
-            parts = [part[panel][:, : moments.shape[1]] for part in (self.resolvent, self.load)[: 1 + loads]]
-            terms = parts[0].shape[1]
-            series = np.column_stack([self.stiffness[panel], self.edge[panel], *parts])
-            for some in np.array_split(rows, math.ceil(rows.size / _BLOCK)):
-                basis = np.polynomial.chebyshev.chebvander(_local(panel, radius[some]), _RADII - 1)
-                values, mine = product(basis, series), moments[contact[some], :terms]
-                found[:2, some] = np.exp(values[:, :2].T)
-                for k in range(1 + loads):
-                    found[2 + k, some] = np.einsum("ij,ij->i", values[:, 2 + k * terms : 2 + (k + 1) * terms], mine)
+            rows = panels == panel
+            basis = np.polynomial.chebyshev.chebvander(place_in(panel, radius[rows]), _RADII - 1)
+            for mean, part in zip(found, (self.resolvent, self.load), strict=True):
+                terms = min(part[panel].shape[1], moments.shape[1])
+                series = product(basis, part[panel][:, :terms])
+                mean[rows] = np.einsum("ij,ij->i", series, moments[rows, :terms])
         return found
 
 
@@ -168,7 +159,8 @@ def panel_of(radius: Array) -> Any:
     return np.clip(np.searchsorted(PANELS, radius, side="right") - 1, 0, len(PANELS) - 2)
 
 
-def _local(panel: Any, radius: Array) -> Array:
+def place_in(panel: Any, radius: Array) -> Array:
+    """Place of a radius in a panel, from -1 to 1."""
     low, high = PANELS[panel], PANELS[panel + 1]
     return (2.0 * radius - low - high) / (high - low)
 
@@ -177,5 +169,5 @@ def over_panels(series: Array, radius: Array) -> Array:
     """Series of each panel at radii of any shape."""
     panel = panel_of(radius)
     coefficients = np.moveaxis(series[panel], -1, 0)
-    value: Any = np.polynomial.chebyshev.chebval(_local(panel, radius), coefficients, tensor=False)
+    value: Any = np.polynomial.chebyshev.chebval(place_in(panel, radius), coefficients, tensor=False)
     return value

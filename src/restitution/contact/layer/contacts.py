@@ -1,0 +1,218 @@
+"""Contacts of a profile, and their depths on layers of any thickness above a smallest one.
+
+What depends on the profile alone is computed once: the moments of `restitution.contact.layer.averages`, and their
+sums with the flat punches, which leave a series over a/h for each contact.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from restitution.contact.geometry import Array, Kinks
+from restitution.contact.layer.averages import Averages
+from restitution.contact.layer.punch import PANELS, panel_of, place_in
+from restitution.contact.layer.store import stored_punches
+from restitution.contact.matrix import product
+from restitution.contact.path import Cells, PathTable, first_cells, path_tables, significant_kinks
+from restitution.contact.profile import Profile
+
+# Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
+_SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
+# Layers whose tables are made together, which limits the memory.
+_BLOCK = 256
+# Relative step of the parameter for the slope of the depth at kinks.
+_STEP = 1e-4
+# Thicknesses over the smallest one whose cells are those of all others to begin with.
+_TYPICAL = np.array([1.0, 4.0, 64.0])
+
+Sized = tuple[PathTable, float, float]
+"""A table, and the units of its depth [m] and its stiffness radius [m]."""
+
+
+class Contact(NamedTuple):
+    """Contacts [SI]: radius a, depth D on a half-space, ``G = a D - Pi_0``, each of shape (n,), and means over g.
+
+    The means of r and of w are series over a/h in each panel, shape (n_panel, n_term, n).
+    """
+
+    radius: Array
+    depth: Array
+    gap: Array
+    resolvent: Array
+    load: Array
+
+
+class _Start(NamedTuple):
+    """Kinks at places y, with their strengths on a half-space, cells to begin with, and known contacts by their y."""
+
+    strength: Array
+    power: float
+    places: Array
+    cells: Cells
+    known: dict[bytes, Contact]
+
+    @property
+    def ends(self) -> Array:
+        """Values of y at the kinks and at the end."""
+        return np.append(self.places, 1.0)
+
+    @property
+    def around(self) -> Array:
+        """Values of y on both sides of each kink."""
+        return np.concatenate([self.places * (1.0 - _STEP), self.places * (1.0 + _STEP)])
+
+
+class Contacts:
+    """Contacts of a profile up to a largest radius [m] on layers of at least a thickness [m]."""
+
+    def __init__(self, profile: Profile, poisson_ratio: float | None, thinnest: float, end: float) -> None:
+        self.profile, self.punches, self.end = profile, stored_punches(poisson_ratio), end
+        self.deepest = float(profile.transform(end))
+        self._unit, self._face = thinnest, float(profile.contact_radius(0.0))
+        self._reach = math.sqrt((end - self._face) * (end + self._face))
+        self._known: dict[float, _Start] = {}
+        # Panels of a/h in which the contacts lie.
+        self._count = int(panel_of(np.array(end / thinnest))) + 1
+
+    @cached_property
+    def _averages(self) -> Averages:
+        """Means over the profile; the cells of their quadrature are fine enough for the thinnest layer."""
+        unit, profile, end = self._unit, self.profile, self.end
+        face, joints = self._face, profile.joints
+        inside = joints[(joints > face) & (joints < end)] / unit
+        most = profile.max_contact_radius
+        return Averages(
+            self.punches, lambda x: profile.transform(np.minimum(x * unit, most)), face / unit, inside, end / unit
+        )
+
+    @cached_property
+    def sampled(self) -> tuple[Array, Contact, Array]:
+        """Logarithms of depths on a half-space, the last contacts there, and logarithms of all force integrals."""
+        last = math.log(self.deepest)
+        count = max(_SAMPLES, math.ceil((last - _FIRST) / _APART))
+        knots = last - _APART * np.arange(count)[::-1]
+        # Rounding must not exceed the end of the profile.
+        depth = np.minimum(np.exp(knots), self.deepest)
+        integral = np.log(np.maximum(self.profile.force_integral_at_depth(depth), 1e-300))
+        return knots, self.at(depth[-_SAMPLES:]), integral
+
+    def at(self, depth: Array) -> Contact:
+        """Contacts at depths [m] on a half-space, shape (n,)."""
+        return self._contact(np.minimum(self.profile.contact_radius(depth), self.end), depth)
+
+    def _contact(self, radius: Array, depth: Array) -> Contact:
+        most = np.minimum(radius / self._unit, PANELS[-1])
+        moments = np.zeros((radius.size, self.punches.terms(float(np.max(most)))))
+        # Small contacts need few terms.
+        sizes = np.ceil(0.5 * np.log2(np.maximum(most, 1.0)))
+        for size in np.unique(sizes):
+            rows = np.flatnonzero(sizes == size)
+            terms = self.punches.terms(float(np.max(most[rows])))
+            moments[rows, :terms] = self._averages.moments(radius[rows] / self._unit, terms)
+        gap = radius * depth - self.profile.force_integral(radius)
+        parts = self.punches.resolvent, self.punches.load
+        return Contact(radius, depth, gap, *(series(part[: self._count], moments) for part in parts))
+
+    def on(self, thickness: Array, contact: Contact, loads: bool = False) -> list[Array]:
+        """Depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
+        kappa, edge, sigma = self._means(thickness, contact.radius, contact.resolvent)
+        depth = (contact.depth + sigma * (contact.gap / thickness[:, None])) / np.exp(edge)
+        radius = contact.radius * np.exp(kappa)
+        if not loads:
+            return [depth, radius]
+        tau = self._means(thickness, contact.radius, contact.load)[2]
+        return [depth, radius, depth * radius - tau * contact.gap]
+
+    def own_depth(self, thickness: Array, contact: Contact) -> Array:
+        """Depth [m] of each contact on a layer of its own, shape (n,)."""
+        radius = contact.radius / thickness
+        panel = np.minimum(panel_of(radius), self._count - 1)
+        series = contact.resolvent[panel, :, np.arange(panel.size)].T
+        sigma = np.polynomial.chebyshev.chebval(place_in(panel, radius), series, tensor=False)
+        return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)
+
+    def _means(self, thickness: Array, radius: Array, series: Array) -> Array:
+        # Numba takes half a second to import.
+        from restitution.contact.layer.panels import MOST, on_layers
+
+        found = np.empty((3, thickness.size, radius.size))
+        panels = PANELS[: self._count + 1]
+        on_layers(
+            thickness, radius, panels, self.punches.stiffness, self.punches.edge, series, np.empty((6, MOST)), found
+        )
+        return found
+
+    def tables(self, thickness: Array, least: Array, rtol: float) -> list[Sized]:
+        """Tables of layers up to the largest radius; `least` are the force integrals [m^2] of `path_tables`."""
+        start, made = self._start(rtol), list[Sized]()
+        for first in range(0, thickness.size, _BLOCK):
+            part = slice(first, first + _BLOCK)
+            depth, radius = self._ends(thickness[part], start)
+            tables, _ = self._tables(thickness[part], start, least[part] / (depth * radius), rtol)
+            made += zip(tables, depth.tolist(), radius.tolist(), strict=True)
+        return made
+
+    def _start(self, rtol: float) -> _Start:
+        """Return what the tables of all layers have in common."""
+        if rtol not in self._known:
+            kinks = significant_kinks(self.profile, self.deepest, rtol)
+            radius = self.profile.contact_radius(kinks.depth * self.deepest)
+            places = np.sqrt((radius - self._face) * (radius + self._face)) / self._reach
+            start = _Start(kinks.strength, kinks.power, places, first_cells(places), {})
+            typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
+            _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
+            known = {y.tobytes(): self._at_place(y) for y in (start.ends, start.around, cells.nodes) if y.size}
+            self._known[rtol] = start._replace(cells=cells, known=known)
+        return self._known[rtol]
+
+    def _at_place(self, y: Array) -> Contact:
+        """Contacts at shares y of ``sqrt(a^2 - b^2)``, in which g is smooth at the radius b of a flat face."""
+        radius = np.minimum(np.hypot(self._face, self._reach * y.ravel()), self.end)
+        return self._contact(radius, self.profile.transform(radius))
+
+    def _known_at(self, start: _Start, y: Array) -> Contact:
+        contact = start.known.get(y.tobytes())
+        return self._at_place(y) if contact is None else contact
+
+    def _ends(self, thickness: Array, start: _Start) -> Array:
+        """Depth and stiffness radius [m] at the end of the table of each layer."""
+        return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
+
+    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[list[PathTable], Cells]:
+        """Tables in units of the depth and the stiffness radius at their ends, and their cells."""
+        units = self._ends(thickness, start)[..., None]
+
+        def curve(y: Array) -> tuple[Array, Array]:
+            depth, radius = np.array(self.on(thickness, self._known_at(start, y))) / units
+            return depth.reshape(-1, *y.shape), radius.reshape(-1, *y.shape)
+
+        strengths = np.zeros((thickness.size, start.places.size))
+        if start.places.size:
+            # As for a single layer.
+            around = self._known_at(start, start.around)
+            below, above = np.split(self.on(thickness, around)[0] / units[0], 2, axis=1)
+            radius, rise = np.split(around.radius, 2)[1], np.subtract(*np.split(around.depth, 2))
+            slope = (below - above) / rise
+            edge = self.punches.edge_load(radius / thickness[:, None])
+            strengths = edge * start.strength / (units[0] * units[1] * slope ** (start.power + 1.0))
+        kinks = Kinks(start.places**2, strengths, start.power)
+        return path_tables(curve, kinks, rtol, least, start.cells)
+
+
+def series(panels: tuple[Array, ...], moments: Array) -> Array:
+    """Series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
+    found = np.empty((len(panels), len(panels[0]), len(moments)))
+    for one, panel in zip(found, panels, strict=True):
+        terms = min(panel.shape[1], moments.shape[1])
+        one[:] = product(panel[:, :terms], moments[:, :terms].T)
+    return found
+
+
+@lru_cache(maxsize=16)
+def contacts(profile: Profile, poisson_ratio: float | None, thinnest: float, end: float) -> Contacts:
+    """Return the contacts of a profile, which are computed once."""
+    return Contacts(profile, poisson_ratio, thinnest, end)
