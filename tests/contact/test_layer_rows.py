@@ -108,7 +108,7 @@ def test_rows_have_the_values_of_single_layers():
     one: list[Any] = [single(PROFILES["sphere"], h, 0.3) for h in thickness.ravel()]
     for name in ("stiffness_radius", "force_integral_at_depth", "contact_radius"):
         expected = [float(getattr(layer, name)(d)) for layer, d in zip(one, depth, strict=True)]
-        assert getattr(rows, name)(depth).tolist() == expected
+        assert getattr(rows, name)(depth) == pytest.approx(expected, rel=1e-14)
     stiffness = rows.stiffness_radius(depth)
     assert rows.contact_radius_at(depth, stiffness) == pytest.approx(rows.contact_radius(depth), rel=1e-10)
     assert rows.max_depth == pytest.approx([layer.max_depth for layer in one], rel=1e-11)

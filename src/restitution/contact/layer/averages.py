@@ -6,9 +6,10 @@ Lengths are in units of the thickness. With ``G = int_0^a g dx`` the means are `
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ from restitution.contact.layer.punch import PANELS, Punches
 _NODES, _WIDEST, _TAIL = 16, 2.0, 1e-12
 # Largest numbers of halvings of a cell, and of cells apart from those of joints.
 _HALVINGS, _CELLS = 40, 1024
+# Numbers of nodes are multiples of this.
+_ROUND = 12
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODES - 1))
 _ANGLE = np.pi * (np.arange(_NODES) + 0.5) / _NODES
@@ -115,11 +118,11 @@ class Averages:
         order = np.argsort(cells.place(cells.low[:, None], self.face)[0][:, 0], kind="stable")
         return cells.part(order), np.concatenate([series for _, series in done])[order]
 
-    def at(self, radius: Array) -> tuple[Array, Array]:
-        """Means sigma and tau at radii of any panels, shape (n,)."""
-        terms = self.punches.terms(float(np.max(radius)))
-        sigma, tau = self.punches.means(radius, self.moments(radius, terms))
-        return sigma, tau
+    def __call__(self, radius: Array) -> Array:
+        """Means sigma and tau at radii of any shape."""
+        flat = radius.ravel()
+        moments = self.moments(flat, self.punches.terms(float(np.max(flat, initial=0.0))))
+        return self.punches.means(flat, moments).reshape(2, *radius.shape)
 
     def moments(self, radius: Array, terms: int) -> Array:
         """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
@@ -134,8 +137,8 @@ class Averages:
         from restitution.contact.layer.moments import add_moments
 
         x, masses = self._weighed(cell, series[own], reach)
-        before, inner = self._condensed(int(own.max()), terms)
-        moments, space = np.empty((radius.size, terms)), np.empty((5, terms + _NODES))
+        inner, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
+        moments, space = np.empty((radius.size, terms)), np.empty((5, inner.size + _NODES))
         add_moments(radius, own, self._starts, inner, before, x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
@@ -154,108 +157,26 @@ class Averages:
         g = np.polynomial.legendre.legval(local, series.T[..., None], tensor=False)
         return x, half * _WEIGHTS * pace * g
 
-    def _condensed(self, last: int, terms: int) -> tuple[Array, Array]:
-        """Masses at `terms` nodes x/b that have the same moments as g in [0, b], b the start of a cell, and the nodes.
+    @cached_property
+    def _condensed(self) -> Callable[[int], tuple[Array, Array]]:
+        """Function from a number of terms to nodes x/b and masses there, shape (n_cell, n_node), b the cells' starts.
 
-        Shape (last + 1, terms). Polynomials over [0, b] have bounded coefficients on every part of it, so that errors
-        do not grow from cell to cell.
+        The masses have the same moments as g in [0, b]. Polynomials over [0, b] have bounded coefficients on every
+        part of it, so that errors do not grow from cell to cell.
         """
         from restitution.contact.layer.moments import condense
 
-        nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
-        # A function is the sum of its values at the nodes times these columns.
-        weights = np.cos(np.arange(terms)[:, None] * np.arccos(nodes)) * (2.0 / terms)
-        weights[0] *= 0.5
-        inner = np.sqrt(0.5 + 0.5 * nodes)
         cells, series = self._pieces
-        x, masses = self._weighed(cells.part(slice(0, last)), series[:last], cells.high[:last])
-        found = np.zeros((last + 1, terms))
-        condense(self._starts, inner, x, masses, weights, np.empty((5, terms + _NODES)), found)
-        return found, inner
+        x, masses = self._weighed(cells, series, cells.high)
 
+        @cache
+        def condensed(terms: int) -> tuple[Array, Array]:
+            place = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
+            # A function is the sum of its values at the nodes times these columns.
+            weights = np.cos(np.arange(terms)[:, None] * np.arccos(place)) * (2.0 / terms)
+            weights[0] *= 0.5
+            nodes, found = np.sqrt(0.5 + 0.5 * place), np.zeros((x.shape[0], terms))
+            condense(self._starts, nodes, x, masses, weights, np.empty((5, terms + _NODES)), found)
+            return nodes, found
 
-class MeanTable(NamedTuple):
-    """Chebyshev series of sigma and tau over cells of the contact radius.
-
-    Attributes
-    ----------
-    edges, joint, low, high : array, shape (n_cell,)
-        Start of each cell, and its coordinate as in `_Cells`.
-    series : array, shape (n_cell, 2, 16)
-        Coefficients.
-    face : float
-        Radius of the flat face.
-    """
-
-    edges: Array
-    joint: Array
-    low: Array
-    high: Array
-    series: Array
-    face: float
-
-    def __call__(self, radius: Array) -> tuple[Array, Array]:
-        """Means at radii of any shape, at least that of the face."""
-        cell = np.clip(np.searchsorted(self.edges, radius, side="right") - 1, 0, self.edges.size - 1)
-        joint, low, high = self.joint[cell], self.low[cell], self.high[cell]
-        squared = np.where(np.isnan(joint), (radius - self.face) * (radius + self.face), radius - joint)
-        t = np.sqrt(np.maximum(squared, 0.0))
-        local = np.clip((2.0 * t - low - high) / (high - low), -1.0, 1.0)
-        series = np.moveaxis(self.series[cell], (-2, -1), (0, 1))
-        sigma, tau = (np.polynomial.chebyshev.chebval(local, one, tensor=False) for one in series)
-        return np.asarray(sigma), np.asarray(tau)
-
-
-def mean_table(averages: Averages) -> MeanTable:
-    """Tabulate the means; a cell that is not resolved ends at a joint, where there is one, or in its middle."""
-    face, end = averages.face, averages.end
-    last = np.sqrt((end - face) * (end + face))
-    # Singular at x = +-i b and, weakly, at multiples of +-2i.
-    t = min(1.0, face, last) if face > 0.0 else min(1.0, last)
-    edges = [0.0]
-    while t < 0.75 * last:
-        edges.append(t)
-        t *= 2.0
-    inner = PANELS[(face < PANELS) & (end > PANELS)]
-    ends = np.unique(np.concatenate([edges, np.sqrt((inner - face) * (inner + face)), [last]]))
-    pending = _Cells(np.full(ends.size - 1, np.nan), ends[:-1], ends[1:])
-    done: list[tuple[_Cells, Array]] = []
-    count = 0
-    for rank in range(_HALVINGS + 1):
-        count += pending.low.size
-        last_round = rank == _HALVINGS or count > _CELLS + 4 * averages.joints.size
-        series = np.empty((pending.low.size, 2, _NODES))
-        good = np.empty(pending.low.size, dtype=bool)
-        for i in range(pending.low.size):
-            one = pending.part(slice(i, i + 1))
-            t = 0.5 * (one.low + one.high) + 0.5 * (one.high - one.low) * np.cos(_ANGLE)
-            a = np.minimum(one.place(t[None], face)[0][0], end)
-            series[i] = np.stack(averages.at(a)) @ _TO_CHEBYSHEV.T
-            tails = np.max(np.abs(series[i, :, -2:]), axis=1)
-            good[i] = bool(np.all(tails <= _TAIL * np.abs(series[i, :, 0]))) or last_round
-        done.append((pending.part(good), series[good]))
-        pending = _split(pending.part(~good), averages.joints, face)
-        if not pending.low.size:
-            break
-    cells = _Cells(*(np.concatenate(one) for one in zip(*(cells for cells, _ in done), strict=True)))
-    start = cells.place(cells.low[:, None], face)[0][:, 0]
-    order = np.argsort(start, kind="stable")
-    return MeanTable(start[order], *cells.part(order), np.concatenate([one for _, one in done])[order], face)
-
-
-def _split(cells: _Cells, joints: Array, face: float) -> _Cells:
-    """Split each cell at the joint that is nearest to its middle; at its middle where there is no joint inside."""
-    made: list[tuple[float, float, float]] = []
-    for joint, low, high in zip(*cells, strict=True):
-        start, middle, end = (
-            float(_Cells(np.array([joint]), np.zeros(1), np.zeros(1)).place(np.array([[t]]), face)[0][0, 0])
-            for t in (low, 0.5 * (low + high), high)
-        )
-        inside = joints[(joints > start * (1.0 + 1e-12)) & (joints < end * (1.0 - 1e-12))]
-        if inside.size:
-            at = float(inside[np.argmin(np.abs(inside - middle))])
-            t = np.sqrt((at - face) * (at + face) if np.isnan(joint) else at - joint)
-            made += [(joint, low, float(t)), (at, 0.0, float(np.sqrt(end - at)))]
-        else:
-            made += [(joint, low, 0.5 * (low + high)), (joint, 0.5 * (low + high), high)]
-    return _Cells(*np.array(made).reshape(-1, 3).T)
+        return condensed

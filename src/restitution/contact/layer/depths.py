@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from restitution.contact.geometry import Array, Kinks
-from restitution.contact.layer.averages import Averages, MeanTable, mean_table, power_law_series
+from restitution.contact.layer.averages import Averages, power_law_series
 from restitution.contact.layer.punch import PANELS, Punches, over_panels
 from restitution.contact.layer.store import stored_punches
 from restitution.contact.profile import Profile
@@ -45,7 +45,7 @@ class Depths:
         face = checked_face(float(profile.contact_radius(0.0)), thickness)
         most = float(PANELS[-1])
         self.face, self.end = face, min(largest_radius(profile) / thickness, most)
-        self.means: PowerMeans | MeanTable = self._means()
+        self.means: PowerMeans | Averages = self._means()
         t = np.sqrt((self.end - face) * (self.end + face))
         radii = np.hypot(face, t * 10.0 ** np.linspace(-_DECADES - math.log10(max(t, 1.0)), 0.0, _STARTS))
         radii[-1] = self.end
@@ -60,13 +60,13 @@ class Depths:
         self._deepest = float(start[-1])
         self.max_depth = float(self.depth(start[-1:])[0])
 
-    def _means(self) -> PowerMeans | MeanTable:
+    def _means(self) -> PowerMeans | Averages:
         exponent = self.profile.path_exponent
         if exponent:
             return PowerMeans(self.punches, 2.0 / float(np.asarray(exponent)))
         joints = self.profile.joints / self.thickness
         joints = joints[(joints > self.face) & (joints < self.end)]
-        return mean_table(Averages(self.punches, self._transform, self.face, joints, self.end))
+        return Averages(self.punches, self._transform, self.face, joints, self.end)
 
     def _transform(self, radius: Array) -> Array:
         """Transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""

@@ -29,7 +29,7 @@ def condense(starts: Any, inner: Any, x: Any, masses: Any, weights: Any, space: 
     Parameters
     ----------
     starts
-        Starts b of the cells, shape (n + 1,).
+        Starts b of the cells, shape (n,).
     inner, weights
         Nodes over b, and the matrix from moments to masses at the nodes, (n_term, n_term).
     x, masses
@@ -37,10 +37,10 @@ def condense(starts: Any, inner: Any, x: Any, masses: Any, weights: Any, space: 
     space
         Space of the shape (5, n_term + n_node).
     found
-        Masses, shape (n + 1, n_term); those of the first start are 0.
+        Masses, shape (n, n_term); those of the first start are 0.
     """
     terms, more = inner.shape[0], x.shape[1]
-    for n in range(x.shape[0]):
+    for n in range(x.shape[0] - 1):
         end = starts[n + 1]
         for i in range(terms):
             space[3, i] = inner[i] * starts[n] / end
