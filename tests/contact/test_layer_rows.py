@@ -29,10 +29,10 @@ def single(profile: Any, thickness: float, nu: float | None) -> Any:
     return rs.Layer(profile, thickness, base).between(rs.Material(1.0, bulk), None)
 
 
-def compare(rows: LayerRows, made: list[Any], least: Any, chosen: Any) -> None:
+def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
     heights = np.unique(rows.thickness)
     for k in chosen:
-        table, depth_unit, radius_unit = made[k]
+        table, depth_unit, radius_unit = made.table.single(k), made.depth[k], made.radius[k]
         layer = single(rows.profile, float(heights[k]), rows.poisson_ratio)
         s = np.sqrt(np.linspace(max(float(least[k]) / depth_unit, 0.01), 1.0, 40))
         radius, _, integral = evaluate(table, s)
@@ -58,7 +58,7 @@ def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed)
     rows = LayerRows(PROFILES[name], thickness, nu)
     least = np.full(90, 0.02) * rng.uniform(0.1, 1.0)
     made = rows.tables(np.full(90, 0.2), least, RTOL)
-    assert max(table.error_at(0.1) for table, _, _ in made) < 2.0 * RTOL
+    assert max(made.table.single(k).error_at(0.1) for k in range(90)) < 2.0 * RTOL
     compare(rows, made, least, rng.integers(0, 90, 2))
 
 
@@ -73,9 +73,9 @@ def test_tables_do_not_depend_on_earlier_ones(name):
         alone.append(one.tables(*arguments))
     contacts.cache_clear()
     for one, expected in zip([*rows, *rows], [*alone, *alone], strict=True):
-        for found, wanted in zip(one.tables(*arguments), expected, strict=True):
-            assert found[1:] == wanted[1:]
-            assert all(np.array_equal(x, y) for x, y in zip(found[0], wanted[0], strict=True))
+        found = one.tables(*arguments)
+        for x, y in zip([*found.table, *found[1:]], [*expected.table, *expected[1:]], strict=True):
+            assert np.array_equal(x, y)
     assert contacts.cache_info().hits
 
 
@@ -84,13 +84,14 @@ def test_tables_end_where_the_contact_is_forty_thicknesses_wide():
     thickness = np.array([0.01, 0.02, 0.03, 0.5])
     rows = LayerRows(PROFILES["worn"], thickness, 0.3).raveled((4,))
     made = rows.tables(np.full(4, 10.0), np.full(4, 0.01), RTOL)
-    assert [length for _, length, _ in made[:3]] == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
+    assert made.depth[:3].tolist() == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
 
 
 def test_kinks_are_those_of_single_layers():
     thickness = np.array([0.5, 1.0, 4.0])
     made = LayerRows(PROFILES["joints"], thickness, 0.3).tables(np.full(3, 0.5), np.full(3, 0.05), RTOL)
-    for h, (table, depth, radius) in zip(thickness, made, strict=True):
+    for n, (h, depth, radius) in enumerate(zip(thickness, made.depth, made.radius, strict=True)):
+        table = made.table.single(n)
         kinks = single(PROFILES["joints"], float(h), 0.3).kinks
         place = np.sqrt(kinks.depth / depth)
         near = np.array([int(np.argmin(np.abs(place - one))) for one in table.kinks])

@@ -53,6 +53,9 @@ class PathTable(NamedTuple):
         Places s of the kinks [m^(1/2)] and their strengths: ``a = smooth + strength (s - kink)^power`` beyond each.
     power : float
         Half-integer power of the kinks.
+
+    Several tables in one have one more axis in front. Where one has fewer cells or kinks than another, cells without
+    a width and kinks without a strength at its end fill its rows.
     """
 
     edges: Array
@@ -60,10 +63,25 @@ class PathTable(NamedTuple):
     radius: Array
     force_integral: Array
     errors: Array
-    radius_error: float
+    radius_error: Any
     kinks: Array
     strengths: Array
     power: float
+
+    def single(self, n: int) -> PathTable:
+        """Return table n of several, without the cells and kinks that fill its rows."""
+        edges = self.edges[n]
+        cells, kinks = np.diff(edges) > 0.0, self.kinks[n] < edges[-1]
+        return PathTable(
+            np.append(edges[:-1][cells], edges[-1]), self.origin[n, cells], self.radius[n, cells],
+            self.force_integral[n, cells], self.errors[n, cells], float(self.radius_error[n]), self.kinks[n, kinks],
+            self.strengths[n, kinks], self.power,
+        )  # fmt: skip
+
+    @property
+    def several(self) -> PathTable:
+        """The table as one of several."""
+        return PathTable(*(np.asarray(one)[None] for one in self[:-1]), self.power)
 
     @property
     def error(self) -> float:
@@ -74,8 +92,8 @@ class PathTable(NamedTuple):
     def ends(self) -> tuple[Array, Array]:
         """Coordinates rho at the start and the end of each cell."""
         if not self.kinks.size:
-            return self.edges[:-1], self.edges[1:]
-        return _rho(self.edges[:-1], self.origin), _rho(self.edges[1:], self.origin)
+            return self.edges[..., :-1], self.edges[..., 1:]
+        return _rho(self.edges[..., :-1], self.origin), _rho(self.edges[..., 1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
         """Largest error for depths from that of the cell that contains a depth [m] on."""
@@ -129,10 +147,10 @@ def path_table(
         return depth[None], radius[None]
 
     least_integral = as_array(profile.force_integral_at_depth(least)).reshape(1)
-    (table,), _ = path_tables(
+    table, _ = path_tables(
         curve, kinks._replace(strength=kinks.strength[None]), rtol, least_integral, first_cells(np.sqrt(kinks.depth))
     )
-    return table
+    return table.single(0)
 
 
 class Cells(NamedTuple):
@@ -179,7 +197,7 @@ def first_cells(places: Array) -> Cells:
 
 def path_tables(
     curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Cells
-) -> tuple[list[PathTable], Cells]:
+) -> tuple[PathTable, Cells]:
     """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
 
     Parameters
@@ -231,17 +249,34 @@ def path_tables(
     origin, start, low, width, radius, missed, largest = (np.ascontiguousarray(one[:, order]) for one in columns)
     integral = _force_integral(depth_max, origin, low, width, radius)
     errors = np.cumsum(missed, axis=1) / np.sum(integral, axis=2)
-    roots = np.sqrt(depth_max[:, 0])
+    roots = np.sqrt(depth_max)
     # d - d_j = (s - s_j) (s + s_j)
-    strengths = kinks.strength * (2.0 * roots[:, None] * origins[:, :-1]) ** kinks.power
-    tables = [
-        PathTable(
-            root * np.append(start[k], 1.0), root * origin[k], radius[k], integral[k], errors[k],
-            float(np.max(largest[k]) / radius_max[k]), root * origins[k, :-1], strengths[k], kinks.power,
-        )
-        for k, root in enumerate(roots.tolist())
-    ]  # fmt: skip
-    return tables, Cells(*map(np.concatenate, zip(*chosen, strict=True))).part(order)
+    strengths = kinks.strength * (2.0 * roots * origins[:, :-1]) ** kinks.power
+    table = PathTable(
+        roots * np.append(start, np.ones_like(roots), axis=1), roots * origin, radius, integral, errors,
+        np.max(largest, axis=1) / radius_max, roots * origins[:, :-1], strengths, kinks.power,
+    )  # fmt: skip
+    return table, Cells(*map(np.concatenate, zip(*chosen, strict=True))).part(order)
+
+
+def joined(tables: list[PathTable]) -> PathTable:
+    """Join several tables, each of one or more, that have kinks of one power."""
+    cells, kinks = (max(one[k].shape[1] for one in tables) for k in (1, 6))
+
+    def filled(table: PathTable) -> PathTable:
+        more, further = ((0, 0), (0, cells - table.origin.shape[1])), ((0, 0), (0, kinks - table.kinks.shape[1]))
+        radius, integral = (np.pad(one, (*more, (0, 0))) for one in (table.radius, table.force_integral))
+        for one, whole in ((radius, table.radius), (integral, table.force_integral)):
+            # The value at the end.
+            one[:, whole.shape[1] :, 0] = np.sum(whole[:, -1:], axis=2)
+        edges = np.pad(table.edges, more, mode="edge")
+        places = np.concatenate([table.kinks, np.repeat(edges[:, -1:], further[1][1], axis=1)], axis=1)
+        return PathTable(
+            edges, np.pad(table.origin, more, constant_values=-1.0), radius, integral, np.pad(table.errors, more),
+            table.radius_error, places, np.pad(table.strengths, further), table.power,
+        )  # fmt: skip
+
+    return PathTable(*map(np.concatenate, zip(*(filled(one)[:-1] for one in tables), strict=True)), tables[0].power)
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:

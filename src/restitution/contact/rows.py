@@ -43,6 +43,22 @@ class Samples(NamedTuple):
         return depth, integral
 
 
+class Tables(NamedTuple):
+    """Several tables in one, in units of the depth [m] and the stiffness radius [m] at their ends.
+
+    Attributes
+    ----------
+    table : PathTable
+        The tables.
+    depth, radius : array, shape (n_table,)
+        The units.
+    """
+
+    table: PathTable
+    depth: Array
+    radius: Array
+
+
 class Rows(Geometry):
     """Geometries of the rows of a batch; depths and radii are arrays with one value for each row."""
 
@@ -61,8 +77,8 @@ class Rows(Geometry):
         """Depths and force integrals of the distinct geometries, at most a factor of e apart."""
 
     @abstractmethod
-    def tables(self, deepest: Array, least: Array, rtol: float) -> list[tuple[PathTable, float, float]]:
-        """Tables of the distinct geometries in units of the depth [m] and the stiffness radius [m] at their ends.
+    def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
+        """Tables of the distinct geometries.
 
         They reach to the depths `deepest` [m] or further; see `restitution.contact.path.path_table` for the
         smallest of the largest depths, `least` [m], and `rtol`.

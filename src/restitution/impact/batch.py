@@ -229,10 +229,10 @@ class Batch:
                 depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
                 # No table is accurate enough for a profile with too sharp joints.
                 rough, most = np.zeros(self.size, dtype=bool), max(rtol, _TABLE_ROUNDING)
-                for k, table in enumerate(block.tables):
-                    if np.max(table.errors) > most:
-                        rows = block.which == k
-                        rough[rows] = table.error_at(depth[rows]) > most
+                assert block.tables is not None
+                for k in np.flatnonzero(np.max(block.tables.errors, axis=1) > most).tolist():
+                    rows = block.which == k
+                    rough[rows] = block.tables.single(k).error_at(depth[rows]) > most
                 outcomes[rough, :STATUS] = np.nan
                 outcomes[rough, STATUS] = Status.NOT_ACCURATE
                 return block, outcomes

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from threading import Lock, local
 from typing import TYPE_CHECKING
 
@@ -47,11 +46,11 @@ def newton_tolerance(rtol: float) -> float:
     return min(max(5e-2 * rtol, 2e-14), 1e-7)
 
 
-def kernel_paths(block: ScaledBlock) -> list[Path]:
+def kernel_paths(block: ScaledBlock) -> Path:
     """Return the geometries of a block for the kernel; row n has the geometry which[n]."""
-    from restitution.kernel.path import power_path, table_path
+    from restitution.kernel.path import power_path, several_paths, table_path
 
-    return [table_path(table) for table in block.tables] or [power_path(block.exponent)]
+    return several_paths(power_path(block.exponent)) if block.tables is None else table_path(block.tables)
 
 
 def solve_scaled(
@@ -72,12 +71,12 @@ def solve_scaled(
     def run(chunk: tuple[int, int]) -> None:
         nonlocal done
         start, stop = chunk
-        part, path = block.part(start, stop), paths[block.which[start]]
+        part = block.part(start, stop)
         work = _kept_work(part.most_modes)
         if further.shape[1]:
-            _solve_each(part, path, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
+            _solve_each(part, paths, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
         else:
-            _solve_part(part, path, rtol, work, outcomes[start:stop])
+            _solve_part(part, paths, rtol, work, outcomes[start:stop])
         with lock:
             done += stop - start
 
@@ -85,9 +84,7 @@ def solve_scaled(
         if progress is not None:
             progress(done, block.size)
 
-    # A call of the kernel has one geometry.
-    ends = [0, *(np.flatnonzero(np.diff(block.which)) + 1).tolist(), block.size]
-    chunks = ((low, min(low + _CHUNK, stop)) for start, stop in pairwise(ends) for low in range(start, stop, _CHUNK))
+    chunks = ((start, min(start + _CHUNK, block.size)) for start in range(0, block.size, _CHUNK))
     if block.size <= _CHUNK or workers == 1:
         for chunk in chunks:
             run(chunk)
@@ -111,21 +108,21 @@ def _kept_work(modes: int) -> Work:
     return work
 
 
-def _solve_part(block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array) -> None:
+def _solve_part(block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array) -> None:
     """Solve a block in one call of the kernel."""
     from restitution.kernel.impact import solve_block
     from restitution.kernel.radau import radau
 
     solve_block(
         radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
-        block.viscosities, block.external_forces, block.admittances, block.offsets, block.moduli, block.times, path,
-        work, outcomes,
+        block.viscosities, block.external_forces, block.admittances, block.offsets, block.moduli, block.times, paths,
+        block.which, work, outcomes,
     )  # fmt: skip
     outcomes[np.isnan(block.equilibria), STATUS] = Status.NOT_FINITE
 
 
 def _solve_each(
-    block: ScaledBlock, path: Path, rtol: float, work: Work, outcomes: Array, further: Array,
+    block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array, further: Array,
     budget: bool, pressure: bool,
 ) -> None:  # fmt: skip
     """Solve a block one by one, with the energies in units of m v0^2 and the largest pressure."""
@@ -137,12 +134,12 @@ def _solve_each(
     rules = graded_rule(4), graded_rule(8)
     ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS) if budget else None
     for n in range(block.size):
-        _solve_part(block.part(n, n + 1), path, rtol, work, outcomes[n : n + 1])
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
         status = outcomes[n, STATUS]
         if budget and status == Status.SEPARATED:
-            further[n, :3] = energy_budget(_problem(block, n, path), radau(STAGES), work, ledger)
+            further[n, :3] = energy_budget(_problem(block, n, paths), radau(STAGES), work, ledger)
         if pressure and status in (Status.SEPARATED, Status.CAPTURED):
-            further[n, -1] = peak_pressure(_problem(block, n, path), radau(STAGES), work, *rules)
+            further[n, -1] = peak_pressure(_problem(block, n, paths), radau(STAGES), work, *rules)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,9 +180,9 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
 
-    outcomes, (path,) = np.empty((1, len(OUTCOME))), kernel_paths(block)
+    outcomes, paths = np.empty((1, len(OUTCOME))), kernel_paths(block)
     work = allocate(block.most_modes, MAX_ELEMENTS)
-    _solve_part(block, path, rtol, work, outcomes)
+    _solve_part(block, paths, rtol, work, outcomes)
     if outcomes[0, STATUS] != Status.SEPARATED:
         return outcomes, None
     approach, rebound = work.counts[N_APPROACH] + 1, work.counts[N_REBOUND] + 1
@@ -193,7 +190,7 @@ def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]
         approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
         places=work.places[:, : max(approach, rebound)].copy(), slopes=work.slopes[:rebound].copy(),
     )  # fmt: skip
-    return outcomes, Stored(_problem(block, 0, path), kept)
+    return outcomes, Stored(_problem(block, 0, paths), kept)
 
 
 def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, Array]:
@@ -207,16 +204,17 @@ def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, 
     outcomes, forces = np.empty((block.size, len(OUTCOME))), np.full(times.shape, np.nan)
     paths, work = kernel_paths(block), _kept_work(block.most_modes)
     for n in range(block.size):
-        _solve_part(block.part(n, n + 1), paths[block.which[n]], rtol, work, outcomes[n : n + 1])
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
         if outcomes[n, STATUS] == Status.SEPARATED:
             sample_forces(radau(STAGES), work, times[n], forces[n])
     return outcomes, forces
 
 
-def _problem(block: ScaledBlock, n: int, path: Path) -> Problem:
+def _problem(block: ScaledBlock, n: int, paths: Path) -> Problem:
+    from restitution.kernel.path import single_path
     from restitution.kernel.workspace import Problem
 
-    row = block.row(n)
+    row, path = block.row(n), single_path(paths, int(block.which[n]))
     return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, row.admittance, path)
 
 

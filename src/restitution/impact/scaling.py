@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Numeric
-from restitution.contact.rows import Rows, Samples
+from restitution.contact.rows import Rows, Samples, Tables
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
@@ -115,7 +115,7 @@ class ScaledImpact(NamedTuple):
 class ScaledBlock(NamedTuple):
     """Scaled impacts of one kind of profile as arrays.
 
-    Row n has the modes offsets[n] to offsets[n + 1], and the table which[n] unless there are none.
+    Row n has the modes offsets[n] to offsets[n + 1], and the table which[n] of several unless there are none.
     """
 
     firsts: Array
@@ -127,7 +127,7 @@ class ScaledBlock(NamedTuple):
     moduli: Array
     times: Array
     exponent: float
-    tables: tuple[PathTable, ...]
+    tables: PathTable | None
     which: NDArray[np.intp]
     length: Array
     time: Array
@@ -149,7 +149,7 @@ class ScaledBlock(NamedTuple):
         return ScaledImpact(
             float(self.equilibria[n]), self.moduli[modes], self.times[modes], float(self.viscosities[n]),
             float(self.external_forces[n]), float(self.admittances[n]), self.exponent,
-            self.tables[self.which[n]] if self.tables else None, float(self.firsts[n]),
+            self.tables and self.tables.single(int(self.which[n])), float(self.firsts[n]),
             float(self.length[n]), float(self.time[n]), float(self.radius[n]),
         )  # fmt: skip
 
@@ -194,7 +194,7 @@ def power_block(
             np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
             *_modes(moduli * factor[:, None], times / time[:, None]), p,
-            (), np.zeros(length.size, np.intp), length, time, radius,
+            None, np.zeros(length.size, np.intp), length, time, radius,
         )  # fmt: skip
 
 
@@ -252,15 +252,14 @@ def table_block(
         least[:] = np.inf
         np.maximum.at(deepest, which, depths)
         np.minimum.at(least, which, depths)
-        made = profile.tables(depth_factor * deepest, least, error)
+        tables, lengths, radii = profile.tables(depth_factor * deepest, least, error)
     else:
         most = float(profile.max_depth)
         # Rounded, so that impacts of similar depths share a table.
         length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
         least = min(rounded_down(float(depths.min()), 4.0), length)
-        made = [_of_profile(_path_table, profile, length, least, error)]
-    tables, lengths, radii = zip(*made, strict=True)
-    lengths, radii = np.array(lengths)[which], np.array(radii)[which]
+        tables, lengths, radii = _of_profile(_path_table, profile, length, least, error)
+    lengths, radii = lengths[which], radii[which]
     time, factor = _units(lengths, radii, masses, velocities)
     with np.errstate(all="ignore"):
         return ScaledBlock(
@@ -281,12 +280,13 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> tuple[PathTable, float, float]:
-    """Return the table, in units of the depth [m] and the stiffness radius [m] at its end, and these."""
-    from restitution.contact.path import path_table, scaled
+def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> Tables:
+    """Return the table as one of several."""
+    from restitution.contact.path import joined, path_table, scaled
 
     radius = float(profile.stiffness_radius(depth_max))
-    return scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius), depth_max, radius
+    table = scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius)
+    return Tables(joined([table.several]), np.array([depth_max]), np.array([radius]))
 
 
 @lru_cache(maxsize=32)

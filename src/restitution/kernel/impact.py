@@ -22,7 +22,7 @@ from restitution.kernel.outcome import (
     TOO_DEEP,
     TOO_MANY_STEPS,
 )
-from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.path import Path, path_inside, radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.rebound import rebound
 from restitution.kernel.workspace import (
@@ -126,11 +126,12 @@ def solve_block(
     offsets: Any,
     moduli: Any,
     times: Any,
-    path: Path,
+    paths: Path,
+    which: Any,
     work: Work,
     outcomes: Any,
 ) -> None:
-    """Solve a block of impacts with one profile; row n has the modes offsets[n] to offsets[n + 1].
+    """Solve a block of impacts; row n has the path which[n] of several, and the modes offsets[n] to offsets[n + 1].
 
     `tolerance` limits the tail of an element and `accept` the last step of Newton's method; `firsts` contains the
     scale of s of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN if there is no
@@ -138,6 +139,7 @@ def solve_block(
     """
     for n in range(offsets.shape[0] - 1):
         low, high = offsets[n], offsets[n + 1]
+        path = path_inside(paths, which[n])
         viscosity, force, admittance = viscosities[n], external_forces[n], admittances[n]
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosity, force, admittance, path)
         outcome = outcomes[n]

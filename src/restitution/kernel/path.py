@@ -27,7 +27,10 @@ _AT_KINK = 1e-6
 
 
 class Path(NamedTuple):
-    """Contact radius a(s) with depth d = s^2, dimensionless."""
+    """Contact radius a(s) with depth d = s^2, dimensionless.
+
+    Of several profiles the arrays have one more axis in front, and `end` is an array.
+    """
 
     exponent: float  # p of a = s^p; negative where the table below holds instead
     end: float  # End of the table in s
@@ -43,6 +46,9 @@ class Path(NamedTuple):
     power: float
 
 
+_STACKED = ("end", "edges", "finder", "cells", "radius", "integral", "kinks", "strengths")
+
+
 def power_path(exponent: float) -> Path:
     """Return the path a = s^p of parabola (p = 1), cone (2), flat punch (0) or r^n (2/n)."""
     none, nothing = np.zeros((0, 1)), np.zeros(0)
@@ -51,16 +57,36 @@ def power_path(exponent: float) -> Path:
 
 
 def table_path(table: Any) -> Path:
-    """Return the path of a `restitution.contact.path.PathTable`."""
-    edges, count = table.edges, len(table.radius)
-    bins = np.linspace(edges[0], edges[-1], 2 * count + 1)
-    finder = np.clip(np.searchsorted(edges, bins, side="right") - 1, 0, count - 1)
+    """Return the path of a `restitution.contact.path.PathTable`, or of several in one."""
+    edges, end = table.edges, table.edges[..., -1]
+    (*several, count), bins = edges[..., 1:].shape, 2 * (edges.shape[-1] - 1) + 1
+    # The first bin that begins in each cell.
+    marks = np.ceil(edges[..., :-1] * ((bins - 1) / end[..., None])).reshape(-1, count).astype(np.int64)
+    marks = np.minimum(marks, bins - 1) + bins * np.arange(len(marks))[:, None]
+    finder = np.bincount(marks.ravel(), minlength=bins * len(marks)).reshape(*several, bins).cumsum(axis=-1) - 1
     low, high = table.ends
-    cells = np.stack([table.origin, low, high - low], axis=1)
+    # Cells without a width have one value, at the end.
+    cells = np.stack([table.origin, low, np.where(high > low, high - low, 1.0)], axis=-1)
     return Path(
-        -1.0, float(edges[-1]), edges, finder.astype(np.int64), cells, table.radius, table.force_integral,
-        table.kinks, table.strengths, float(table.power),
+        -1.0, end if several else float(end), edges, finder.astype(np.int64), cells, table.radius,
+        table.force_integral, table.kinks, table.strengths, float(table.power),
     )  # fmt: skip
+
+
+def several_paths(path: Path) -> Path:
+    """Return a single path as one of several."""
+    return path._replace(**{name: np.array(getattr(path, name))[None] for name in _STACKED})
+
+
+def single_path(paths: Path, n: int) -> Path:
+    """Return path n of several."""
+    return Path(
+        paths.exponent, paths.end[n], paths.edges[n], paths.finder[n], paths.cells[n], paths.radius[n],
+        paths.integral[n], paths.kinks[n], paths.strengths[n], paths.power,
+    )  # fmt: skip
+
+
+path_inside: Any = inlined(single_path)
 
 
 @inlined

@@ -19,6 +19,7 @@ from restitution.contact.layer.store import stored_punches
 from restitution.contact.matrix import product
 from restitution.contact.path import Cells, PathTable, first_cells, path_tables, significant_kinks
 from restitution.contact.profile import Profile
+from restitution.contact.rows import Tables
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
@@ -28,9 +29,6 @@ _BLOCK = 256
 _STEP = 1e-4
 # Thicknesses over the smallest one whose cells are those of all others to begin with.
 _TYPICAL = np.array([1.0, 4.0, 64.0])
-
-Sized = tuple[PathTable, float, float]
-"""A table, and the units of its depth [m] and its stiffness radius [m]."""
 
 
 class Contact(NamedTuple):
@@ -146,14 +144,14 @@ class Contacts:
         )
         return found
 
-    def tables(self, thickness: Array, least: Array, rtol: float) -> list[Sized]:
+    def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
         """Tables of layers up to the largest radius; `least` are the force integrals [m^2] of `path_tables`."""
-        start, made = self._start(rtol), list[Sized]()
+        start, made = self._start(rtol), list[Tables]()
         for first in range(0, thickness.size, _BLOCK):
             part = slice(first, first + _BLOCK)
             depth, radius = self._ends(thickness[part], start)
-            tables, _ = self._tables(thickness[part], start, least[part] / (depth * radius), rtol)
-            made += zip(tables, depth.tolist(), radius.tolist(), strict=True)
+            table, _ = self._tables(thickness[part], start, least[part] / (depth * radius), rtol)
+            made.append(Tables(table, depth, radius))
         return made
 
     def _start(self, rtol: float) -> _Start:
@@ -182,7 +180,7 @@ class Contacts:
         """Depth and stiffness radius [m] at the end of the table of each layer."""
         return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
 
-    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[list[PathTable], Cells]:
+    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[PathTable, Cells]:
         """Tables in units of the depth and the stiffness radius at their ends, and their cells."""
         units = self._ends(thickness, start)[..., None]
 

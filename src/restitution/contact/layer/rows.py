@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.contact.geometry import Array, as_array
-from restitution.contact.layer.contacts import Contacts, Sized, contacts
+from restitution.contact.layer.contacts import Contacts, contacts
 from restitution.contact.layer.depths import Depths, depths, largest_radius
 from restitution.contact.layer.punch import PANELS, Punches
 from restitution.contact.layer.store import stored_punches
+from restitution.contact.path import PathTable, joined
 from restitution.contact.profile import Profile
-from restitution.contact.rows import Rows, Samples
+from restitution.contact.rows import Rows, Samples, Tables
 
 # Layers whose thickness differs by less than this share may represent each other for estimates.
 _SIMILAR = 0.2
@@ -119,7 +120,7 @@ class LayerRows(Rows):
         """Contacts up to a radius [m]; similar rows share them."""
         return contacts(self.profile, self.poisson_ratio, _power_of_two(thinnest, math.floor), end)
 
-    def tables(self, deepest: Array, least: Array, rtol: float) -> list[Sized]:
+    def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
         """Tables of the distinct layers; those with tables of the same largest contact radius are made together."""
         knots, depth, integral = self.samples
         ends = np.array([np.interp(np.log(d), row, knots) for d, row in zip(deepest, depth, strict=True)])
@@ -130,16 +131,20 @@ class LayerRows(Rows):
         # At a sample that is not deeper.
         place = np.maximum(np.sum(depth <= np.log(least)[:, None], axis=1) - 1, 0)
         small = np.exp(integral[np.arange(place.size), place])
-        found: dict[int, Sized] = {}
+        found, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-wanted, kind="stable")
         while pending.size:
             end = float(wanted[pending[0]])
             together = self._widest[pending] >= end
             layers, pending = np.sort(pending[together]), pending[~together]
             thickness = self._distinct[0][layers]
-            made = self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
-            found |= zip(layers.tolist(), made, strict=True)
-        return [found[k] for k in range(len(found))]
+            found += self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
+            numbers.append(layers)
+        # In the order of the layers.
+        order = np.argsort(np.concatenate(numbers))
+        table = joined([one.table for one in found])
+        depth, radius = (np.concatenate([one[k] for one in found])[order] for k in (1, 2))
+        return Tables(PathTable(*(one[order] for one in table[:-1]), table.power), depth, radius)
 
 
 def _power_of_two(value: float, rounded: Callable[[float], int]) -> float:
