@@ -42,7 +42,8 @@ def main() -> None:
     """Print the table."""
     warnings.simplefilter("ignore")
     thickness, mass = rs.Logarithmic(5e-4, 0.05, THICKNESSES), rs.Linear(0.0035, 0.0045, THICKNESSES)
-    seconds(rs.Layer(rs.Cone(1.3), 0.01), "thickness", thickness, 1)
+    for profile in (rs.Cone(1.3), rs.Sphere(0.006)):
+        seconds(rs.Layer(profile, 0.01), "thickness", thickness, 1)
     print("| profile | " + " | ".join(f"{n} velocities" for n in VELOCITIES) + " |")
     print("|---" * (1 + len(VELOCITIES)) + "|")
     for words, profile in PROFILES.items():

@@ -74,7 +74,12 @@ class Rows(Geometry):
     @cached_property
     @abstractmethod
     def samples(self) -> Samples:
-        """Depths and force integrals of the distinct geometries, at most a factor of e apart."""
+        """Depths and force integrals, at most a factor of e apart; similar geometries share them."""
+
+    @property
+    @abstractmethod
+    def sampled(self) -> NDArray[np.intp]:
+        """Number of the samples of each distinct geometry."""
 
     @abstractmethod
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:

@@ -236,19 +236,20 @@ def table_block(
     masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
     impedances = impedances / radius_unit
     if isinstance(profile, Rows):
-        samples, which = profile.samples, profile.which
+        samples, which, sampled = profile.samples, profile.which, profile.sampled[profile.which]
     else:
         samples, which = _of_profile(_samples, profile), np.zeros(masses.size, np.intp)
+        sampled = which
     # A row that overflows here fails in the kernel.
     with np.errstate(all="ignore"):
-        depths = _elastic_depth(samples, which, equilibria, viscosities, moduli, times, masses, velocities, forces)
+        depths = _elastic_depth(samples, sampled, equilibria, viscosities, moduli, times, masses, velocities, forces)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
 
     def rounded_down(value: float, factor: float) -> float:
         return factor ** math.floor(math.log(value) / math.log(factor))
 
     if isinstance(profile, Rows):
-        deepest, least = np.zeros((2, len(samples.depth)))
+        deepest, least = np.zeros((2, int(which.max()) + 1))
         least[:] = np.inf
         np.maximum.at(deepest, which, depths)
         np.minimum.at(least, which, depths)

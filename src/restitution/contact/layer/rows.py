@@ -95,11 +95,21 @@ class LayerRows(Rows):
         return made.own_depth(self._distinct[0], made.at(self.profile.transform(self._widest)))
 
     @cached_property
+    def _similar(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The thinnest one of each group of similar layers, and the group of each distinct layer."""
+        group = np.floor(np.log(self._distinct[0]) / _SIMILAR)
+        _, chosen, which = np.unique(group, return_index=True, return_inverse=True)
+        return chosen, which.reshape(-1)
+
+    @property
+    def sampled(self) -> NDArray[np.intp]:
+        """Number of the samples of each distinct layer; similar layers share them."""
+        return self._similar[1]
+
+    @cached_property
     def samples(self) -> Samples:
-        """Depths and force integrals of the distinct layers over the logarithm of the depth on a half-space."""
-        thickness = self._distinct[0]
-        # The thinnest of similar layers represents the others.
-        _, chosen, group = np.unique(np.floor(np.log(thickness) / _SIMILAR), return_index=True, return_inverse=True)
+        """Depths and force integrals over the logarithm of the depth on a half-space."""
+        thickness, chosen = self._distinct[0], self._similar[0]
         end = min(largest_radius(self.profile), PANELS[-1] * _power_of_two(float(thickness[-1]), math.ceil))
         made = self._contacts(float(thickness[0]), end)
         knots, contact, flat = made.sampled
@@ -114,7 +124,7 @@ class LayerRows(Rows):
         pad = ((0, 0), (knots.size - count, 0))
         depth = np.pad(depth - knots[-count:], pad, mode="edge") + knots
         integral = np.pad(integral - flat[-count:], pad, mode="edge") + flat
-        return Samples(knots, depth[group.reshape(-1)], integral[group.reshape(-1)])
+        return Samples(knots, depth, integral)
 
     def _contacts(self, thinnest: float, end: float) -> Contacts:
         """Contacts up to a radius [m]; similar rows share them."""
@@ -122,15 +132,18 @@ class LayerRows(Rows):
 
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
         """Tables of the distinct layers; those with tables of the same largest contact radius are made together."""
-        knots, depth, integral = self.samples
-        ends = np.array([np.interp(np.log(d), row, knots) for d, row in zip(deepest, depth, strict=True)])
+        knots = self.samples.knots
+        ends, small = np.empty((2, deepest.size))
+        for n, (depth, integral) in enumerate(zip(*self.samples[1:], strict=True)):
+            rows = self.sampled == n
+            ends[rows] = np.interp(np.log(deepest[rows]), depth, knots)
+            # At a sample that is not deeper.
+            place = np.searchsorted(depth, np.log(least[rows]), side="right") - 1
+            small[rows] = np.exp(integral[np.maximum(place, 0)])
         # Rounded up, so that similar rows share their contacts.
         levels, level = np.unique(np.ceil(_LEVELS * ends), return_inverse=True)
         wanted = np.minimum(np.exp(levels / _LEVELS), math.exp(knots[-1]) * (1.0 - 1e-15))
         wanted = np.minimum(self.profile.contact_radius(wanted)[level.reshape(-1)], self._widest)
-        # At a sample that is not deeper.
-        place = np.maximum(np.sum(depth <= np.log(least)[:, None], axis=1) - 1, 0)
-        small = np.exp(integral[np.arange(place.size), place])
         found, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-wanted, kind="stable")
         while pending.size:
