@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import time
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import restitution as rs
 
-THICKNESSES, VELOCITIES = 300, (10, 40)
+# Thicknesses and velocities of a sweep.
+SWEEPS = (3000, 1), (300, 10), (300, 40)
 RADIUS = 0.005
 R = np.linspace(0.0, 0.004, 41)
 ROUGH = 1.0 + 0.005 * np.random.default_rng(1).random(R.size)
@@ -41,17 +43,18 @@ def seconds(profile: Any, name: str, values: Any, velocities: int) -> float:
 def main() -> None:
     """Print the table."""
     warnings.simplefilter("ignore")
-    thickness, mass = rs.Logarithmic(5e-4, 0.05, THICKNESSES), rs.Linear(0.0035, 0.0045, THICKNESSES)
     for profile in (rs.Cone(1.3), rs.Sphere(0.006)):
-        seconds(rs.Layer(profile, 0.01), "thickness", thickness, 1)
-    print("| profile | " + " | ".join(f"{n} velocities" for n in VELOCITIES) + " |")
-    print("|---" * (1 + len(VELOCITIES)) + "|")
+        seconds(rs.Layer(profile, 0.01), "thickness", rs.Logarithmic(5e-4, 0.05, 10), 1)
+    print("| profile | " + " | ".join(f"{n} thicknesses x {m}" for n, m in SWEEPS) + " |")
+    print("|---" * (1 + len(SWEEPS)) + "|")
     for words, profile in PROFILES.items():
         ratios = []
-        for n in VELOCITIES:
-            seconds(profile, "mass", mass, n)
-            half_space = seconds(profile, "mass", mass, n)
-            ratios.append(seconds(rs.Layer(profile, 0.01), "thickness", thickness, n) / half_space)
+        for n, m in SWEEPS:
+            mass = rs.Linear(0.0035, 0.0045, n)
+            seconds(profile, "mass", mass, m)
+            half_space = seconds(profile, "mass", mass, m)
+            own = replace(profile)
+            ratios.append(seconds(rs.Layer(own, 0.01), "thickness", rs.Logarithmic(5e-4, 0.05, n), m) / half_space)
         print(f"| {words} | " + " | ".join(f"{ratio:.1f}" for ratio in ratios) + " |")
 
 

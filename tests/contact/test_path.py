@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.path import evaluate, path_table, scaled
+from restitution.contact.path import evaluate, joined, path_table, scaled
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.contact.tabulated import Tabulated
 from restitution.kernel.compile import entry_point
-from restitution.kernel.path import radius_and_integral, table_path
+from restitution.kernel.path import radius_and_integral, single_path, table_path
 
 RADII = np.linspace(0.0, 0.5, 21)
 SMOOTH = [
@@ -125,6 +125,24 @@ def test_the_kernel_finds_the_cell():
     _looked_up(path, s, found)
     a, _, integral = evaluate(table, s)
     np.testing.assert_allclose(found, [a, integral], rtol=1e-12)
+
+
+def test_several_tables_in_one():
+    # The kernel finds every table where one has fewer cells and kinks than another.
+    alone = [
+        scaled(path_table(ROUGH, depth, rtol), depth, 1.0) for depth, rtol in ((2.0, 1e-6), (0.05, 1e-9), (0.8, 1e-11))
+    ]
+    together = joined([one.several for one in alone])
+    assert len({one.edges.size for one in alone}) == len({one.kinks.size for one in alone}) == 3
+    paths = table_path(together)
+    rng = np.random.default_rng(7)
+    for n, table in enumerate(alone):
+        for one, other in zip(together.single(n), table, strict=True):
+            assert np.array_equal(one, other)
+        s = np.concatenate([table.edges, rng.uniform(0.0, 1.0, 300)])
+        found = np.empty((2, s.size))
+        _looked_up(single_path(paths, n), s, found)
+        np.testing.assert_allclose(found, evaluate(table, s)[::2], rtol=1e-12)
 
 
 def test_coarser_on_request():

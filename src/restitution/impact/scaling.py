@@ -283,11 +283,11 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 @lru_cache(maxsize=32)
 def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> Tables:
     """Return the table as one of several."""
-    from restitution.contact.path import joined, path_table, scaled
+    from restitution.contact.path import path_table, scaled
 
     radius = float(profile.stiffness_radius(depth_max))
     table = scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius)
-    return Tables(joined([table.several]), np.array([depth_max]), np.array([radius]))
+    return Tables(table.several, np.array([depth_max]), np.array([radius]))
 
 
 @lru_cache(maxsize=32)

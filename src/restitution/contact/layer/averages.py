@@ -126,6 +126,9 @@ class Averages:
 
     def moments(self, radius: Array, terms: int) -> Array:
         """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
+        # Numba takes half a second to import.
+        from restitution.contact.layer.moments import add_moments
+
         cells, series = self._pieces
         own = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
         # The cell that contains the radius, up to there.
@@ -133,13 +136,11 @@ class Averages:
         beyond = np.isnan(cell.joint)
         reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
         reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
-        # Numba takes half a second to import.
-        from restitution.contact.layer.moments import add_moments
-
         x, masses = self._weighed(cell, series[own], reach)
-        inner, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
-        moments, space = np.empty((radius.size, terms)), np.empty((5, inner.size + _NODES))
-        add_moments(radius, own, self._starts, inner, before, x, masses, space, moments)
+        nodes, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
+        moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
+        a = np.where(radius > 0.0, radius, 1.0)
+        add_moments(a, own, self._starts, nodes, before, x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
     @cached_property
@@ -176,7 +177,7 @@ class Averages:
             weights = np.cos(np.arange(terms)[:, None] * np.arccos(place)) * (2.0 / terms)
             weights[0] *= 0.5
             nodes, found = np.sqrt(0.5 + 0.5 * place), np.zeros((x.shape[0], terms))
-            condense(self._starts, nodes, x, masses, weights, np.empty((5, terms + _NODES)), found)
+            condense(self._starts, nodes, x, masses, weights, np.empty((4, terms + _NODES)), found)
             return nodes, found
 
         return condensed
