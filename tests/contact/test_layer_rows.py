@@ -79,6 +79,17 @@ def test_tables_do_not_depend_on_earlier_ones(name):
     assert contacts.cache_info().hits
 
 
+@settings(deadline=None, max_examples=30)
+@given(exponent=st.floats(-10.0, -8.0))
+def test_tables_reach_the_end_of_a_tiny_profile(exponent):
+    # The logarithm of the last depth has the largest rounding errors there.
+    unit = 10.0**exponent
+    profile = rs.Tabulated(unit * np.array([0.0, 0.3, 0.5, 1.0]), unit * np.array([0.0, 0.05, 0.2, 0.9]))
+    rows = LayerRows(profile, unit * np.array([2.0, 3.0]), 0.5)
+    made = rows.tables(np.full(2, 1e3 * unit), np.full(2, 0.01 * unit), 1e-6)
+    assert made.depth == pytest.approx(rows.max_depth, rel=1e-10)
+
+
 def test_tables_end_where_the_contact_is_forty_thicknesses_wide():
     # The face has a radius of 0.3, so that 40 h is beyond it.
     thickness = np.array([0.01, 0.02, 0.03, 0.5])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from restitution.contact.rows import Tables
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
 # Layers whose tables are made together, which limits the memory.
 _BLOCK = 256
+# Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients.
+_NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 1e-11
 # Relative step of the parameter for the slope of the depth at kinks.
 _STEP = 1e-4
 # Thicknesses over the smallest one whose cells are those of all others to begin with.
@@ -146,13 +148,31 @@ class Contacts:
 
     def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
         """Tables of layers up to the largest radius; `least` are the force integrals [m^2] of `path_tables`."""
-        start, made = self._start(rtol), list[Tables]()
-        for first in range(0, thickness.size, _BLOCK):
-            part = slice(first, first + _BLOCK)
-            depth, radius = self._ends(thickness[part], start)
-            table, _ = self._tables(thickness[part], start, least[part] / (depth * radius), rtol)
-            made.append(Tables(table, depth, radius))
-        return made
+        start, blocks = self._start(rtol), range(0, thickness.size, _BLOCK)
+        found = self._interpolated(thickness, start, least, rtol)
+        if found is not None:
+            return [Tables(found, *self._ends(thickness, start))]
+        parts = [slice(first, first + _BLOCK) for first in blocks]
+        ends = [self._ends(thickness[part], start) for part in parts]
+        made = (
+            self._tables(thickness[part], start, least[part] / (depth * radius), rtol)[0]
+            for part, (depth, radius) in zip(parts, ends, strict=True)
+        )
+        return [Tables(table, *units) for table, units in zip(made, ends, strict=True)]
+
+    def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> PathTable | None:
+        """Tables of rising thicknesses, interpolated over ln h; None where this is more work or not accurate."""
+        logs = np.log(thickness)
+        half = 0.5 * (logs[-1] - logs[0])
+        count = math.ceil(_NODES + np.interp(math.log(self.end) - logs[0], *_RATES) * 2.0 * half)
+        if thickness.size <= count:
+            return None
+        x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        places = logs[0] + half * (1.0 + x)
+        nodes, lowest = np.exp(places), np.exp(np.interp(places, logs, np.log(least)))
+        table, _ = self._tables(nodes, start, lowest / np.prod(self._ends(nodes, start), axis=0), rtol)
+        found, tail = _between(table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
+        return found if tail <= _TAIL else None
 
     def _start(self, rtol: float) -> _Start:
         """Return what the tables of all layers have in common."""
@@ -208,6 +228,26 @@ def series(panels: tuple[Array, ...], moments: Array) -> Array:
         terms = min(panel.shape[1], moments.shape[1])
         one[:] = product(panel[:, :terms], moments[:, :terms].T)
     return found
+
+
+def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, float]:
+    """Tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
+    last = x.size - 1
+    to_series: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(x, last))
+    matrix = np.polynomial.chebyshev.chebvander(wanted, last) @ to_series
+    # Coefficients of polynomials have errors that their values have not.
+    powers = np.linspace(0.0, 1.0, 5) ** np.arange(table.force_integral.shape[2])[:, None]
+    # Forces depend on the radius through its integral, in which narrow cells hardly count.
+    radii = 0.1 * (table.radius @ powers[: table.radius.shape[2]])
+    checked = table.edges, radii, table.force_integral @ powers
+    tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], one, axes=1)))) for one in checked)
+    edges, origin, radius, integral, kinks, strengths = (
+        product(matrix, one.reshape(x.size, -1)).reshape(wanted.size, *one.shape[1:])
+        for one in (*table[:4], table.kinks, table.strengths)
+    )
+    edges[:, -1] = 1.0
+    errors, error = (np.repeat(np.max(one, axis=0)[None], wanted.size, axis=0) for one in table[4:6])
+    return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 
 @lru_cache(maxsize=16)

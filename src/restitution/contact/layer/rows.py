@@ -142,7 +142,8 @@ class LayerRows(Rows):
             small[rows] = np.exp(integral[np.maximum(place, 0)])
         # Rounded up, so that similar rows share their contacts.
         levels, level = np.unique(np.ceil(_LEVELS * ends), return_inverse=True)
-        wanted = np.minimum(np.exp(levels / _LEVELS), math.exp(knots[-1]) * (1.0 - 1e-15))
+        # Rounding must not exceed the end of the profile.
+        wanted = np.minimum(np.exp(levels / _LEVELS), self.profile.transform(self._widest[-1]))
         wanted = np.minimum(self.profile.contact_radius(wanted)[level.reshape(-1)], self._widest)
         found, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-wanted, kind="stable")
@@ -153,6 +154,8 @@ class LayerRows(Rows):
             thickness = self._distinct[0][layers]
             found += self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
             numbers.append(layers)
+        if len(found) == 1:
+            return found[0]
         # In the order of the layers.
         order = np.argsort(np.concatenate(numbers))
         table = joined([one.table for one in found])
