@@ -25,8 +25,9 @@ from restitution.contact.rows import Tables
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
 # Layers whose tables are made together, which limits the memory.
 _BLOCK = 256
-# Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients.
-_NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 1e-11
+# Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients
+# over the tolerance of the tables, which are as noisy.
+_NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 3.0
 # Relative step of the parameter for the slope of the depth at kinks.
 _STEP = 1e-4
 # Thicknesses over the smallest one whose cells are those of all others to begin with.
@@ -172,7 +173,7 @@ class Contacts:
         nodes, lowest = np.exp(places), np.exp(np.interp(places, logs, np.log(least)))
         table, _ = self._tables(nodes, start, lowest / np.prod(self._ends(nodes, start), axis=0), rtol)
         found, tail = _between(table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
-        return found if tail <= _TAIL else None
+        return found if tail <= _TAIL * rtol else None
 
     def _start(self, rtol: float) -> _Start:
         """Return what the tables of all layers have in common."""
