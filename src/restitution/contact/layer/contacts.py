@@ -23,8 +23,8 @@ from restitution.contact.rows import Tables
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
-# Layers whose tables are made together, which limits the memory.
-_BLOCK = 256
+# Contacts of layers whose tables are made together, and contacts that are kept, which limit the memory.
+_BLOCK, _KEPT = 500_000, 20_000
 # Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients
 # over the tolerance of the tables, which are as noisy.
 _NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 3.0
@@ -35,16 +35,16 @@ _TYPICAL = np.array([1.0, 4.0, 64.0])
 
 
 class Contact(NamedTuple):
-    """Contacts [SI]: radius a, depth D on a half-space, ``G = a D - Pi_0``, each of shape (n,), and means over g.
+    """Contacts [SI]: radius a, depth D on a half-space and ``G = a D - Pi_0``, each of shape (n,), and moments of g.
 
-    The means of r and of w are series over a/h in each panel, shape (n_panel, n_term, n).
+    The mean of r is a series over a/h in each panel, shape (n_panel, n_radius, n).
     """
 
     radius: Array
     depth: Array
     gap: Array
+    moments: Array
     resolvent: Array
-    load: Array
 
 
 class _Start(NamedTuple):
@@ -115,8 +115,7 @@ class Contacts:
             terms = self.punches.terms(float(np.max(most[rows])))
             moments[rows, :terms] = self._averages.moments(radius[rows] / self._unit, terms)
         gap = radius * depth - self.profile.force_integral(radius)
-        parts = self.punches.resolvent, self.punches.load
-        return Contact(radius, depth, gap, *(series(part[: self._count], moments) for part in parts))
+        return Contact(radius, depth, gap, moments, series(self.punches.resolvent[: self._count], moments))
 
     def on(self, thickness: Array, contact: Contact, loads: bool = False) -> list[Array]:
         """Depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
@@ -125,7 +124,8 @@ class Contacts:
         radius = contact.radius * np.exp(kappa)
         if not loads:
             return [depth, radius]
-        tau = self._means(thickness, contact.radius, contact.load)[2]
+        load = series(self.punches.load[: self._count], contact.moments)
+        tau = self._means(thickness, contact.radius, load)[2]
         return [depth, radius, depth * radius - tau * contact.gap]
 
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
@@ -148,21 +148,17 @@ class Contacts:
         return found
 
     def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
-        """Tables of layers up to the largest radius; `least` are the force integrals [m^2] of `path_tables`."""
-        start, blocks = self._start(rtol), range(0, thickness.size, _BLOCK)
+        """Tables of rising thicknesses up to the largest radius; `least` are force integrals as for `path_tables`."""
+        start = self._start(rtol)
         found = self._interpolated(thickness, start, least, rtol)
         if found is not None:
-            return [Tables(found, *self._ends(thickness, start))]
-        parts = [slice(first, first + _BLOCK) for first in blocks]
-        ends = [self._ends(thickness[part], start) for part in parts]
-        made = (
-            self._tables(thickness[part], start, least[part] / (depth * radius), rtol)[0]
-            for part, (depth, radius) in zip(parts, ends, strict=True)
-        )
-        return [Tables(table, *units) for table, units in zip(made, ends, strict=True)]
+            return [found]
+        block = max(1, _BLOCK // start.cells.nodes.size)
+        parts = (slice(first, first + block) for first in range(0, thickness.size, block))
+        return [self._tables(thickness[part], start, least[part], rtol)[0] for part in parts]
 
-    def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> PathTable | None:
-        """Tables of rising thicknesses, interpolated over ln h; None where this is more work or not accurate."""
+    def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> Tables | None:
+        """Tables that are interpolated over ln h; None where this is more work or not accurate."""
         logs = np.log(thickness)
         half = 0.5 * (logs[-1] - logs[0])
         count = math.ceil(_NODES + np.interp(math.log(self.end) - logs[0], *_RATES) * 2.0 * half)
@@ -170,10 +166,10 @@ class Contacts:
             return None
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
-        nodes, lowest = np.exp(places), np.exp(np.interp(places, logs, np.log(least)))
-        table, _ = self._tables(nodes, start, lowest / np.prod(self._ends(nodes, start), axis=0), rtol)
-        found, tail = _between(table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
-        return found if tail <= _TAIL * rtol else None
+        lowest = np.exp(np.interp(places, logs, np.log(least)))
+        made, _ = self._tables(np.exp(places), start, lowest, rtol)
+        found, tail = _between(made.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
+        return Tables(found, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
 
     def _start(self, rtol: float) -> _Start:
         """Return what the tables of all layers have in common."""
@@ -184,8 +180,11 @@ class Contacts:
             start = _Start(kinks.strength, kinks.power, places, first_cells(places), {})
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
-            known = {y.tobytes(): self._at_place(y) for y in (start.ends, start.around, cells.nodes) if y.size}
-            self._known[rtol] = start._replace(cells=cells, known=known)
+            often = (start.ends, start.around, cells.nodes)
+            found = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
+            if cells.nodes.size > _KEPT:
+                return found
+            self._known[rtol] = found
         return self._known[rtol]
 
     def _at_place(self, y: Array) -> Contact:
@@ -201,9 +200,10 @@ class Contacts:
         """Depth and stiffness radius [m] at the end of the table of each layer."""
         return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
 
-    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[PathTable, Cells]:
-        """Tables in units of the depth and the stiffness radius at their ends, and their cells."""
-        units = self._ends(thickness, start)[..., None]
+    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Cells]:
+        """Tables of layers, and their cells."""
+        depth_max, radius_max = self._ends(thickness, start)
+        units = np.stack([depth_max, radius_max])[..., None]
 
         def curve(y: Array) -> tuple[Array, Array]:
             depth, radius = np.array(self.on(thickness, self._known_at(start, y))) / units
@@ -219,7 +219,8 @@ class Contacts:
             edge = self.punches.edge_load(radius / thickness[:, None])
             strengths = edge * start.strength / (units[0] * units[1] * slope ** (start.power + 1.0))
         kinks = Kinks(start.places**2, strengths, start.power)
-        return path_tables(curve, kinks, rtol, least, start.cells)
+        table, cells = path_tables(curve, kinks, rtol, least / (depth_max * radius_max), start.cells)
+        return Tables(table, depth_max, radius_max), cells
 
 
 def series(panels: tuple[Array, ...], moments: Array) -> Array:
@@ -251,7 +252,7 @@ def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, floa
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=8)
 def contacts(profile: Profile, poisson_ratio: float | None, thinnest: float, end: float) -> Contacts:
     """Return the contacts of a profile, which are computed once."""
     return Contacts(profile, poisson_ratio, thinnest, end)
