@@ -81,7 +81,7 @@ class PathTable(NamedTuple):
     @property
     def several(self) -> PathTable:
         """The table as one of several."""
-        return PathTable(*(np.asarray(one)[None] for one in self[:-1]), self.power)
+        return PathTable._make([*(np.asarray(one)[None] for one in self[:-1]), self.power])
 
     @property
     def error(self) -> float:
@@ -261,7 +261,7 @@ def path_tables(
 
 def joined(tables: list[PathTable]) -> PathTable:
     """Join several tables, each of one or more, that have kinks of one power."""
-    cells, kinks = (max(one[k].shape[1] for one in tables) for k in (1, 6))
+    cells, kinks = (max(getattr(one, name).shape[1] for one in tables) for name in ("origin", "kinks"))
 
     def filled(table: PathTable) -> PathTable:
         more, further = ((0, 0), (0, cells - table.origin.shape[1])), ((0, 0), (0, kinks - table.kinks.shape[1]))
@@ -276,7 +276,8 @@ def joined(tables: list[PathTable]) -> PathTable:
             table.radius_error, places, np.pad(table.strengths, further), table.power,
         )  # fmt: skip
 
-    return PathTable(*map(np.concatenate, zip(*(filled(one)[:-1] for one in tables), strict=True)), tables[0].power)
+    columns = zip(*(filled(one)[:-1] for one in tables), strict=True)
+    return PathTable._make([*map(np.concatenate, columns), tables[0].power])
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:

@@ -33,7 +33,7 @@ class Path(NamedTuple):
     """
 
     exponent: float  # p of a = s^p; negative where the table below holds instead
-    end: float  # End of the table in s
+    end: Any  # End of the table in s
     edges: Any  # (n_cells + 1,): ends of the table's cells in s, rising from 0
     finder: Any  # (n_bins + 1,): the cells that hold the ends of equal bins in s
     # (n_cells, 3): of each cell the origin of rho = sqrt(s - origin), negative where rho = s, then rho at its start,

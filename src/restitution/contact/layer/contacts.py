@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.contact.geometry import Array, Kinks
+from restitution.contact.geometry import Array, Kinks, as_array
 from restitution.contact.layer.averages import Averages
 from restitution.contact.layer.punch import PANELS, panel_of, place_in
 from restitution.contact.layer.store import stored_punches
@@ -99,7 +99,7 @@ class Contacts:
         # Rounding must not exceed the end of the profile.
         depth = np.minimum(np.exp(knots), self.deepest)
         integral = np.log(np.maximum(self.profile.force_integral_at_depth(depth), 1e-300))
-        return knots, self.at(depth[-_SAMPLES:]), integral
+        return as_array(knots), self.at(depth[-_SAMPLES:]), integral
 
     def at(self, depth: Array) -> Contact:
         """Contacts at depths [m] on a half-space, shape (n,)."""
@@ -247,7 +247,6 @@ def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, floa
         product(matrix, one.reshape(x.size, -1)).reshape(wanted.size, *one.shape[1:])
         for one in (*table[:4], table.kinks, table.strengths)
     )
-    edges[:, -1] = 1.0
     errors, error = (np.repeat(np.max(one, axis=0)[None], wanted.size, axis=0) for one in table[4:6])
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 

@@ -159,8 +159,8 @@ class LayerRows(Rows):
         # In the order of the layers.
         order = np.argsort(np.concatenate(numbers))
         table = joined([one.table for one in found])
-        depth, radius = (np.concatenate([one[k] for one in found])[order] for k in (1, 2))
-        return Tables(PathTable(*(one[order] for one in table[:-1]), table.power), depth, radius)
+        depth, radius = np.hstack([one[1:] for one in found])[:, order]
+        return Tables(PathTable._make([*(one[order] for one in table[:-1]), table.power]), depth, radius)
 
 
 def _power_of_two(value: float, rounded: Callable[[float], int]) -> float:
