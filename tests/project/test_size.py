@@ -24,7 +24,7 @@ LATER = {
     "force_law": 500,
     "ellipsoid": 253,
     "pyramid": 120,
-    "layer": 1_500,
+    "layer": 1_725,
     "rows": 90,
     "identification": 6_710,
     "law": 1_500,
@@ -45,6 +45,7 @@ def test_a_later_feature_has_no_more_lines_than_stated(name):
     assert sum(lines(path) for path in MODULES if feature(path) == name) <= LATER[name]
 
 
-def test_the_rest_has_at_most_28_405_lines():
-    # 28 000 before targets that move and bodies of any kind, which the kernel, the report, cases and tables take.
-    assert sum(lines(path) for path in MODULES if feature(path) is None) <= 28_405
+def test_the_rest_has_at_most_28_580_lines():
+    # 28 000 before targets that move, bodies of any kind and many tables in one call, which the kernel, the report,
+    # cases and tables take.
+    assert sum(lines(path) for path in MODULES if feature(path) is None) <= 28_580

@@ -12,6 +12,9 @@ import pytest
 
 import restitution as rs
 from restitution.case.sweep import read_sweep
+from restitution.impact.batch import Batch
+from restitution.impact.status import Status
+from restitution.quantities import BUDGET
 from restitution.sweeps.run import run
 
 pytestmark = pytest.mark.filterwarnings(r"ignore:(small strain|density|Poisson ratio)")
@@ -80,6 +83,34 @@ def test_many_thicknesses_share_their_tables(profile: Any, outer: str) -> None:
     for i in RNG.integers(0, 80, 3):
         thin = rs.Layer(profile, thickness=float(table.thickness[i]))
         compare(table, {"thickness": int(i), "velocity": 1}, rs.solve(replace(ball, profile=thin, velocity=0.1)))
+
+
+def test_energies_are_those_of_each_layer() -> None:
+    ball = rs.Impact(solid(), rs.Layer(rs.Sphere(0.01), thickness=0.01), mass=0.01, velocity=0.05)
+    thickness = [0.02, 0.001, 0.005]
+    table = rs.sweep(ball, {"thickness": thickness}, [*OUTPUTS, *BUDGET])
+    for i, h in enumerate(thickness):
+        single = rs.solve(replace(ball, profile=rs.Layer(rs.Sphere(0.01), thickness=h)))
+        *energies, residual = (float(table[name][i]) for name in BUDGET)
+        assert energies == pytest.approx(list(single.energy)[:-1], rel=1e-7, abs=1e-9 * single.energy[0])
+        assert abs(residual) < 1e-8
+
+
+def test_an_inaccurate_table_fails_its_own_impacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    layers = rs.Layer(rs.Sphere(0.01), thickness=np.array([0.02, 0.001, 0.005]))
+    scaled = Batch.scaled
+
+    def rough(self: Batch, *arguments: Any) -> Any:
+        block = scaled(self, *arguments)
+        assert block.tables is not None
+        block.tables.errors[1] = 1.0
+        return block
+
+    monkeypatch.setattr(Batch, "scaled", rough)
+    batch = Batch.from_impact(rs.Impact(solid(), layers, mass=0.01, velocity=0.05))
+    found = batch.solve(1e-9, workers=1)
+    assert np.isnan(found["restitution_coefficient"]).tolist() == [False, False, True]
+    assert found["status"][2] == Status.NOT_ACCURATE
 
 
 @pytest.mark.parametrize(("base", "ratios"), [("bonded", [0.49995, 0.5]), ("frictionless", [0.3, 0.5])])

@@ -28,16 +28,16 @@ from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refus
 from restitution.contact import analytic, ellipsoid, power_law, pyramid, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.force_law import law  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer.layer import THICKNESS, Layer
+from restitution.contact.layer.layer import Layer
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.errors import InputError
 from restitution.material.models import constants_of
-from restitution.quantities import FORCE, LENGTH, NUMBER, Dimension
+from restitution.quantities import FORCE, INPUTS, LENGTH, NUMBER, Dimension
 
 _TABLE = ("file", "r", "f")
 _COLUMNS = ("r", "f", "depth", "force")
-_THICKNESS: Any = Annotated[float, Reader(THICKNESS)]
+_THICKNESS: Any = Annotated[float, Reader(INPUTS["thickness"])]
 LAYER: dict[str, Any] = {
     "thickness": (_THICKNESS | None, None),
     "base": (Literal["bonded", "frictionless"] | None, None),

@@ -21,7 +21,7 @@ from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import LENGTH, Quantity
+from restitution.quantities import INPUTS
 
 # Change of the Poisson ratio in time that does not matter, and the value above which every change may be neglected.
 CONSTANT, INCOMPRESSIBLE = 1e-9, 0.498
@@ -34,8 +34,6 @@ _PLACE = 0.8
 _DIGITS = 14
 # Times at which the Poisson ratio is compared.
 _MOMENTS = 200
-
-THICKNESS = Quantity("thickness", LENGTH, "thickness of the layer", "$h$", 0.0, open=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +70,7 @@ class Layer(Geometry):
     0.4989 to 0.4999 this changes e by less than 1 %. Other materials on a bonded base have a separable
     approximation, with a warning: the map at equilibrium, with an effective modulus that is exact for a flat punch
     of the radius 0.8 a_max; a_max is that of a first solution with E*(t). In six impacts of finite elements its
-    errors are at most 0.5 % of e, 4 % of the contact time and 10 % of the largest force. A flat punch is exact.
+    errors are about 0.5 % of e, 4 % of the contact time and 10 % of the largest force. A flat punch is exact.
 
     Examples
     --------
@@ -88,7 +86,7 @@ class Layer(Geometry):
     obstacle = "the elements of a layer are coupled"
 
     profile: Profile
-    thickness: Annotated[Numeric, THICKNESS]
+    thickness: Annotated[Numeric, INPUTS["thickness"]]
     base: Base = "bonded"
     strict: bool = False
     _poisson_ratio: float | None = field(default=None, init=False, repr=False)
