@@ -46,12 +46,12 @@ def test_pads_under_the_schob_pendulum(thickness, base):
 
 
 def test_the_base_brackets_the_pad_and_a_thick_one_is_a_half_space():
-    thin, thick = (rs.resilience(RUBBER, "ISO 4662", thickness=h) for h in (0.008, 10.0))
+    thin, thick = (rs.resilience(RUBBER, "ISO 4662", thickness=h) for h in (0.008, 1.0))
     assert thin.base == ("bonded", "frictionless", "half-space")
     assert thin.contact_time[0] < thin.contact_time[1] < thin.contact_time[2]
-    # F/F_Hertz = 1 + 2 m0 a/h: 6e-4 of the force at a/h = 6e-4.
-    assert thick.rebound_resilience == pytest.approx(thick.rebound_resilience[2], rel=3e-4)
-    assert thick.max_force == pytest.approx(thick.max_force[2], rel=1e-3)
+    # F/F_Hertz = 1 + 2 m0 a/h: 6e-3 of the force at a/h = 6e-3.
+    assert thick.rebound_resilience == pytest.approx(thick.rebound_resilience[2], rel=3e-3)
+    assert thick.max_force == pytest.approx(thick.max_force[2], rel=1e-2)
 
 
 def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
@@ -181,6 +181,7 @@ def test_pictures(temperature):
         ({"base": "glued"}, "base = 'glued'"),
         ({"base": ()}, "base: must name"),
         ({"thickness": 0.0}, "thickness = 0 m"),
+        ({"thickness": 12.5}, "thickness = 12.5 m: must be in [0.0001, 1] m"),
         ({"tip_radius": -1.0}, "tip_radius = -1 m"),
         ({"rtol": 1.0}, "rtol = 1"),
     ],

@@ -214,8 +214,11 @@ def _problem(block: ScaledBlock, n: int, paths: Path) -> Problem:
     from restitution.kernel.path import single_path
     from restitution.kernel.workspace import Problem
 
-    row, path = block.row(n), single_path(paths, int(block.which[n]))
-    return Problem(row.equilibrium, row.moduli, row.times, row.viscosity, row.external_force, row.admittance, path)
+    modes, path = slice(block.offsets[n], block.offsets[n + 1]), single_path(paths, int(block.which[n]))
+    return Problem(
+        block.equilibria[n], block.moduli[modes], block.times[modes], block.viscosities[n], block.external_forces[n],
+        block.admittances[n], path,
+    )  # fmt: skip
 
 
 def is_ready() -> bool:

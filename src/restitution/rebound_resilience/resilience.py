@@ -58,7 +58,7 @@ def resilience(
         pad. By default all that hold for the material: a bonded pad needs a Poisson ratio that is constant in time,
         or near 1/2.
     thickness : float, optional
-        Thickness of the pad [m] in place of that of the standard.
+        Thickness of the pad [m] in place of that of the standard, from 0.1 mm to 1 m.
     tip_radius : float, optional
         Radius of the indentor [m] in place of that of the standard.
     mass : float, optional
@@ -107,15 +107,14 @@ def resilience(
         name = "tip_radius" if radius is None else "mass"
         raise InputError(name, wanted=f"must be given: no reliable source had that of {test.name}")
     size = test.thickness if thickness is None else check_single("thickness", thickness)
+    within("thickness", size, 1e-4, 1.0, "m")
     given = {"radius": tip_radius, "mass": mass, "thickness": thickness}
     sources = {name: source for name, source in test.sources.items() if given.get(name) is None}
     test = replace(test, radius=radius, mass=weighed, thickness=size, sources=sources)
     temperatures = None if temperature is None else np.atleast_1d(check("temperature", temperature))
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
         raise InputError("temperature", wanted="must be a number or a list of numbers", unit="K")
-    notes = ()
-    if base is None:
-        bases, notes = _bases(material, radius, size)
+    bases, notes = _bases(material, radius, size) if base is None else (bases, ())
     force = weighed * STANDARD_GRAVITY if test.falls else 0.0
     impacts = [
         Impact(one, geometry, weighed, test.velocity, external_force=force, body_size=stated)
