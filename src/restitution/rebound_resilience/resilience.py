@@ -21,7 +21,7 @@ from restitution.impact.batch import solve_columns
 from restitution.impact.problem import STANDARD_GRAVITY, Impact
 from restitution.impact.status import SolverError, Status
 from restitution.material.viscoelastic import Material
-from restitution.quantities import check, check_single, known
+from restitution.quantities import INPUTS, check, check_single, known
 from restitution.rebound_resilience.result import COLUMNS, Resilience
 from restitution.rebound_resilience.standards import STANDARDS
 
@@ -107,7 +107,7 @@ def resilience(
         name = "tip_radius" if radius is None else "mass"
         raise InputError(name, wanted=f"must be given: no reliable source had that of {test.name}")
     size = test.thickness if thickness is None else check_single("thickness", thickness)
-    within("thickness", size, 1e-4, 1.0, "m")
+    within("thickness", size, 1e-4, 1.0, INPUTS["thickness"].unit)
     given = {"radius": tip_radius, "mass": mass, "thickness": thickness}
     sources = {name: source for name, source in test.sources.items() if given.get(name) is None}
     test = replace(test, radius=radius, mass=weighed, thickness=size, sources=sources)

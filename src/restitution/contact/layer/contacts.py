@@ -24,7 +24,7 @@ from restitution.contact.rows import Tables
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
 # Contacts of layers whose tables are made together, and contacts that are kept, which limit the memory.
-_BLOCK, _KEPT = 500_000, 20_000
+_BLOCK, _KEPT = 500_000, 10_000
 # Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients
 # over the tolerance of the tables, which are as noisy.
 _NODES, _RATES, _TAIL = 12, ([-0.5, 2.0, 3.7], [4.3, 7.6, 8.5]), 3.0
@@ -251,7 +251,7 @@ def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, floa
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def contacts(profile: Profile, poisson_ratio: float | None, thinnest: float, end: float) -> Contacts:
     """Return the contacts of a profile, which are computed once."""
     return Contacts(profile, poisson_ratio, thinnest, end)
