@@ -2,6 +2,7 @@
 import { calm } from "./theme.js";
 
 const DURATION = 6500;
+const PAUSE = 20;
 const FALL = 0.2;
 const REBOUND = 0.8;
 
@@ -53,12 +54,14 @@ export class Clock {
     if (this.playing) return;
     this.playing = true;
     let before = performance.now();
+    const run = this.run = {};
     const step = (now) => {
-      if (!this.playing) return;
+      if (!this.playing || this.run !== run) return;
       this.share = (this.share + Math.min(now - before, 100) / DURATION) % 1;
       before = now;
       this.notify();
-      requestAnimationFrame(step);
+      // At twice as many pictures a second an answer waits for the next one.
+      setTimeout(() => requestAnimationFrame(step), PAUSE);
     };
     requestAnimationFrame(step);
     this.notify();
