@@ -96,6 +96,7 @@ def test_an_interpolation_that_is_not_accurate_is_not_used(name, monkeypatch):
         s = np.linspace(0.05, 1.0, 50)
         assert evaluate(one, s)[2] == pytest.approx(evaluate(two, s)[2], abs=5.0 * RTOL)
     assert not np.array_equal(smooth.table.radius, direct.table.radius)
+    assert np.max(smooth.table.errors) > 0.5 * np.max(direct.table.errors)
 
 
 @settings(deadline=None, max_examples=30)
