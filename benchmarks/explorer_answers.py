@@ -1,5 +1,7 @@
 """Processor time of the answers of the explorer to random inputs: `python benchmarks/explorer_answers.py [SEED ...]`.
 
+Run it with `OPENBLAS_NUM_THREADS=1`, as waiting threads count too, and with `tests` in `PYTHONPATH`.
+
 Half of the states are drawn over all sliders and ends of ranges, with series of up to 50 terms and inputs that are
 refused; half lie within 1.5 decades of the defaults. No answer finds a result of an earlier one. A time above 60 ms is
 the least one of three, as other programs disturb it. The script writes `tables/explorer_answers.md`.
@@ -7,7 +9,6 @@ the least one of three, as other programs disturb it. The script writes `tables/
 
 from __future__ import annotations
 
-import os
 import random
 import sys
 import time
@@ -15,18 +16,15 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+import numpy as np
+from machine import describe
+
+import random_messages
+from restitution.explorer import answers
+from restitution.explorer.inputs import inputs
+from restitution.explorer.messages import Request, answer
+
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "tests"))
-
-import numpy as np  # noqa: E402
-from machine import describe  # noqa: E402
-
-import random_messages  # noqa: E402
-from restitution.explorer import answers  # noqa: E402
-from restitution.explorer.inputs import inputs  # noqa: E402
-from restitution.explorer.messages import Request, answer  # noqa: E402
-
 TABLE = HERE / "tables" / "explorer_answers.md"
 KINDS = ("impact", "velocity", "surface", "bounces", "indentation", "download")
 STATES, UNMEASURED, SUSPECT = 2000, 100, 0.06

@@ -249,7 +249,7 @@ def table_block(
         return factor ** math.floor(math.log(value) / math.log(factor))
 
     if isinstance(profile, Rows):
-        deepest, least = np.zeros((2, int(which.max()) + 1))
+        deepest, least = np.zeros((2, profile.sampled.size))
         least[:] = np.inf
         np.maximum.at(deepest, which, depths)
         np.minimum.at(least, which, depths)

@@ -17,16 +17,14 @@ import numpy as np
 from restitution.contact.geometry import Array
 from restitution.contact.layer.punch import PANELS, Punches
 
-# Gauss nodes and Chebyshev nodes of a cell, the widest cell of g, and the tolerance of both series.
+# Gauss nodes of a cell, the widest cell of g, and the tolerance of its series.
 _NODES, _WIDEST, _TAIL = 16, 2.0, 1e-12
 # Largest numbers of halvings of a cell, and of cells apart from those of joints.
 _HALVINGS, _CELLS = 40, 1024
-# Numbers of nodes are multiples of this.
+# Numbers of condensed nodes are multiples of this, so that there are few of them.
 _ROUND = 12
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODES - 1))
-_ANGLE = np.pi * (np.arange(_NODES) + 0.5) / _NODES
-_TO_CHEBYSHEV: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(np.cos(_ANGLE), _NODES - 1))
 
 
 def power_law_series(found: Punches, exponent: float) -> tuple[Array, Array]:

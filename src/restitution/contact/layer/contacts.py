@@ -14,7 +14,7 @@ import numpy as np
 
 from restitution.contact.geometry import Array, Kinks, as_array
 from restitution.contact.layer.averages import Averages
-from restitution.contact.layer.punch import PANELS, panel_of, place_in
+from restitution.contact.layer.punch import PANELS, panel_of
 from restitution.contact.layer.store import stored_punches
 from restitution.contact.matrix import product
 from restitution.contact.path import Cells, PathTable, first_cells, path_tables, significant_kinks
@@ -131,9 +131,7 @@ class Contacts:
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
         """Depth [m] of each contact on a layer of its own, shape (n,)."""
         radius = contact.radius / thickness
-        panel = np.minimum(panel_of(radius), self._count - 1)
-        series = contact.resolvent[panel, :, np.arange(panel.size)].T
-        sigma = np.polynomial.chebyshev.chebval(place_in(panel, radius), series, tensor=False)
+        sigma, _ = self.punches.means(radius, contact.moments)
         return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)
 
     def _means(self, thickness: Array, radius: Array, series: Array) -> Array:

@@ -71,7 +71,7 @@ class Punches(NamedTuple):
     def terms(self, radius: float) -> int:
         """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
         panel = int(panel_of(np.array(radius)))
-        basis = np.polynomial.chebyshev.chebvander(place_in(panel, as_array([radius])), _RADII - 1)
+        basis = np.polynomial.chebyshev.chebvander(_local(panel, as_array([radius])), _RADII - 1)
         sizes = np.max([np.abs(basis @ part[panel])[0] for part in (self.resolvent, self.load)], axis=0)
         return 1 + int(np.flatnonzero(sizes > _ROUNDING * np.max(sizes))[-1])
 
@@ -80,7 +80,7 @@ class Punches(NamedTuple):
         found, panels = np.empty((2, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
             rows = panels == panel
-            basis = np.polynomial.chebyshev.chebvander(place_in(panel, radius[rows]), _RADII - 1)
+            basis = np.polynomial.chebyshev.chebvander(_local(panel, radius[rows]), _RADII - 1)
             for mean, part in zip(found, (self.resolvent, self.load), strict=True):
                 terms = min(part[panel].shape[1], moments.shape[1])
                 series = product(basis, part[panel][:, :terms])
@@ -159,7 +159,7 @@ def panel_of(radius: Array) -> Any:
     return np.clip(np.searchsorted(PANELS, radius, side="right") - 1, 0, len(PANELS) - 2)
 
 
-def place_in(panel: Any, radius: Array) -> Array:
+def _local(panel: Any, radius: Array) -> Array:
     """Place of a radius in a panel, from -1 to 1."""
     low, high = PANELS[panel], PANELS[panel + 1]
     return (2.0 * radius - low - high) / (high - low)
@@ -169,5 +169,5 @@ def over_panels(series: Array, radius: Array) -> Array:
     """Series of each panel at radii of any shape."""
     panel = panel_of(radius)
     coefficients = np.moveaxis(series[panel], -1, 0)
-    value: Any = np.polynomial.chebyshev.chebval(place_in(panel, radius), coefficients, tensor=False)
+    value: Any = np.polynomial.chebyshev.chebval(_local(panel, radius), coefficients, tensor=False)
     return value
