@@ -1,7 +1,7 @@
 """Random indentations against a direct solution of Ting's equations by another method.
 
-Run as `python validation/ting.py`; prints a table and writes it to `ting.md` beside this file. It takes one to two
-minutes.
+Run as `python validation/ting.py [--count 200] [--seed 1]`; prints a table and writes it to `ting.md` beside this
+file. It takes one to two minutes.
 
 The prescribed history is a chain of straight lines and steps. E*(t) is the Prony series itself, and J*(t) its inverse
 by the roots of the characteristic function (`brentq`). Integrals of sums of exponentials are closed forms, the others
@@ -10,14 +10,15 @@ Gauss quadratures on panels that shrink towards both ends. `brentq` finds the ti
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from collections import defaultdict
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.progress import track
 from scipy.optimize import brentq
 
 import restitution as rs
@@ -25,9 +26,10 @@ import restitution as rs
 TEXT = """\
 ## Random histories against a direct solution of the integral equations
 
-`validation/ting.py` makes this table. A row has {count} random histories of straight lines. A fifth of them have a
-step, and some begin above the surface. The materials have 1 to 8 terms with relaxation times over eleven decades; they
-are solids and liquids, some with a dashpot in parallel. The profiles are a parabola, a cone, $r^{{0.7}}$, $r^{{3.3}}$
+`validation/ting.py --count {count} --seed {seed}` makes this table. A row has {count} random histories of straight
+lines. A fifth of them have a step, and some begin above the surface. The materials have 1 to 8 terms with relaxation
+times over eleven decades; they are solids and liquids, some with a dashpot in parallel. The profiles are a parabola, a
+cone, $r^{{0.7}}$, $r^{{3.3}}$
 and a sphere. The reference uses $E^*(t)$ itself, closed forms, quadrature on graded panels and `brentq`. Errors are
 relative to the largest value. Right after a sudden turn, fast terms change the force by more than $10^{{-10}}$ within
 the rounding of a time, so the change of the force between neighbouring doubles is subtracted from its error. The last
@@ -228,7 +230,7 @@ class UnderForce:
             return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
         logarithm = brentq(
             lambda x: float(profile.force_integral_at_depth(math.exp(x))) / integral - 1.0,
-            -80.0, math.log(profile.radius), xtol=1e-15,
+            -80.0, math.log(1e3 * profile.radius), xtol=1e-15,
         )  # fmt: skip
         return math.exp(logarithm)
 
@@ -314,7 +316,7 @@ def study(prescribed: str, count: int, rtol: float, seed: int) -> tuple[dict[str
     rng = np.random.default_rng(seed)
     errors: dict[str, list[float]] = defaultdict(list)
     refused = 0
-    for _ in range(count):
+    for _ in track(range(count), f"{prescribed}, {rtol:g}"):
         series, profile, time, values = drawn(rng, prescribed)
         shift = float(10.0 ** rng.uniform(-3.0, 1.0) * rng.choice([-1.0, 0.0, 1.0]))
         material = rs.Material(series.scaled(0.25), math.inf)
@@ -332,7 +334,7 @@ def study(prescribed: str, count: int, rtol: float, seed: int) -> tuple[dict[str
     return errors, refused
 
 
-def main(count: int = 200) -> None:
+def main(count: int, seed: int) -> None:
     """Print the table and write it beside this file."""
     lines = [
         "| prescribed | rtol | quantity | histories | refused | above | largest error over tolerance |",
@@ -340,16 +342,19 @@ def main(count: int = 200) -> None:
     ]
     for prescribed in ("depth", "force"):
         for rtol in (1e-6, 1e-8, 1e-10):
-            errors, refused = study(prescribed, count, rtol, 1)
+            errors, refused = study(prescribed, count, rtol, seed)
             for name, found in errors.items():
                 above = sum(error > 1.0 for error in found)
                 lines.append(
                     f"| {prescribed} | {rtol:g} | {name} | {len(found)} | {refused} | {above} | {max(found):.2g} |"
                 )
                 print(lines[-1], flush=True)
-    text = TEXT.format(count=count, table="\n".join(lines))
+    text = TEXT.format(count=count, seed=seed, table="\n".join(lines))
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    main(**vars(parser.parse_args()))
