@@ -20,6 +20,7 @@ from .contact.profile import Parabola as Parabola
 from .contact.pyramid import Pyramid as Pyramid
 from .contact.tabulated import Tabulated as Tabulated
 from .errors import InputError as InputError
+from .errors import RestitutionWarning as RestitutionWarning
 from .explorer.notebook import Explorer as Explorer
 from .explorer.notebook import explore as explore
 from .files import write_table as write_table
