@@ -7,6 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import case_reference
+import foreign_hosts
 import module_list
 
 from restitution.explorer.static import write_static
@@ -24,6 +25,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
 ]
@@ -71,6 +73,13 @@ html_theme_options = {
 html_sidebars = {"quickstart": [], "reproduction": [], "validation": [], "changelog": []}
 
 
+def finish(app, error):
+    """Put the explorer that needs no server beside the pages; refuse pages that need another host."""
+    if error is None:
+        write_static(Path(app.outdir) / "static_explorer")
+        foreign_hosts.refuse(Path(app.outdir))
+
+
 def setup(app):
-    """Put the explorer that needs no server beside the pages."""
-    app.connect("build-finished", lambda app, error: error or write_static(Path(app.outdir) / "static_explorer"))
+    """Finish the pages after the build."""
+    app.connect("build-finished", finish)
