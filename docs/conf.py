@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import case_reference
 import foreign_hosts
 import module_list
+from sphinx.errors import ExtensionError
 
 from restitution.explorer.static import write_static
 
@@ -77,7 +78,8 @@ def finish(app, error):
     """Put the explorer that needs no server beside the pages; refuse pages that need another host."""
     if error is None:
         write_static(Path(app.outdir) / "static_explorer")
-        foreign_hosts.refuse(Path(app.outdir))
+        if lines := foreign_hosts.found(Path(app.outdir)):
+            raise ExtensionError("pages load from other hosts:\n" + "\n".join(lines))
 
 
 def setup(app):
