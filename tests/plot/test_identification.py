@@ -86,8 +86,8 @@ def test_bodies_have_the_quantities_that_distinguish_them(mass: np.ndarray, name
     shown = {container.get_label(): container[0].get_ydata() for container in ax.containers}
     assert list(shown) == names
     for name, values in shown.items():
-        wanted = [e[n] for n in range(8) if name == "measured" or name.startswith(f"{1e3 * balls.radius[n]:g} mm")
-                  and (" g" not in name or name.endswith(f" {1e3 * mass[n]:g} g"))]  # fmt: skip
+        wanted = [e[n] for n in range(8) if name == "measured" or (name.startswith(f"{1e3 * balls.radius[n]:g} mm")
+                  and (" g" not in name or name.endswith(f" {1e3 * mass[n]:g} g")))]  # fmt: skip
         assert values.tolist() == wanted
 
 
