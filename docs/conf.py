@@ -54,6 +54,7 @@ sphinx_gallery_conf = {
     "capture_repr": (),
     "download_all_examples": False,
     "show_signature": False,
+    "thumbnail_size": (600, 420),
     "write_computation_times": False,
     "min_reported_time": 1e9,
 }
@@ -67,11 +68,15 @@ html_static_path = ["_static"]
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
+    # One row of links on a screen of 1280 pixels.
+    "header_links_before_dropdown": 6,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"quickstart": [], "reproduction": [], "validation": [], "changelog": []}
+html_css_files = ["pages.css"]
+# Pages without others beside or below them.
+html_sidebars = {name: [] for name in ("index", "quickstart", "search", "genindex", "py-modindex")}
 
 
 def finish(app, error):
