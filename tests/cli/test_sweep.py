@@ -221,7 +221,7 @@ def test_a_table_instead_of_a_store() -> None:
 def test_json_of_sweeps_and_pictures_has_the_validity_of_the_impacts() -> None:
     for arguments, counted in (
         (("sweep", "sweep.toml", "--out", "out.zarr"), 24),
-        (("plot", "out.zarr"), 24),
+        (("plot", "out.zarr", "--output", "max_force"), 24),
         (("map", "ball.toml", "--x", "velocity=1cm/s:10 m/s", "--y", "radius=5mm:10mm", "--points", "3"), 9),
     ):
         answer = run(*arguments, "--json")
