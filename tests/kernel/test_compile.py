@@ -132,18 +132,22 @@ print(stream.text.replace("of each process, as no folder can keep the result,", 
 """
 
 
-@pytest.mark.parametrize("stream", ["Stream(True)", "Notebook(False)"])
-def test_one_line_announces_the_compilation_of_a_process(tmp_path, stream):
-    code = WATCHED.replace("STREAM", stream)
-    script = tmp_path / "script.py"  # with a source file, what it compiles can be cached
-    script.write_text(code)
-    code = f"import runpy; runpy.run_path({str(script)!r})"
-    note = "note: compiling, as the first impact and the first indentation {} do; each takes 10 to 40 s\n"
-    cache = str(tmp_path / "cache")
-    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=cache) == note.format("after an installation")
+NOTE = "note: compiling, as the first impact and the first indentation {} do; each takes 10 to 40 s\n"
+
+
+def test_one_line_on_a_terminal_announces_the_compilation_of_a_process(tmp_path):
+    # Only the functions of a file can be cached.
+    script = tmp_path / "script.py"
+    script.write_text(WATCHED.replace("STREAM", "Stream(True)"))
+    code, cache = f"import runpy; runpy.run_path({str(script)!r})", str(tmp_path / "cache")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=cache) == NOTE.format("after an installation")
     assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=cache) == ""
-    blocked = str(script / "cache")
-    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=blocked) == note.format("WITHOUT A CACHE")
+
+
+def test_a_notebook_has_the_line_too_and_learns_that_nothing_is_kept(tmp_path):
+    (tmp_path / "file").write_text("")
+    code, blocked = WATCHED.replace("STREAM", "Notebook(False)"), str(tmp_path / "file" / "cache")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=blocked) == NOTE.format("WITHOUT A CACHE")
 
 
 def test_nobody_is_told_of_a_compilation_where_nobody_watches(tmp_path):
