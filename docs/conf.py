@@ -7,7 +7,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import case_reference
+import foreign_hosts
 import module_list
+from sphinx.errors import ExtensionError
 
 from restitution.explorer.static import write_static
 
@@ -24,6 +26,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
 ]
@@ -51,6 +54,7 @@ sphinx_gallery_conf = {
     "capture_repr": (),
     "download_all_examples": False,
     "show_signature": False,
+    "thumbnail_size": (600, 420),
     "write_computation_times": False,
     "min_reported_time": 1e9,
 }
@@ -64,13 +68,25 @@ html_static_path = ["_static"]
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
+    # One row of links on a screen of 1280 pixels.
+    "header_links_before_dropdown": 6,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"quickstart": [], "reproduction": [], "validation": [], "changelog": []}
+html_css_files = ["pages.css"]
+# Pages without others beside or below them.
+html_sidebars = {name: [] for name in ("index", "quickstart", "search", "genindex", "py-modindex")}
+
+
+def finish(app, error):
+    """Put the explorer that needs no server beside the pages; refuse pages that need another host."""
+    if error is None:
+        write_static(Path(app.outdir) / "static_explorer")
+        if lines := foreign_hosts.found(Path(app.outdir)):
+            raise ExtensionError("pages load from other hosts:\n" + "\n".join(lines))
 
 
 def setup(app):
-    """Put the explorer that needs no server beside the pages."""
-    app.connect("build-finished", lambda app, error: error or write_static(Path(app.outdir) / "static_explorer"))
+    """Finish the pages after the build."""
+    app.connect("build-finished", finish)

@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +19,6 @@ from typer.testing import CliRunner, Result
 from restitution.case.impact import read_case
 from restitution.cli import terminal
 from restitution.cli.main import app
-from restitution.impact import exact
 from restitution.impact import solve as solver
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Sampled, Trajectory
@@ -224,18 +222,18 @@ def test_a_captured_body(folder: Path) -> None:
     assert os.listdir() == ["ball.toml"]
 
 
-def test_a_long_compilation_is_explained(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(terminal, "_SUSPICIOUS", 0.01)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(exact, "is_ready", lambda: False)
+def test_the_note_of_the_kernel_looks_like_other_notes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from restitution.kernel import compile as compiler
+
+    monkeypatch.setenv("FORCE_COLOR", "1")
     with terminal.compilation():
-        time.sleep(0.3)
-    note = "note: compiling the kernel, as the first solve after an installation does\n"
-    assert ANSI.sub("", capsys.readouterr().err) == note
-    monkeypatch.setattr(exact, "is_ready", lambda: True)
-    with terminal.compilation():
-        time.sleep(0.3)
-    assert capsys.readouterr().err == ""
+        compiler.write_note("compiling")
+    compiler.write_note("compiling")
+    coloured, plain = capsys.readouterr().err.splitlines()
+    assert ANSI.sub("", coloured) == plain == "note: compiling"
+    assert coloured != plain
 
 
 def test_history_as_csv_and_netcdf(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

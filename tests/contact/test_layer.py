@@ -234,7 +234,7 @@ def check_identities(name: str, c: float, nu: float | None, place: float) -> Non
     assert one.contact_radius_at(depths, stiffness) == pytest.approx(one.contact_radius(depths), rel=1e-10)
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=4)
 @given(
     name=st.sampled_from(sorted(PROFILES)),
     c=st.floats(0.0, 1.0),

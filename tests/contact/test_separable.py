@@ -107,6 +107,7 @@ def test_a_flat_punch_has_the_effective_modulus():
         assert effective_modulus(material, size).carson_transform(s) == pytest.approx(wanted, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_a_thin_layer_of_a_liquid_is_incompressible_after_a_long_time():
     material, size = rs.Material(rs.PronySeries(0.0, [10.0], [0.1]), 20.0), 25.0
     found = effective_modulus(material, size)

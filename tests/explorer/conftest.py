@@ -6,17 +6,21 @@ from typing import Any
 
 import pytest
 
+from restitution.explorer import answers
 from restitution.explorer.launch import Running, in_thread, listen
 from sockets import opened
 
 
 @pytest.fixture(scope="package")
 def running() -> Iterator[Running]:
+    # A first solve compiles, on a slow machine for longer than the sockets of the tests wait.
+    for answer in answers.KINDS.values():
+        answer({})
     server = listen(port=0)
     thread = in_thread(server)
     yield server
     server.stop()
-    thread.join(10.0)
+    thread.join(60.0)
     assert not thread.is_alive()
 
 

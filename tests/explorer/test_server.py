@@ -1,11 +1,13 @@
 """The server: who may use it, what it serves, and what becomes of messages of any kind."""
 
 import base64
+import itertools
 import json
 import random
 import socket
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -136,7 +138,9 @@ def test_the_schema_describes_every_number(running, ask):
         assert names - set(schema["outputs"]) <= {"radius"}
 
 
-def test_curves_come_as_doubles(ask):
+def test_curves_come_as_doubles(ask, monkeypatch):
+    # The time of an answer decides its number of points.
+    monkeypatch.setattr(answers, "TIME_LIMIT", 1e3)
     for kind in ("impact", "surface"):
         for name, expected in answers.KINDS[kind]({})["curves"].items():
             found = ask(kind)["curves"][name]
@@ -200,12 +204,15 @@ def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
 
 def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running, monkeypatch):
     begun, go_on = threading.Semaphore(0), threading.Semaphore(0)
+    clock = itertools.count()
 
     def slow(_):
         begun.release()
         return {"waited": go_on.acquire(timeout=20)}
 
-    monkeypatch.setitem(session._QUICK, "velocity", 0.3)
+    # A clock that advances by 1 at every request: the curve waits for three of them on a machine of any speed.
+    monkeypatch.setattr(session, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setitem(session._QUICK, "velocity", 3.0)
     monkeypatch.setitem(messages._KINDS, "impact", slow)
     monkeypatch.setitem(messages._KINDS, "velocity", lambda _: {})
     with opened(running) as page:

@@ -10,7 +10,7 @@ from restitution.impact.solve import solve
 from restitution.material.classical import standard_solid
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     nu=st.floats(-1.0, 0.5),
     log_p2=st.floats(-2.0, 1.0),

@@ -107,6 +107,54 @@ def test_the_compiler_runs_above_a_frame_of_32768_words(tmp_path):
     assert _run(ROOM, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)).split() == ["32768", "32768"]
 
 
+WATCHED = """
+import sys
+from restitution.kernel.compile import entry_point
+
+class Stream:
+    def __init__(self, tty): self.tty, self.text = tty, ""
+    def isatty(self): return self.tty
+    def write(self, text): self.text += text
+    def flush(self): pass
+
+class Notebook(Stream): pass
+Notebook.__module__ = "ipykernel.iostream"
+
+@entry_point
+def one(x): return x + 1.0
+
+@entry_point
+def two(x): return x + 2.0
+
+sys.stderr = stream = STREAM
+assert (one(1.0), two(1.0)) == (2.0, 3.0)
+print(stream.text.replace("of each process, as no folder can keep the result,", "WITHOUT A CACHE"), end="")
+"""
+
+
+NOTE = "note: compiling, as the first impact and the first indentation {} do; each takes 10 to 40 s\n"
+
+
+def test_one_line_on_a_terminal_announces_the_compilation_of_a_process(tmp_path):
+    # Only the functions of a file can be cached.
+    script = tmp_path / "script.py"
+    script.write_text(WATCHED.replace("STREAM", "Stream(True)"))
+    code, cache = f"import runpy; runpy.run_path({str(script)!r})", str(tmp_path / "cache")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=cache) == NOTE.format("after an installation")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=cache) == ""
+
+
+def test_a_notebook_has_the_line_too_and_learns_that_nothing_is_kept(tmp_path):
+    (tmp_path / "file").write_text("")
+    code, blocked = WATCHED.replace("STREAM", "Notebook(False)"), str(tmp_path / "file" / "cache")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=blocked) == NOTE.format("WITHOUT A CACHE")
+
+
+def test_nobody_is_told_of_a_compilation_where_nobody_watches(tmp_path):
+    code = WATCHED.replace("STREAM", "Stream(False)")
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)) == ""
+
+
 FOLDER = "from restitution.kernel.compile import cache_folder; print(cache_folder())"
 
 

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from restitution.identification.observations import Curve
 from restitution.plot.identification import comparison, data_and_fit, design, grid, overview
 from restitution.plot.style import context, new_figure, plain_ticks, save_figure
 from restitution.quantities import INPUTS
@@ -60,7 +61,46 @@ def test_only_several_sets_are_named(found: rs.Identification) -> None:
         axes = [data_and_fit(new_figure().add_subplot(), [(name, curves[0]._replace()) for name in names])
                 for names in (["one"], ["one", "other"])]  # fmt: skip
     words = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in axes]
-    assert [sorted(one) for one in words] == [["fit", "measured"], ["fit", "one", "other"]]
+    names = [["10 g", "100 g", "fit"], ["fit", "one, 10 g", "one, 100 g", "other, 10 g", "other, 100 g"]]
+    assert [sorted(one) for one in words] == [sorted(one) for one in names]
+    alone = curves[0]._replace(bodies=())
+    with context():
+        ax = data_and_fit(new_figure().add_subplot(), [("one", alone)])
+    assert sorted(text.get_text() for text in ax.get_legend().get_texts()) == ["fit", "measured"]
+
+
+@pytest.mark.parametrize(
+    ("mass", "names"),
+    [
+        (np.tile([0.001, 0.001, 0.002, 0.002], 2), ["10 mm", "20 mm"]),
+        (np.tile([0.005, 0.01], 4), ["10 mm, 5 g", "10 mm, 10 g", "20 mm, 5 g", "20 mm, 10 g"]),
+        (np.linspace(0.001, 0.008, 8), ["measured"]),  # more than a legend can list
+    ],
+)
+def test_bodies_have_the_quantities_that_distinguish_them(mass: np.ndarray, names: list[str]) -> None:
+    v, e = np.repeat([0.01, 0.02], 4), np.linspace(0.5, 0.6, 8)
+    balls = rs.Rebounds(v, e, radius=np.tile([0.01, 0.01, 0.02, 0.02], 2), mass=mass)
+    curve = Curve("restitution_coefficient", "velocity", v, e, e, None, balls._bodies())
+    with context():
+        ax = data_and_fit(new_figure().add_subplot(), [("balls", curve)])
+    shown = {container.get_label(): container[0].get_ydata() for container in ax.containers}
+    assert list(shown) == names
+    for name, values in shown.items():
+        wanted = [e[n] for n in range(8) if name == "measured" or (name.startswith(f"{1e3 * balls.radius[n]:g} mm")
+                  and (" g" not in name or name.endswith(f" {1e3 * mass[n]:g} g")))]  # fmt: skip
+        assert values.tolist() == wanted
+
+
+@pytest.mark.parametrize("removed", [0, 1])
+def test_a_page_has_no_empty_panel(found: rs.Identification, removed: int) -> None:
+    (data,) = found.data
+    times = {} if removed else {"contact_time": data.contact_time}
+    alone = rs.Rebounds(data.velocity, data.restitution_coefficient, radius=0.01, mass=data.mass, **times)
+    figure = overview(rs.identify(alone, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}))
+    places = [ax.get_subplotspec() for ax in figure.axes]
+    cells = {(row, column) for one in places for row in one.rowspan for column in one.colspan}
+    rows, columns = places[0].get_gridspec().get_geometry()
+    assert len(cells) == rows * columns
 
 
 def test_a_parameter_that_is_not_determined_has_no_profile(found: rs.Identification) -> None:

@@ -83,3 +83,22 @@ def test_shifts_that_are_not_determined_are_marked():
     with pytest.warns(RestitutionWarning, match=r"the isotherms at -23\.1 and 26\.9 °C do not overlap"):
         curve = Isotherms([replace(tables[0], **moduli, temperature=250.0), *tables[1:]]).superposed()
     assert "not determined" in [text.get_text() for text in curve.plot().axes[2].get_legend().get_texts()]
+
+
+def test_shares_are_named_once() -> None:
+    """The axis names shares of the instantaneous modulus; a legend would repeat it."""
+    series = {"relative to the instantaneous modulus": PronySeries(0.1, [0.9], [1.0])}
+    left, right = overview(series, unit="").axes
+    assert left.get_legend() is None
+    assert [text.get_text() for text in right.get_legend().get_texts()] == ["storage", "loss"]
+    assert left.get_ylabel() == "relaxation modulus over the instantaneous one"
+
+
+def test_an_axis_within_a_decade_has_plain_numbers() -> None:
+    left, _ = overview({"shear": PronySeries(2e5, [5e5], [1.0])}).axes
+    left.figure.canvas.draw()
+    low, high = left.get_ylim()
+    ticks = [tick.label1.get_text() for tick in left.yaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+    minor = [text.get_text() for text in left.yaxis.get_minorticklabels()]
+    assert ticks == ["200", "300", "400", "600"]
+    assert not any(minor)

@@ -137,3 +137,26 @@ def test_poisson_ratios_of_the_curves_of_the_paper_are_computed():
             for nu in (0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
         )
         assert " | ".join(f"{solid.instantaneous_poisson_ratio:.3f}" for solid in solids) in text
+
+
+def test_pages_that_load_from_another_host_are_found(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    from foreign_hosts import found
+
+    here = (
+        '<a href="https://other.example/page">a</a> <script src="_static/a.js"></script> <p>https://other.example</p>'
+    )
+    (tmp_path / "here.html").write_text(here)
+    (tmp_path / "here.css").write_text("a { background: url(a.svg) } /* https://other.example */")
+    assert found(tmp_path) == []
+    there = {
+        "script.html": '<script defer src="https://other.example/a.js"></script>',
+        "style.html": '<link rel="stylesheet" href="//other.example/a.css">',
+        "inline.html": "<style>@import 'https://other.example/a.css';</style>",
+        "picture.html": '<img alt="" src="HTTP://other.example/a.png">',
+        "font.css": "@font-face { src: url('https://other.example/a.woff2') }",
+    }
+    for name, text in there.items():
+        (tmp_path / name).write_text(text)
+    assert {line.partition(":")[0] for line in found(tmp_path)} == there.keys()
+    assert all("other.example" in line for line in found(tmp_path))

@@ -276,7 +276,7 @@ def test_two_processes_start_the_same_sweep_at_once(
         processes = [context.Process(target=_start, args=(out, barrier, answers)) for _ in range(2)]
         for process in processes:
             process.start()
-        ends = sorted(answers.get(timeout=120) for _ in processes)
+        ends = sorted(answers.get(timeout=600) for _ in processes)
         for process in processes:
             process.join()
         assert ends[-1] == "done"

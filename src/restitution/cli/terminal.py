@@ -14,7 +14,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from threading import Timer
 from typing import Any, cast
 
 import typer
@@ -28,9 +27,6 @@ BAD_INPUT = 2
 SOLVER_FAILED = 3
 BUG = 70
 INTERRUPTED = 130
-
-# Seconds. Loading the compiled kernel from its cache takes about 0.3 s, compiling it 10 s and more.
-_SUSPICIOUS = 1.5
 
 # Errors that input can cause. A TypeError without a field, an AttributeError and the like are mistakes of the program.
 _OF_INPUT = (ValueError, InputTypeError, ArithmeticError, MemoryError, RuntimeError)
@@ -136,24 +132,15 @@ def collected_warnings() -> Generator[list[str]]:
 
 @contextmanager
 def compilation() -> Generator[None]:
-    """Print a note on a terminal if the block takes long because the kernel is compiled."""
-    if not sys.stderr.isatty():
-        yield
-        return
+    """Give the kernel's note on its compilation the form of the other notes."""
+    from restitution.kernel import compile as compiler
 
-    def explain() -> None:
-        from restitution.impact.exact import is_ready
-
-        if not is_ready():
-            report("note", "compiling the kernel, as the first solve after an installation does")
-
-    timer = Timer(_SUSPICIOUS, explain)
-    timer.daemon = True
-    timer.start()
+    plain = compiler.write_note
+    compiler.write_note = lambda text: report("note", text)
     try:
         yield
     finally:
-        timer.cancel()
+        compiler.write_note = plain
 
 
 @contextmanager

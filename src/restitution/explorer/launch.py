@@ -105,7 +105,7 @@ def _listener(host: str, port: int) -> socket.socket:
 def warm_up() -> None:
     """Load or compile what the first page needs, and in another thread the rest.
 
-    The compilation of everything takes half a minute after an installation.
+    The compilation of everything takes half a minute to a minute after an installation.
     """
     first, *others = answers.KINDS.values()
     first({})

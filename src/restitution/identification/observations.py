@@ -95,6 +95,9 @@ class Curve(NamedTuple):
     measured: Array
     fitted: Array
     deviation: Array | None  # standard deviation, None where unknown
+    bodies: tuple[
+        tuple[str, Array], ...
+    ] = ()  # quantities that distinguish the bodies of the values, if there are several
 
 
 def hollow_balls(mass: Any, profile: Any) -> list[str]:

@@ -240,8 +240,20 @@ class Rebounds(Observations):
         for name, values, sd, log in zip(self.measured, self.measured.values(), self._deviations, self._relative,
                                          strict=True):  # fmt: skip
             deviation = None if self.scaled else sd * values if log else sd
-            curves.append(Curve(name, "velocity", self.velocity, values, found[name][0], deviation))
+            curves.append(Curve(name, "velocity", self.velocity, values, found[name][0], deviation, self._bodies()))
         return curves
+
+    def _bodies(self) -> tuple[tuple[str, Array], ...]:
+        """Quantities that distinguish the bodies; none that only follows an earlier one."""
+        found: list[tuple[str, Array]] = []
+        count = 1
+        for name in ("radius", "mass", "temperature"):
+            if (values := getattr(self, name)) is not None:
+                columns = np.column_stack([*(one for _, one in found), values])
+                if (more := len(np.unique(columns, axis=0))) > count:
+                    found.append((name, values))
+                    count = more
+        return tuple(found)
 
     def window(self) -> tuple[float, float]:
         """Lowest and highest pi/(contact time) [rad/s]; NaN if neither time nor force was measured."""

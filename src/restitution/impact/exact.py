@@ -219,11 +219,3 @@ def _problem(block: ScaledBlock, n: int, paths: Path) -> Problem:
         block.equilibria[n], block.moduli[modes], block.times[modes], block.viscosities[n], block.external_forces[n],
         block.admittances[n], path,
     )  # fmt: skip
-
-
-def is_ready() -> bool:
-    """Whether the kernel is compiled in this process."""
-    from restitution.kernel.compile import is_compiled
-    from restitution.kernel.impact import solve_block
-
-    return is_compiled(solve_block)

@@ -4,6 +4,7 @@ import gc
 import hashlib
 import os
 import stat
+import sys
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching, config
+from numba.core import caching, config, event
 
 from restitution.errors import RestitutionWarning
 from restitution.files import user_cache
@@ -123,12 +124,46 @@ def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+def write_note(text: str) -> None:
+    """Write a note on standard error; the command line replaces this by its own form of notes."""
+    print(f"note: {text}", file=sys.stderr, flush=True)
+
+
+class _Announcement(event.Listener):
+    """A note at the first compilation of a process, where somebody reads it: on a terminal or in a notebook."""
+
+    made = False
+
+    def on_start(self, event: Any) -> None:
+        # Windows has no standard error where there is no console.
+        watched = getattr(sys.stderr, "isatty", bool)() or type(sys.stderr).__module__ == "ipykernel.iostream"
+        if watched and not self.made:
+            self.made = True
+            when = "after an installation" if cache_folder() else "of each process, as no folder can keep the result,"
+            write_note(f"compiling, as the first impact and the first indentation {when} do; each takes 10 to 40 s")
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_announcement = _Announcement()
+
+
+def _announced(function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*arguments: Any, **named: Any) -> Any:
+        # Numba has this event only where the cache has no machine code.
+        with event.install_listener("numba:compile", _announcement):
+            return function(*arguments, **named)
+
+    return call
+
+
 def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and cache its machine code if possible."""
     dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # Numba calls this for new types of arguments.
-        dispatcher._compile_for_args = _with_room(dispatcher._compile_for_args)
+        dispatcher._compile_for_args = _with_room(_announced(dispatcher._compile_for_args))
     return dispatcher
 
 
@@ -151,8 +186,3 @@ def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
     return numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
-
-
-def is_compiled(dispatcher: Any) -> bool:
-    """Whether an entry point already has machine code in this process (always true without compilation)."""
-    return bool(config.DISABLE_JIT) or bool(dispatcher.signatures)

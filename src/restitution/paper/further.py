@@ -152,9 +152,17 @@ def draw_collapse(dataset: xr.Dataset) -> Figure:
         for ax, across in zip(
             axes[:2], (viscosity, np.broadcast_to(dataset["p3"].values[:, None], e.shape)), strict=True
         ):
-            ax.semilogx(across, e.values, ".", markersize=3.5, markeredgewidth=0)
+            # Over p3 the draws coincide, so that a colour for each would show the last one alone.
+            color: Any = {} if ax is axes[0] else {"color": "black"}
+            ax.semilogx(across, e.values, ".", markersize=3.5, markeredgewidth=0, **color)
             ax.set(ylim=(0.0, 1.0))
             ax.set_title(rf"$\nu = {nu:g}$, $\log_{{10}}\,p_2 = {np.log10(p2):.3g}$", fontsize=8.5)
+        axes[0].annotate(
+            f"{draws} draws,\na colour each", (0.5, 0.06), xycoords="axes fraction", ha="center", fontsize=8
+        )
+        axes[1].annotate(
+            f"{draws} draws\nin every point", (0.5, 0.06), xycoords="axes fraction", ha="center", fontsize=8
+        )
         axes[0].set(xlabel=r"viscosity $\eta$ [Pa s]", ylabel=RESTITUTION)
         # The margin shows the points at the ends whole.
         axes[1].set(xlabel=P3, xlim=[10.0 ** (end + np.sign(end) * _MARGIN) for end in LOG_P3_RANGE])
@@ -174,7 +182,7 @@ def _draw_spread(ax: Axes, dataset: xr.Dataset) -> None:
         ax.hist(values.ravel(), bins, histtype=kind, color=color, label=label)
     ax.axvline(rtol, color=style.VERMILION, linewidth=1.0, linestyle="--", label="tolerance")
     ax.set(xscale="log", xlabel="largest spread of $e$ at a point", ylabel="number of points")
-    ticks = range(-17, top, 4)
+    ticks = range(-17, top, 2 if top < -6 else 4)
     ax.set_xticks([10.0**power for power in ticks], ["0" if power == -17 else f"$10^{{{power}}}$" for power in ticks])
     ax.minorticks_off()
     # Counts grow to the left, so that the space beside the tolerance stays free.

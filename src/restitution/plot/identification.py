@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +40,7 @@ _MEASURED = {
 }
 _COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.SKY_BLUE, style.PURPLE, style.GREY)
 _DASHES = ("-", "--", "-.", ":")
+_MARKERS = "os^Dv<>"
 _MOST_PANELS = 6
 # More points have no error bars, and an axis over a larger ratio is logarithmic.
 _FEW, _LOG_SPAN = 80, 30.0
@@ -61,7 +61,8 @@ def overview(found: Identification | Spectrum) -> Figure:
         draws.append(partial(profiles, found=found))
     if all(map(math.isfinite, found.window)):
         draws += [partial(moduli, found=found), partial(loss_tangent, found=found)]
-    places = [*map(str, range(len(draws))), *(["."] if len(draws) % 2 else [])]
+    # An odd number of panels has a wide one first.
+    places = [*(["0"] if len(draws) % 2 else []), *map(str, range(len(draws)))]
     mosaic = [places[k : k + 2] for k in range(0, len(places), 2)]
     with style.context():
         figure, axes = style.panels(mosaic, height=0.5 + 2.5 * len(mosaic))
@@ -161,32 +162,47 @@ def data_and_fit(ax: Axes, curves: Sequence[tuple[str, Curve]]) -> Axes:
         _axis(name, np.concatenate([getattr(one, field) for _, one in curves]))
         for name, field in ((first.x_name, "x"), (first.name, "measured"))
     )
-    for (label, one), color in zip(curves, _cycled(_COLORS), strict=False):
-        many = one.x.size > _FEW
-        error = None if one.deviation is None or many else one.deviation * up
-        look: dict[str, Any] = {"fmt": "." if many else "o", "markersize": 2 if many else 4, "elinewidth": 0.8}
-        ax.errorbar(
-            one.x * across,
-            one.measured * up,
-            error,
-            color=color,
-            markerfacecolor="white",
-            label=label if len(curves) > 1 else "measured",
-            **look,
-        )
-        # Impacts of several bodies in one set have a fit for each.
-        ends = [0, *(np.flatnonzero(np.diff(one.x) <= 0.0) + 1), one.x.size]
-        runs = list(pairwise(ends))
+    for n, (label, one) in enumerate(curves):
+        many, bodies = one.x.size > _FEW, _bodies(one)
+        # Bodies have markers; they have the colours too where there is one set.
+        for k, (body, rows) in enumerate(bodies):
+            color = _COLORS[(n if len(curves) > 1 else k) % len(_COLORS)]
+            look: dict[str, Any] = {"fmt": "." if many else _MARKERS[k], "markersize": 2 if many else 4}
+            words = ", ".join(word for word in (label if len(curves) > 1 else "", body) if word)
+            ax.errorbar(
+                one.x[rows] * across, one.measured[rows] * up,
+                None if one.deviation is None or many else one.deviation[rows] * up,
+                color=color, markerfacecolor="white", elinewidth=0.8, label=words or "measured", **look,
+            )  # fmt: skip
+        runs = [run for _, rows in bodies for run in np.split(rows, np.flatnonzero(np.diff(one.x[rows]) <= 0.0) + 1)]
         lines = one.x.size >= 3 * len(runs)
-        for start, end in runs if lines else [(0, one.x.size)]:
-            part = slice(start, end)
+        for run in runs if lines else [np.arange(one.x.size)]:
             ax.plot(
-                one.x[part] * across, one.fitted[part] * up, "-" if lines else "+", color="black", linewidth=0.9,
-                zorder=3, label="fit" if one is first and start == 0 else None,
+                one.x[run] * across, one.fitted[run] * up, "-" if lines else "+", color="black", linewidth=0.9,
+                zorder=3, label="fit" if n == 0 and run is runs[0] else None,
             )  # fmt: skip
     _scale(ax, curves)
-    ax.legend(fontsize=7.5)
+    words = ax.get_legend_handles_labels()[1]
+    # Several bodies leave no room for their names among their curves.
+    above: Any = {"ncols": len(words), "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderpad": 0.1,
+                  "columnspacing": 1.0, "handletextpad": 0.4}  # fmt: skip
+    ax.legend(fontsize=7.5, **(above if len(words) > 2 and sum(map(len, words)) < 40 else {}))
     return style.plain_ticks(style.labelled(ax, x_label, y_label))
+
+
+def _bodies(one: Curve) -> list[tuple[str, NDArray[np.intp]]]:
+    """Name of each body, and its values in their order; a single one without a name if there are too many."""
+    if one.bodies:
+        kinds, which = np.unique(np.column_stack([values for _, values in one.bodies]), axis=0, return_inverse=True)
+        if len(kinds) <= len(_MARKERS):
+            names = [
+                ", ".join(
+                    in_words(value, INPUTS[name].unit) for (name, _), value in zip(one.bodies, kind, strict=True)
+                )
+                for kind in kinds
+            ]
+            return [(name, np.flatnonzero(which.ravel() == k)) for k, name in enumerate(names)]
+    return [("", np.arange(one.x.size))]
 
 
 def residuals(ax: Axes, found: Identification | Spectrum) -> Axes:
@@ -237,7 +253,7 @@ def profiles(ax: Axes, found: Any) -> Axes:
         ax.set_xticks([])
     ax.legend(fontsize=7.5, loc="upper center")
     words = "change from the best value [%]" if narrow else "value over best value"
-    return style.labelled(ax, words, r"growth of $\chi^2$ (dashed: 95 %)")
+    return style.labelled(style.plain_ticks(ax), words, r"growth of $\chi^2$ (dashed: 95 %)")
 
 
 def moduli(ax: Axes, found: Identification | Spectrum) -> Axes:

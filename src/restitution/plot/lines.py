@@ -22,6 +22,8 @@ _MARKERS = "os^vD<>pPX"
 FEW, _SPARSE = 12, 3
 # Room of a label of 7 points [points].
 _LABEL_HEIGHT, _LABEL_WIDTH = 7.5, 24.0
+# Labels keep apart by so many of their sizes, where the curves leave room.
+_SPREAD = 2.0
 
 
 def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
@@ -92,20 +94,22 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     frame = ax.get_window_extent()
     low, high = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) / point
     inside = np.all((shown > low + room_of_label) & (shown < high - room_of_label), axis=2)
-    # Distance of each point of a curve from the nearest point of any other curve.
-    away = [cdist(curve, np.delete(shown, n, axis=0).reshape(-1, 2)) for n, curve in enumerate(shown)]
-    room = np.stack([np.nanmin(one, axis=1, initial=3.0 * _LABEL_HEIGHT) for one in away])
+    # Distance of each point of a curve from the nearest point of any other curve, in sizes of a label. Its width
+    # counts half: a curve that ends a label is less of a nuisance than one through it.
+    sizes, near = shown / room_of_label, shown / room_of_label / [0.5, 1.0]
+    away = [cdist(curve, np.delete(near, n, axis=0).reshape(-1, 2)) for n, curve in enumerate(near)]
+    room = np.stack([np.nanmin(one, axis=1, initial=3.0) for one in away])
     room = np.where(inside, room, -np.inf)
     taken: list[Array] = []
     for n in sorted(range(len(words)), key=lambda n: float(room[n].max())):
         score = room[n].copy()
         for place in taken:
-            gap = np.abs(shown[n] - place) / room_of_label
-            score -= 200.0 * (gap.max(axis=1) < 1.0)
+            gap = np.max(np.abs(sizes[n] - place), axis=1)
+            score -= 30.0 * (gap < 1.0) + 0.3 * np.maximum(0.0, _SPREAD - gap)
         if not np.isfinite(score).any():
             continue
         best = int(np.argmax(score))
-        taken.append(shown[n, best])
+        taken.append(sizes[n, best])
         at = x[places[best]], rows[n, places[best]]
         box = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
         ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], bbox=box)

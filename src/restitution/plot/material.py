@@ -45,7 +45,7 @@ def relaxation(
     if data is not None:
         ax.plot(data.time, data.modulus * factor, ".", color=style.GREY, markersize=4, label="data")
     for color, (name, curve) in zip(_COLORS, curves.items(), strict=False):
-        ax.plot(t, curve * factor, color=color, label=name)
+        ax.plot(t, curve * factor, color=color, label=name if unit or len(series) > 1 else None)
     return _finished(ax, "time $t$ [s]", "relaxation modulus", prefixed)
 
 
@@ -73,9 +73,11 @@ def dynamic(
         for values, mark in ((data.storage_modulus, "."), (data.loss_modulus, "x")):
             ax.plot(data.angular_frequency, values * factor, mark, color=style.GREY, markersize=4)
     for color, (name, one) in zip(_COLORS, series.items(), strict=False):
-        ax.plot(omega, storage[name] * factor, color=color, label=f"{name}, storage")
+        # The label of the axis names a single series of shares.
+        words = f"{name}, " if unit or len(series) > 1 else ""
+        ax.plot(omega, storage[name] * factor, color=color, label=f"{words}storage")
         loss = np.asarray(one.loss_modulus(omega)) * factor
-        ax.plot(omega, np.where(loss > 0, loss, np.nan), "--", color=color, label=f"{name}, loss")
+        ax.plot(omega, np.where(loss > 0, loss, np.nan), "--", color=color, label=f"{words}loss")
     return _finished(ax, r"angular frequency $\omega$ [rad/s]", "modulus", prefixed)
 
 
@@ -225,5 +227,7 @@ def _curves(ax: Axes, tables: Sequence[Curve], kelvin: Array, *, reduced: bool =
 
 def _finished(ax: Axes, x: str, words: str, unit: str) -> Axes:
     ax.set(xscale="log", yscale="log")
-    ax.legend()
-    return style.labelled(ax, x, f"{words} [{unit}]" if unit else f"{words}, share of the instantaneous one")
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend()
+    style.plain_ticks(ax)
+    return style.labelled(ax, x, f"{words} [{unit}]" if unit else f"{words} over the instantaneous one")

@@ -154,7 +154,9 @@ def plain_ticks(ax: Axes) -> Axes:
     for axis in (ax.xaxis, ax.yaxis):
         low, high = sorted(axis.get_view_interval())
         if axis.get_scale() == "log" and high <= 100.0 * low:
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_locator(
+                LogLocator(subs=(1.0, 2.0, 5.0) if high > 10.0 * low else (1.0, 2.0, 3.0, 4.0, 6.0))
+            )
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter(NullFormatter())
     return ax
