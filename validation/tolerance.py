@@ -314,8 +314,8 @@ def main() -> None:
     ]
     if differences.size:
         table += [
-            f"SciPy (`method='reference'`) solves {differences.size:,} of these impacts too, both at `rtol = 1e-10`: the",
-            f"largest difference of e over max(e, 1e-3) is {differences.max():.1e}, the median "
+            f"SciPy (`method='reference'`) solves {differences.size:,} of these impacts too, both at `rtol = 1e-10`:",
+            f"the largest difference of e over max(e, 1e-3) is {differences.max():.1e}, the median "
             f"{np.median(differences):.1e}.",
         ]
     options.out.write_text("\n".join(table) + "\n")

@@ -25,7 +25,7 @@ from restitution.kernel.outcome import (
 )
 from restitution.kernel.path import Path, path_inside, radius_and_integral
 from restitution.kernel.radau import Scheme
-from restitution.kernel.rebound import rebound
+from restitution.kernel.rebound import first_length, rebound
 from restitution.kernel.workspace import (
     BACK_LENGTH,
     F_,
@@ -199,7 +199,12 @@ def solve_block(
                 if status != SEPARATED:
                     outcome[RESIDUAL_DEPTH] = s * s
             if status == SEPARATED:
-                status = rebound(problem, scheme, work, finer, sharper)
+                status = rebound(problem, scheme, work, finer, sharper, math.inf)
+                if status == SEPARATED:
+                    # A body that loses much on its way back shows only now how small an error matters.
+                    e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
+                    if first_length(problem, work, finer, sharper, e) < work.places[BACK_LENGTH, 0]:
+                        status = rebound(problem, scheme, work, finer, sharper, e)
                 if status in (SEPARATED, SINKS_IN):
                     outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])
             if status == SEPARATED and not refined:

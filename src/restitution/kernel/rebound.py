@@ -75,6 +75,7 @@ _OF_RELAXATION = 0.7  # first element over the shortest relaxation time that mat
 # A mode matters from this delay of the edge of contact on, times the force over the velocity that counts: over the
 # tolerance of an element, and over Newton's. Shorter delays than the last one are never resolved.
 _MATTERS, _MATTERS_AT_LAST, _LEAST_DELAY = 0.1, 50.0, 1e-13
+_MOST_DELAY = 6.0  # at the end of the first element, over s at the turning point times its length; it should be 4
 _NEAR = 1e-8  # way from the turning point, over sigma there, on which the velocity is linear
 _SHORTEST = 1e-15  # over sigma at the turning point
 _WHOLE = 0.999  # share of the rest from which an element covers all of it
@@ -234,6 +235,23 @@ def first_layer(problem: Problem, least: float) -> float:
     return shortest
 
 
+@inlined
+def elastic_velocity(work: Work) -> float:
+    """Least velocity to which the tolerance refers: a share of what the energy at the turning point may give back."""
+    # Over the initial kinetic energy: close to 1 for small losses. It is 2/5 F d under a parabola.
+    recoverable = 0.8 * work.turning[F_] * work.turning[S_] ** 2
+    elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
+    return (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
+
+
+@compiled
+def first_length(problem: Problem, work: Work, tolerance: float, accept: float, counts: float) -> float:
+    """Longest first element that resolves all modes that matter, if a velocity of `counts` matters at the end."""
+    velocity = min(_MATTERS * tolerance, _MATTERS_AT_LAST * accept) * min(elastic_velocity(work), counts)
+    layer = first_layer(problem, max(velocity / work.turning[F_], _LEAST_DELAY))
+    return _OF_RELAXATION * layer / (2.0 * work.turning[S_])
+
+
 @compiled
 def turning_slope(scheme: Scheme, work: Work) -> float:
     """Rate of the velocity over -sigma at the turning point."""
@@ -246,8 +264,11 @@ def turning_slope(scheme: Scheme, work: Work) -> float:
 
 
 @compiled
-def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
-    """Solve the rebound from the turning state to separation; store it in `work.rebound`."""
+def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, counts: float) -> int:
+    """Solve the rebound from the turning state to separation; store it in `work.rebound`.
+
+    `counts` is the velocity at its end that matters, infinite if it is unknown.
+    """
     S = WIDTH
     N = problem.moduli.shape[0]
     rows = work.turning.shape[0]
@@ -264,13 +285,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
-    # Elastic energy at the turning point over the initial kinetic energy: close to 1 for small losses. It
-    # is 2/5 F d under a parabola.
-    recoverable = 0.8 * table[F_, 0] * s_m * s_m
-    elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
-    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
-    least = max(min(_MATTERS * tolerance, _MATTERS_AT_LAST * accept) * amplitude / work.turning[F_], _LEAST_DELAY)
-    h = min(h, _OF_RELAXATION * first_layer(problem, least) / (2.0 * s_m))
+    amplitude = elastic_velocity(work)
+    h = min(h, first_length(problem, work, tolerance, accept, counts))
     kink = work.counts[N_APPROACH]
     rough_end = problem.path.exponent > 0.0 and problem.path.exponent not in (1.0, 2.0)
     position = 0.0
@@ -321,7 +337,10 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
-        if iterations < 0:
+        # Behind the turning point the edge of contact retreats no faster than it advanced. Rounding can lead Newton's
+        # method to another root.
+        astray = element == 0 and work.vectors[DELAY, S - 1] > _MOST_DELAY * s_m * h
+        if iterations < 0 or astray:
             h *= ON_FAILURE
             continue
         scale = max(abs(table[V_, S]), amplitude)
