@@ -49,6 +49,8 @@ _COARSER, _NEAR_ROUNDING = 5.0, 3.0
 # Largest tolerance of an element over Newton's, and its lower limit, where elements lose their order: where modes
 # follow the immediate force of a dashpot, and where a flat face touches material with fast modes.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
+# Factor of the tolerance where a(s) is a table, with bends that are no kinks.
+_WITH_TABLE = 0.6
 # Impacts under a constant force, or on a target that moves: smallest e, largest amplification of the error without a
 # second solve, and smallest tolerances of a second solve.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-12, 2e-14)
@@ -173,7 +175,7 @@ def solve_block(
             outcome[column] = math.nan
         work.counts[N_FACTOR] = 0
         status = TOO_MANY_STEPS
-        finer, sharper = tolerance, accept
+        finer, sharper = tolerance * (_WITH_TABLE if path.exponent < 0.0 else 1.0), accept
         if high > low and viscosities[n] > 0.0:
             finer = min(finer, max(_WITH_DASHPOT[0] * accept, _WITH_DASHPOT[1]))
         elif high > low and radius_and_integral(path, 0.0)[0] > 0.0:
