@@ -389,3 +389,39 @@ def test_plate_of_a_polymer_has_its_instantaneous_modulus():
 def test_plates_that_are_refused(target, thickness, message):
     with pytest.raises(rs.InputError, match=message):
         rs.plate_impedance(target, thickness)
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+def test_a_target_that_takes_nearly_all_energy():
+    moduli = [558269.9, 155755461268.3, 1674908336377.1, 75337.07]
+    solid = rs.Material(rs.PronySeries(439447479312.8, moduli, [0.3862, 1.41308e-07, 0.121766, 4.20174e-07]), math.inf)
+    impact = rs.Impact(solid, rs.Parabola(2e-5), 3.09e-11, 0.0022, impedance=5.08e-4)
+    finest = rs.solve(impact, rtol=1e-12).restitution_coefficient
+    # Errors fall to 1e-13 at this tolerance.
+    assert finest == pytest.approx(0.000232093752, abs=1e-12)
+    for rtol in (1e-6, 1e-9):
+        assert rs.solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(finest, abs=1e-3 * rtol)
+
+
+FACED = [*PROFILES[:7], rs.FlatEndedParabola(1.0, 2.0)]
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+@pytest.mark.parametrize("profile", FACED, ids=lambda one: type(one).__name__)
+def test_soft_targets_keep_the_floor_and_one_status(profile):
+    # Drawn anew in each run: nothing is tuned to them. The target takes from a third to all of the energy.
+    random, impacts = np.random.default_rng(), []
+    for _ in range(30):
+        moduli, times = 10.0 ** random.uniform(-1.0, 1.5, 3), 10.0 ** random.uniform(-3.0, 1.0, 3)
+        free = rs.Impact(material(random.uniform(0.3, 3.0), moduli, times, 0.01), profile, 1.0, 1.0)
+        scale = free.mass / rs.solve(free, rtol=1e-4).contact_time
+        z = scale * 10.0 ** random.uniform(-1.0, 0.7)
+        impacts.append(rs.Impact(free.material, profile, 1.0, 1.0, impedance=z))
+    loose, fine, finest = (rs.solve(impacts, rtol=rtol, errors="warn") for rtol in (1e-6, 1e-9, 1e-12))
+    known = np.isfinite(finest.restitution_coefficient)
+    assert not np.any(np.isnan(fine.restitution_coefficient) | np.isnan(loose.restitution_coefficient))
+    for found, rtol in ((loose, 1e-6), (fine, 1e-9)):
+        e = finest.restitution_coefficient[known]
+        assert np.all(np.abs(found.restitution_coefficient[known] - e) < rtol * np.maximum(e, 1e-3))
+        assert np.array_equal(found.status[known], finest.status[known])
+    assert np.all((fine.restitution_coefficient >= 1e-6) | (fine.status == rs.Status.CAPTURED))

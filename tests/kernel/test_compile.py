@@ -219,3 +219,37 @@ def test_two_processes_compile_at_the_same_time(tmp_path: Path) -> None:
     ends = [process.communicate(timeout=300) for process in processes]
     assert [process.returncode for process in processes] == [0, 0], ends
     assert ends[0][0] == ends[1][0] == _run(SOLVE, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path))
+
+
+STAGES = """
+from restitution.kernel.compile import compiled, entry_point
+
+@compiled
+def half(x):
+    return 0.5 * x
+
+@entry_point
+def quarter(x):
+    return half(half(x))
+
+print(quarter(1.0))
+"""
+
+
+@pytest.mark.parametrize("level", ["0", "1", "max"])
+def test_the_kernel_compiles_at_every_level_of_optimisation(tmp_path, level):
+    # Without optimisation numba can cache no function that calls another, and warns.
+    source = tmp_path / "stages.py"
+    source.write_text(STAGES)
+    folder = tmp_path / "cache"
+    code = (
+        f"import sys, warnings; warnings.simplefilter('error'); sys.path.insert(0, {str(tmp_path)!r}); import stages"
+    )
+    assert _run(code, PACKAGE.parent, NUMBA_OPT=level, NUMBA_CACHE_DIR=str(folder)) == "0.25\n"
+
+
+@pytest.mark.slow
+def test_a_solve_without_optimisation(tmp_path):
+    assert float(_run(SOLVE, PACKAGE.parent, NUMBA_OPT="0", NUMBA_CACHE_DIR=str(tmp_path))) == pytest.approx(
+        0.434356162547, rel=1e-9
+    )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from restitution.contact.path import evaluate
 from restitution.impact.solution import SampledSolution
 from restitution.impact.status import SolverError, Status
+from restitution.kernel.outcome import LEAST_RESTITUTION
 from restitution.quantities import SOLVER_RTOL
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def solve_reference(
     Returns
     -------
     SampledSolution
-        A body that would leave a liquid with less than `1e-3 rtol` of its velocity counts as sinking in.
+        A body that would leave a liquid with less than a millionth of its velocity counts as sinking in.
 
     Raises
     ------
@@ -134,7 +135,10 @@ class _Equations:
         walked, (t, v, d) = approach.sol(approach.t[-1] - way), z[:3]
         later = (t, d, v, self.rebound_force(t, walked), self.edge(walked[0]))
         history = [np.concatenate(pair) for pair in zip(history, later, strict=True)]
-        return self.result(history, approach, Status.SEPARATED if separated else Status.CAPTURED)
+        ended = Status.SEPARATED if separated else Status.CAPTURED
+        if separated and self.equilibrium == self.external_force == 0.0 and -v[-1] < LEAST_RESTITUTION:
+            ended = Status.SINKS_IN
+        return self.result(history, approach, ended)
 
     def integrate_approach(self) -> Any:
         stiffness, drag = self.equilibrium, self.viscosity + float(self.moduli @ self.times)

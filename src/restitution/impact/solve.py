@@ -49,7 +49,8 @@ def solve(
         "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
         scheme of the paper, of first order. "reference": the reduced equations by SciPy, slow and independent.
     rtol : float
-        The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2].
+        The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2]. The
+        other results have no tolerance of their own; the page Validation has their measured errors.
     errors : {"raise", "warn"}, optional
         "raise": a failed solve raises. "warn": its results are NaN with its status, and a warning counts such solves.
         The default is to raise for a single impact and to warn for several.

@@ -32,8 +32,12 @@ class Status(IntEnum):
 
 _MESSAGES = {
     Status.SEPARATED: "the body separated; the result is within the tolerance",
-    Status.SINKS_IN: "the material is a liquid at long times, and the body sinks in without turning back: e = 0",
-    Status.CAPTURED: "the constant force, or a target that takes all of its energy, holds the body in contact: e = 0",
+    Status.SINKS_IN: (
+        "the material is a liquid at long times; the body sinks in, with less than 1e-6 of its velocity: e = 0"
+    ),
+    Status.CAPTURED: (
+        "the constant force, or a target that leaves the body less than 1e-6 of its velocity, holds it: e = 0"
+    ),
     Status.TOO_MANY_STEPS: (
         "the step limit was reached before separation; loosen rtol or check for extreme relaxation times"
     ),

@@ -29,7 +29,15 @@ from restitution.kernel.kinks import (
 )
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
 from restitution.kernel.modes import LAG, factor_modes, refined
-from restitution.kernel.outcome import CAPTURED, SEPARATED, SINKS_IN, STEP_TOO_SMALL, TOO_DEEP, TOO_MANY_STEPS
+from restitution.kernel.outcome import (
+    CAPTURED,
+    LEAST_RESTITUTION,
+    SEPARATED,
+    SINKS_IN,
+    STEP_TOO_SMALL,
+    TOO_DEEP,
+    TOO_MANY_STEPS,
+)
 from restitution.kernel.path import radii_and_integrals, radius_and_integral
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
@@ -95,8 +103,6 @@ _BALANCED = 1e-7  # net force over the constant force below which a body is in b
 _CREEPING = 1e-4  # the same below which it creeps
 _CREPT = 0.01  # smallest share of s that a creeping body covers within an element
 _AT_REST = 1e-6  # velocity below which a body in balance is at rest
-_FADED = 0.02  # velocity over `accept` below which a body has stopped in a liquid if the force fades with it
-_STOPPED = 1e-14  # velocity below which it has stopped in any case
 
 
 @inlined
@@ -212,6 +218,17 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         write8(table, MODES_ + 2 * k, 1, read8(Y, k, 0))
         write8(table, MODES_ + 1 + 2 * k, 1, Wk)
     return iterations
+
+
+@inlined
+def is_held(problem: Problem, v: float, F: float, s: float) -> bool:
+    """Whether a body in a liquid, or on a target that moves, keeps less energy than counts for its e.
+
+    The force fades, so the foundation gives back less than its work F d on the way out.
+    """
+    speed = v + problem.admittance * F
+    fades = problem.admittance > 0.0 or problem.equilibrium == 0.0
+    return fades and speed * speed + 2.0 * F * s * s < LEAST_RESTITUTION**2
 
 
 @inlined
@@ -362,13 +379,9 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         balanced = unbalanced < _BALANCED * external_force
         creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > _CREPT * table[S_, S]
         creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
-        # The velocity is below the tolerance of e. A force that does not fade with it would drive the body back.
-        least = _FADED * accept
-        speed = table[V_, S] + problem.admittance * table[F_, S]
-        fades = 2.0 * table[F_, S] * (table[V_, 0] + problem.admittance * table[F_, 0]) < table[F_, 0] * least
-        slow = speed < _STOPPED or (fades and 2.0 * speed < least)
-        stops = problem.equilibrium == 0.0 and (balanced or creeps or slow)
-        if stops or creeps or (balanced and table[V_, S] < _AT_REST):
+        held = is_held(problem, table[V_, S], table[F_, S], table[S_, S])
+        stops = problem.equilibrium == 0.0 and (balanced or creeps or held)
+        if stops or held or creeps or (balanced and table[V_, S] < _AT_REST):
             for n in range(rows):
                 work.turning[n] = table[n, S]
             work.counts[N_APPROACH] = element - 1

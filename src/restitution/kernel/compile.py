@@ -70,8 +70,10 @@ def cache_folder() -> str | None:
 
 class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
     def __init__(self, py_func: Callable[..., Any], folder: str) -> None:
+        # Numba reads `_py_file` for its warnings.
+        self._py_file = py_func.__code__.co_filename
         self._line = py_func.__code__.co_firstlineno
-        self._sources = Path(py_func.__code__.co_filename).parent
+        self._sources = Path(self._py_file).parent
         self._folder = folder
 
     def get_cache_path(self) -> str:
@@ -177,8 +179,11 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
-    """Cache the machine code of a compiled function until a source in its folder changes."""
-    if not config.DISABLE_JIT and cache_folder() is not None:
+    """Cache the machine code of a compiled function until a source in its folder changes.
+
+    Without optimisation (`NUMBA_OPT=0`), addresses of this process stay in the code, and nothing can be cached.
+    """
+    if not config.DISABLE_JIT and config.OPT > 0 and cache_folder() is not None:
         dispatcher._cache = _KernelCache(function)
     return dispatcher
 

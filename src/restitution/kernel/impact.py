@@ -4,13 +4,14 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import FIRST, approach
-from restitution.kernel.compile import compiled, entry_point
+from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.dense import combine, lagrange_lanes
 from restitution.kernel.lanes import WIDTH, read8, total
 from restitution.kernel.outcome import (
     CAPTURED,
     CONTACT_TIME,
     FACTORISATIONS,
+    LEAST_RESTITUTION,
     MAX_DEPTH,
     MAX_FORCE,
     MAX_RADIUS,
@@ -24,7 +25,7 @@ from restitution.kernel.outcome import (
 )
 from restitution.kernel.path import Path, path_inside, radius_and_integral
 from restitution.kernel.radau import Scheme
-from restitution.kernel.rebound import rebound
+from restitution.kernel.rebound import first_length, rebound
 from restitution.kernel.workspace import (
     BACK_LENGTH,
     F_,
@@ -48,9 +49,14 @@ _COARSER, _NEAR_ROUNDING = 5.0, 3.0
 # Largest tolerance of an element over Newton's, and its lower limit, where elements lose their order: where modes
 # follow the immediate force of a dashpot, and where a flat face touches material with fast modes.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
-# Impacts under a constant force: smallest e, largest amplification of the error without a second solve, and smallest
-# tolerances of a second solve.
-_LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-14, 2e-14)
+# Factor of the tolerance where a(s) is a table, with bends that are no kinks.
+_WITH_TABLE = 0.6
+# Impacts under a constant force, or on a target that moves: smallest e, largest amplification of the error without a
+# second solve, and smallest tolerances of a second solve.
+_LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-12, 2e-14)
+# Smallest tolerance of the first solve on a target that moves, and e, over that of a held body, which shows that the
+# body is held.
+_FIRST_ON_TARGET, _SURELY_HELD = 1e-9, 0.5
 _PEAK_ROUNDS = 12  # of the search for the largest force; each divides the interval by about three
 _BISECTIONS = 60  # of the search for the depth at rest
 _GROWTH = 1.5  # factor by which its interval grows before
@@ -113,6 +119,28 @@ def _resting_place(problem: Problem, s: float) -> float:
     return high
 
 
+@compiled
+def _depth_left(scheme: Scheme, work: Work, depth: float) -> float:
+    """Depth at the end of the stored rebound from that of the turning point."""
+    for element in range(work.counts[N_REBOUND] + 1):
+        speed = read8(work.slopes, element, 0) * read8(work.rebound, element, V_, 1)
+        depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A, WIDTH - 1, 0) * speed)
+    return depth
+
+
+@inlined
+def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
+    """Factor by which e enlarges relative errors of the velocity.
+
+    The work of a constant force makes the velocity in between larger than e. A target that moves takes energy that
+    the foundation has at the turning point.
+    """
+    if problem.external_force > 0.0:
+        e = max(e, _LEAST_E)
+        return (1.0 + 2.0 * problem.external_force * depth) / (e * e)
+    return math.sqrt(peak * depth) / max(e, _LEAST_E)
+
+
 @entry_point
 def solve_block(
     scheme: Scheme,
@@ -147,12 +175,14 @@ def solve_block(
             outcome[column] = math.nan
         work.counts[N_FACTOR] = 0
         status = TOO_MANY_STEPS
-        finer, sharper = tolerance, accept
+        finer, sharper = tolerance * (_WITH_TABLE if path.exponent < 0.0 else 1.0), accept
         if high > low and viscosities[n] > 0.0:
             finer = min(finer, max(_WITH_DASHPOT[0] * accept, _WITH_DASHPOT[1]))
         elif high > low and radius_and_integral(path, 0.0)[0] > 0.0:
             finer = min(finer, max(_WITH_FLAT_FACE[0] * accept, _WITH_FLAT_FACE[1]))
-        weighed = external_forces[n] == 0.0
+        refined, wanted = force == 0.0 and admittance == 0.0, finer
+        if admittance > 0.0:
+            finer = max(finer, _FIRST_ON_TARGET)
         trial = 0
         while trial < _TRIALS:
             trial += 1
@@ -171,14 +201,22 @@ def solve_block(
                 if status != SEPARATED:
                     outcome[RESIDUAL_DEPTH] = s * s
             if status == SEPARATED:
-                status = rebound(problem, scheme, work, finer, sharper)
-            if status == SEPARATED and not weighed:
-                # The work of the force makes the velocity in between larger than e, and so its relative error in e.
-                weighed = True
-                e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
-                enlarged = (1.0 + 2.0 * external_forces[n] * outcome[MAX_DEPTH]) / (e * e)
-                if enlarged > _MOST_ENLARGED:
-                    finer = max(finer / enlarged, _LEAST_TOLERANCES[0])
+                status = rebound(problem, scheme, work, finer, sharper, math.inf)
+                if status == SEPARATED:
+                    # A body that loses much on its way back shows only now how small an error matters.
+                    e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
+                    if first_length(problem, work, finer, sharper, e) < work.places[BACK_LENGTH, 0]:
+                        status = rebound(problem, scheme, work, finer, sharper, e)
+                if status in (SEPARATED, SINKS_IN):
+                    outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])
+            if status == SEPARATED and not refined:
+                refined = True
+                e = -work.rebound[work.counts[N_REBOUND], V_, WIDTH]
+                enlarged = _enlarged(problem, e, outcome[MAX_DEPTH], outcome[MAX_FORCE])
+                enlarged = enlarged if enlarged > _MOST_ENLARGED else 1.0
+                needed = max(wanted / enlarged, _LEAST_TOLERANCES[0])
+                if needed < finer and not (admittance > 0.0 and e < _SURELY_HELD * LEAST_RESTITUTION):
+                    finer = needed
                     sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue
@@ -188,18 +226,13 @@ def solve_block(
             finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER
         if status == SEPARATED:
             last = work.counts[N_REBOUND]
-            outcome[RESTITUTION] = -work.rebound[last, V_, WIDTH]
+            e = -work.rebound[last, V_, WIDTH]
             outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
-            depth = outcome[MAX_DEPTH]
-            for element in range(last + 1):
-                speed = read8(work.slopes, element, 0) * read8(work.rebound, element, V_, 1)
-                depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A, WIDTH - 1, 0) * speed)
-            outcome[RESIDUAL_DEPTH] = depth
+            if force == 0.0 and e < LEAST_RESTITUTION and (admittance > 0.0 or equilibria[n] == 0.0):
+                status = SINKS_IN if equilibria[n] == 0.0 else CAPTURED
             # More than the velocity of an elastic body under this force is a numerical error.
-            outcome[RESTITUTION] = min(
-                outcome[RESTITUTION], math.sqrt(max(1.0 + 2.0 * external_forces[n] * depth, 0.0))
-            )
-        elif status in (SINKS_IN, CAPTURED):
+            outcome[RESTITUTION] = min(e, math.sqrt(max(1.0 + 2.0 * force * outcome[RESIDUAL_DEPTH], 0.0)))
+        if status in (SINKS_IN, CAPTURED):
             outcome[RESTITUTION] = 0.0
         outcome[STATUS] = status
         outcome[FACTORISATIONS] = work.counts[N_FACTOR]

@@ -9,6 +9,9 @@
     IN_CONTACT, NO_TOUCH, TOUCHES_AT_START, BEYOND_PROFILE, GROWS_AGAIN, TOUCHES_AGAIN, NOT_RESOLVED, OVERFLOW,
 ) = range(1, 9)  # fmt: skip
 
+# Largest e of a body that counts as held, with e = 0, by a liquid or by a target that moves.
+LEAST_RESTITUTION = 1e-6
+
 OUTCOME = (
     "restitution_coefficient",
     "contact_time",

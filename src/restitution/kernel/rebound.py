@@ -15,14 +15,14 @@ Stored elements contain s1, v, t, F and, for each mode, X_k and W_k.
 import math
 from typing import Any
 
-from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LEAST_NOISE, ROUGH, TABLE_NOISE
+from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LEAST_NOISE, ROUGH, TABLE_NOISE, is_held
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrange_lanes, matvec, tail
+from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrange_lanes, matvec, product, tail, value
 from restitution.kernel.kinks import missed_rebound
-from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, smallest, write8
+from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, root, smallest, write8
 from restitution.kernel.modes import LAG, factor_modes, refined
-from restitution.kernel.outcome import CAPTURED, SEPARATED, STEP_TOO_SMALL, TOO_MANY_STEPS
+from restitution.kernel.outcome import CAPTURED, SEPARATED, SINKS_IN, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
 from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
@@ -59,6 +59,7 @@ _MOST_ITERATIONS = 14
 _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9  # largest step and smallest u, over the largest u
 # First guess of u.
 _LEAST_S = 1e-12
+_SHARES = 3  # rounds that decide which modes have relaxed
 _FARTHEST = 2.0  # length over that of the last element up to which the polynomial of u/s1 is continued
 _MOST_CHANGE = 10.0  # largest factor by which u/s1 may change
 # Smallest share of the elastic amplitude at the turning point to which the tolerance refers: `KAPPA` if the elastic
@@ -71,7 +72,11 @@ TIME_WEIGHT = 0.4  # weight of an error of the time, as F dt
 _PLACE_ROUNDING = 1e-14  # rounding of a place over sigma at the turning point
 # Length of an element.
 _OF_RELAXATION = 0.7  # first element over the shortest relaxation time that matters
-_MATTERS = 0.1  # share of the tolerance of the force from which a mode matters
+# A mode matters from this delay of the edge of contact on, times the force over the velocity that counts: over the
+# tolerance of an element, and over Newton's. Shorter delays than the last one are never resolved.
+_MATTERS, _MATTERS_AT_LAST, _LEAST_DELAY = 0.1, 50.0, 1e-13
+_MOST_DELAY = 6.0  # at the end of the first element, over s at the turning point times its length; it should be 4
+_NEAR = 1e-8  # way from the turning point, over sigma there, on which the velocity is linear
 _SHORTEST = 1e-15  # over sigma at the turning point
 _WHOLE = 0.999  # share of the rest from which an element covers all of it
 _HALVED = 0.6  # share of the rest from which it is divided into two elements
@@ -79,7 +84,6 @@ _BEYOND_KINK = 1.01  # factor by which an element may exceed that of the approac
 # Capture, where the edge of contact turns outwards.
 _PAUSE = 1e3  # dt/dlambda over s at the turning point
 _PAUSE_LENGTH = 1e-9  # length of an element over sigma at the turning point
-_AT_REST = 1e-6  # rest of the way over that at which a flat face comes to rest on a target that moves
 
 
 @inlined
@@ -211,8 +215,60 @@ def rebound_element(
 
 
 @compiled
-def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float) -> int:
-    """Solve the rebound from the turning state to separation; store it in `work.rebound`."""
+def first_layer(problem: Problem, least: float) -> float:
+    """Shortest relaxation time of a mode that delays the edge of contact by more than `least`.
+
+    At this time all faster modes have relaxed, so a mode delays the edge by its viscosity over the springs that are
+    left: the slower modes and its own. Over all springs, a strong faster mode would hide it.
+    """
+    N = problem.moduli.shape[0]
+    shortest = math.inf
+    for k in range(N):
+        tau = problem.times[k]
+        if tau < shortest:
+            springs = problem.equilibrium
+            for j in range(N):
+                if problem.times[j] >= tau:
+                    springs += problem.moduli[j]
+            if problem.moduli[k] * tau > least * springs:
+                shortest = tau
+    return shortest
+
+
+@inlined
+def elastic_velocity(work: Work) -> float:
+    """Least velocity to which the tolerance refers: a share of what the energy at the turning point may give back."""
+    # Over the initial kinetic energy: close to 1 for small losses. It is 2/5 F d under a parabola.
+    recoverable = 0.8 * work.turning[F_] * work.turning[S_] ** 2
+    elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
+    return (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
+
+
+@compiled
+def first_length(problem: Problem, work: Work, tolerance: float, accept: float, counts: float) -> float:
+    """Longest first element that resolves all modes that matter, if a velocity of `counts` matters at the end."""
+    velocity = min(_MATTERS * tolerance, _MATTERS_AT_LAST * accept) * min(elastic_velocity(work), counts)
+    layer = first_layer(problem, max(velocity / work.turning[F_], _LEAST_DELAY))
+    return _OF_RELAXATION * layer / (2.0 * work.turning[S_])
+
+
+@compiled
+def turning_slope(scheme: Scheme, work: Work) -> float:
+    """Rate of the velocity over -sigma at the turning point."""
+    last = work.counts[N_APPROACH]
+    length, v = work.places[LENGTH, last], work.approach[last, V_]
+    slopes = work.vectors[VALUES]
+    for j in range(WIDTH + 1):
+        slopes[j] = product(scheme.derivative[j], v)
+    return -value(scheme, work, slopes, (work.turning_place[0] - work.places[START, last]) / length) / length
+
+
+@compiled
+def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, counts: float) -> int:
+    """Solve the rebound from the turning state to separation; store it in `work.rebound`.
+
+    `counts` is the velocity at its end that matters, infinite if it is unknown.
+    """
     S = WIDTH
     N = problem.moduli.shape[0]
     rows = work.turning.shape[0]
@@ -227,19 +283,12 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     table[V_, 0] = 0.0
     s_m = work.turning[S_]
     h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
-    glass = problem.equilibrium
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
-        glass += problem.moduli[k]
-    # Elastic energy at the turning point over the initial kinetic energy: close to 1 for small losses. It
-    # is 2/5 F d under a parabola.
-    recoverable = 0.8 * table[F_, 0] * s_m * s_m
-    elastic_share = min(max((recoverable - _LOSSY) / (_NEARLY_ELASTIC - _LOSSY), 0.0), 1.0)
-    amplitude = (KAPPA + (KAPPA_ELASTIC - KAPPA) * elastic_share) * math.sqrt(recoverable)
-    for k in range(N):
-        if work.turning[F_] * problem.times[k] * problem.moduli[k] > _MATTERS * tolerance * amplitude * glass:
-            h = min(h, _OF_RELAXATION * problem.times[k] / (2.0 * s_m))
+    amplitude = elastic_velocity(work)
+    h = min(h, first_length(problem, work, tolerance, accept, counts))
     kink = work.counts[N_APPROACH]
+    rough_end = problem.path.exponent > 0.0 and problem.path.exponent not in (1.0, 2.0)
     position = 0.0
     delay = 0.0
     attempts = 0
@@ -249,12 +298,14 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if element >= work.rebound.shape[0] - 1 or attempts > ATTEMPTS * work.rebound.shape[0]:
             return TOO_MANY_STEPS
         # Under a constant force the contact may grow again. There psi vanishes, dt/dlambda diverges as the inverse
-        # root of the distance in lambda, and rounding would stop the elements before that instant. On a target that
-        # moves, a flat face may come to rest, at the end of the way.
+        # root of the distance in lambda, and rounding would stop the elements before that instant.
         paused = element > 0 and work.slopes[element - 1, S - 1] > _PAUSE * s_m
-        rests = problem.admittance > 0.0 and sigma_m - position < _AT_REST * sigma_m
-        if (problem.external_force > 0.0 or rests) and paused and h < _PAUSE_LENGTH * sigma_m:
+        if problem.external_force > 0.0 and paused and h < _PAUSE_LENGTH * sigma_m:
             return CAPTURED
+        table = work.rebound[element]
+        if problem.external_force == 0.0 and is_held(problem, table[V_, 0], table[F_, 0], s_m):
+            work.counts[N_REBOUND] = element - 1
+            return SINKS_IN if problem.equilibrium == 0.0 else CAPTURED
         if not h > _SHORTEST * sigma_m:
             return STEP_TOO_SMALL
         left = sigma_m - position
@@ -272,18 +323,24 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
             h = ahead
         elif h > _HALVED * ahead and kink == 0:
             h = 0.5 * ahead
-        table = work.rebound[element]
         sigma = left - h * read8(scheme.c, 1)
         if final:
             sigma = at_least(sigma, 0.0)
         place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
+        if position + h < _NEAR * sigma_m:
+            # So close to its zero, the interpolated velocity is rounding.
+            way = position + h * read8(scheme.c, 1)
+            write8(work.past, V_, 0, turning_slope(scheme, work) * way)
         a, Pi = radii_and_integrals(problem.path, read8(work.past, S_, 0), work.vectors[VALUES:])
         write8(work.vectors, RADIUS, 0, a)
         write8(work.vectors, INTEGRAL, 0, Pi)
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
-        if iterations < 0:
+        # Behind the turning point the edge of contact retreats no faster than it advanced. Rounding can lead Newton's
+        # method to another root.
+        astray = element == 0 and work.vectors[DELAY, S - 1] > _MOST_DELAY * s_m * h
+        if iterations < 0 or astray:
             h *= ON_FAILURE
             continue
         scale = max(abs(table[V_, S]), amplitude)
@@ -294,7 +351,8 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         # An error of the time shifts the rest of the rebound, which changes the velocity by F dt. The time itself has
         # the rounding of a place over the length of the element.
         late = tail(scheme, duration)
-        weight = max(tolerance / (KINK_TAIL * accept), 1.0) if ends and kink > 0 else 1.0
+        rough = ends and (kink > 0 or rough_end)
+        weight = max(tolerance / (KINK_TAIL * accept), 1.0) if rough else 1.0
         error = max(tail(scheme, table[V_]), TIME_WEIGHT * table[F_, 0] * late) / (tolerance * scale)
         error = max(weight * error, late / (table[T_, S] * max(tolerance, _PLACE_ROUNDING * sigma_m / h)))
         if problem.path.exponent < 0.0:
@@ -326,22 +384,37 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
 
 
 @inlined
+def _relaxed_share(problem: Problem, ahead: float) -> float:
+    """Time D/E of the dashpot and the springs of `_predict`, if the approach takes the time `ahead` up to its end."""
+    t = ahead
+    ratio = 0.0
+    for _ in range(_SHARES):
+        springs, dashpot = problem.equilibrium, problem.viscosity
+        for k in range(problem.moduli.shape[0]):
+            if problem.times[k] > t:
+                springs += problem.moduli[k]
+            else:
+                dashpot += problem.moduli[k] * problem.times[k]
+        ratio = dashpot / max(springs, _LEAST_S)
+        t = ahead * (ahead / (ratio + math.sqrt(ratio * ratio + ahead * ahead)))
+    return ratio
+
+
+@inlined
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
     """Predict u = dt/dlambda at the nodes by extrapolation of u/s1 from the last element.
 
-    At the turning point, where X_k = 1: -psi = phi v1 + eta (F - F0), so that u -> 2 s1 unless a dashpot acts.
+    Behind the turning point v1 = F t1 and v = -F t. Modes that have relaxed are a dashpot D beside the springs E of
+    the others: (E t + D) dt = E t1 dt1, so that dt/dt1 = t1/(t1^2 + (D/E)^2)^(1/2).
     """
     s1 = at_least(read8(work.past, S_, 0), _LEAST_S)
     if element == 0:
-        braking = problem.viscosity * (work.turning[F_] - problem.external_force)
-        pace_ratio = broadcast(1.0)
-        if braking > 0.0:
-            glass = problem.equilibrium
-            for k in range(problem.moduli.shape[0]):
-                glass += problem.moduli[k]
-            contact = glass * at_least(read8(work.past, V_, 0), 0.0)
-            pace_ratio = contact / (contact + braking)
-        write8(work.vectors, UNKNOWN, 0, 2.0 * s1 * pace_ratio)
+        v1 = at_least(read8(work.past, V_, 0), 0.0)
+        late = _relaxed_share(problem, 2.0 * work.turning[S_] * h) * (work.turning[F_] - problem.external_force)
+        pace = 2.0 * s1
+        if late > 0.0:
+            pace = pace * v1 / root(v1 * v1 + late * late)
+        write8(work.vectors, UNKNOWN, 0, pace)
         return
     ratios = work.vectors[VALUES]
     write8(ratios, 0, read8(work.slopes, element - 1, 0) / read8(work.rebound, element - 1, S_, 1))
