@@ -42,8 +42,9 @@ def profiles(rng: np.random.Generator) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", list(profiles(np.random.default_rng(0))))
 def test_a_row_has_the_bits_of_a_single_impact(kind: str) -> None:
     rng = np.random.default_rng()
-    profile = profiles(rng)[kind]
-    mass = 1e4 * profile.profile.radius**3 if isinstance(profile, rs.Layer) else 1e-3
+    profile: Any = profiles(rng)[kind]
+    body: Any = profile.profile if isinstance(profile, rs.Layer) else None
+    mass = 1e4 * body.radius**3 if body else 1e-3
     # Two decades and a half, of which some rows may be deeper than a table.
     velocities = 10.0 ** rng.uniform(-3.0, -0.5, 24)
 
