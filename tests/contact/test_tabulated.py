@@ -1,8 +1,9 @@
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
-from scipy.interpolate import PPoly
+from scipy.interpolate import PchipInterpolator, PPoly
 
 from restitution.contact.abel import AbelTransform
 from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
@@ -110,16 +111,51 @@ def test_slope_of_the_transform_is_its_derivative(face):
     np.testing.assert_allclose(transform(y).slope, derivative, rtol=1e-9)
 
 
-def test_far_and_near_quadrature_agree(monkeypatch):
+@pytest.mark.parametrize("kind", ["clean", "noisy", "quantised", "rough"])
+def test_far_and_near_quadrature_agree(kind, monkeypatch):
+    """Groups of pieces take the place of the sum of the closed forms of all pieces, at rounding level."""
     import restitution.contact.abel as abel
 
-    r = np.linspace(0.0, 1.0, 30)
-    y = np.linspace(0.01, 1.0, 77)
-    table = Tabulated(r, np.sqrt(0.2 + r * r) - math.sqrt(0.2))
-    both = table._transform._integrated(y)
-    monkeypatch.setattr(abel, "_FAR", 1e9)
-    near_only = AbelTransform(table._flank)._integrated(y)
-    np.testing.assert_allclose(both, near_only, rtol=3e-14)
+    rng = np.random.default_rng()
+    for size in (30, int(rng.integers(100, 800))):
+        r = np.append(0.0, np.cumsum(rng.uniform(0.1, 1.0, size) ** rng.integers(1, 4)))
+        r /= r[-1]
+        f = np.sqrt(0.2 + r * r) - math.sqrt(0.2)
+        if kind == "noisy":
+            f = np.maximum.accumulate(f * (1.0 + 1e-4 * rng.standard_normal(r.size)))
+        elif kind == "quantised":
+            f = np.floor(300.0 * f) / 300.0
+        elif kind == "rough":
+            f += 0.3 * r * (1.0 + 0.1 * np.sin(40.0 * r))
+        face = int(np.flatnonzero(f == 0.0)[-1])
+        flank = PchipInterpolator(r[face:], f[face:])
+        flank = PPoly(flank.c, flank.x)
+        whole = AbelTransform(flank)
+        y = whole.beyond_face(rng.uniform(r[face], r[-1], 77))
+        with monkeypatch.context() as patch:
+            patch.setattr(abel, "_FAR", 1e9)
+            near_only = AbelTransform(flank)._integrated(y)
+        # Curvatures of noise and steps cancel in the slope, which only Newton's method needs.
+        error = np.abs(whole._integrated(y) - near_only) / np.max(np.abs(near_only), axis=0)
+        assert np.all(error <= [1e-12, 1e-10, 1e-12])
+
+
+@pytest.mark.slow
+def test_a_table_of_100000_points():
+    """The transform of a r + b r^2 is pi/2 a x + 2 b x^2; the memory is some kB a point."""
+    rng = np.random.default_rng()
+    r = np.append(0.0, np.cumsum(rng.uniform(0.5, 1.0, 100_000)))
+    r /= r[-1]
+    tracemalloc.start()
+    try:
+        tip = Tabulated(r, 0.3 * r + r**2)
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 1e9
+    x = rng.uniform(0.0, 1.0, 1000)
+    # The spline has third derivatives of up to eps/step^3, and its pieces change the slope by eps/step.
+    np.testing.assert_allclose(tip.transform(x), 0.15 * math.pi * x + 2.0 * x**2, rtol=1e-9)
 
 
 def test_beyond_the_table():

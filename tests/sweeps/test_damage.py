@@ -239,6 +239,33 @@ def test_a_chunk_of_nan_counts_as_computed(tmp_path: Path, computed: list[Any]) 
     assert sorted(computed) == [(0,), (1,), (2,)]
 
 
+def test_an_exchanged_chunk_is_noticed_and_repaired(made: Path, out: Path, computed: list[Any]) -> None:
+    """A chunk of another variable or another place has a right checksum, and wrong numbers."""
+    intact = rs.open_sweep(made).load()
+    places = [(name, n) for name in OUTPUTS for n in range(12)]
+    for _ in range(6):
+        (one, i), (other, j) = random.sample(places, 2)
+        shutil.copyfile(out / other / "c" / str(j) / "0", out / one / "c" / str(i) / "0")
+        with pytest.raises(InputError, match=rf"result\.zarr: {one}/c/{i}/0 is damaged: it is another chunk; [^\n]+$"):
+            rs.open_sweep(out).load()
+        computed.clear()
+        assert run(out).identical(intact)
+        assert computed == [(i, 0)]
+        assert tree(out) == tree(made)
+
+
+def test_chunks_exchanged_with_their_records_are_noticed(made: Path, out: Path) -> None:
+    """Everything of one place in the files of another one."""
+    i, j = random.sample(range(12), 2)
+    for name in (*OUTPUTS, "status"):
+        shutil.copyfile(made / name / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
+    shutil.copyfile(made / "validity" / f"c-{j}-0", out / "validity" / f"c-{i}-0")
+    with pytest.raises(InputError, match="damaged"):
+        rs.open_sweep(out).load()
+    run(out)
+    assert tree(out) == tree(made)
+
+
 def _start(out: Path, barrier: Any, answers: Any) -> None:
     barrier.wait()
     try:

@@ -47,12 +47,15 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
 @pytest.mark.parametrize(
     ("shape", "chunk", "wanted"),
     [
-        ((100, 1000), 3000, (3, 1000)),
-        ((100, 1000), 300, (1, 300)),
+        ((100, 1000), 3000, (54, 55)),
+        ((100, 1000), 300, (17, 17)),
         ((10, 10, 10), 1000, (10, 10, 10)),
-        ((10, 10, 10), 250, (2, 10, 10)),
+        ((10, 10, 10), 250, (6, 6, 6)),
         ((4,), None, (4,)),
-        ((10_000, 10_000), None, (6, 10_000)),
+        ((10_000, 10_000), None, (256, 256)),
+        ((31_623, 31_623), None, (256, 256)),
+        ((10**6, 3, 10**4), None, (148, 3, 147)),
+        ((5, 10**6), 1000, (5, 200)),
         ((10**8,), None, (65536,)),
     ],
 )
@@ -60,6 +63,21 @@ def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | Non
     names = ("velocity", "mass", "radius")
     grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
     assert grid.chunk_shape == wanted
+
+
+def test_random_chunks_are_nearly_square() -> None:
+    """A chunk has at most the requested points, and nearly as many along each axis that it does not span."""
+    rng = np.random.default_rng()
+    for _ in range(200):
+        shape = tuple(int(10.0 ** rng.uniform(0.0, 6.0)) for _ in range(rng.integers(1, 5)))
+        room = int(10.0 ** rng.uniform(0.0, 5.0))
+        names = ("velocity", "mass", "radius", "nu")
+        axes = {name: Linear(0.1, 0.2, n) for name, n in zip(names, shape, strict=False)}
+        parts = make_grid(axes, room).chunk_shape
+        assert np.prod(parts) <= room
+        cut = [part for part, n in zip(parts, shape, strict=True) if part < n]
+        # Each part is rounded down, and the last one takes what the others leave.
+        assert not cut or (max(cut) <= 4 * min(cut) and 4 * np.prod(parts) > room)
 
 
 def test_a_grid_without_axes_is_one_point() -> None:
@@ -90,7 +108,9 @@ def test_invalid_chunks_are_refused(axes: dict[str, object], chunk: object, mess
 
 
 def test_chunks_of_long_axes_are_not_listed_in_memory() -> None:
-    grid = make_grid({"velocity": Linear(1.0, 2.0, 10**8), "mass": Linear(1.0, 2.0, 10**6)}, chunk=1000)
+    grid = make_grid(
+        {"velocity": Linear(1.0, 2.0, 10**8), "mass": Linear(1.0, 2.0, 10**6)}, {"velocity": 1, "mass": 1000}
+    )
     assert grid.n_chunks == 10**11
     tracemalloc.start()
     try:

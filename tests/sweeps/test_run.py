@@ -478,6 +478,13 @@ def test_too_little_memory_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
         rs.sweep(BALL, {"velocity": [1.0, 2.0]})
 
 
+def test_a_long_sweep_in_memory_advises_a_store(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time of 3 points is estimated before the sweep; a limit of 0 h stands for one of 10^9 points."""
+    monkeypatch.setattr(dataset, "_LONG", 0.0)
+    with pytest.warns(RestitutionWarning, match=r"^3 points take .* GB and about .* h on .* cores, .*out="):
+        rs.sweep(BALL, {"velocity": [0.01, 0.02, 0.03]})
+
+
 def test_more_points_than_fit_in_memory_go_into_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(dataset, "_memory", lambda: 1000.0)
     axes = {"velocity": rs.Linear(1.0, 2.0, 30)}

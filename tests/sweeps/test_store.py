@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 
 import restitution as rs
-from restitution.doubts import Tally
 from restitution.errors import RestitutionWarning
 from restitution.sweeps import plan as plans
+from restitution.sweeps import store as stores
 from restitution.sweeps.store import Store, sole_writer
 
 # Many of these bodies exceed the limits of the theory.
@@ -163,24 +163,22 @@ def test_an_unfinished_store_gives_a_warning(tmp_path: Path, monkeypatch: pytest
     np.testing.assert_array_equal(np.isnan(part.contact_time.values), missing)
 
 
-def test_the_status_of_a_chunk_is_written_last(tmp_path: Path) -> None:
-    plan = plans.Plan.__new__(plans.Plan)
-    object.__setattr__(plan, "outputs", ("contact_time", "restitution_coefficient"))
+def test_the_status_of_a_chunk_is_written_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
+    write = stores._write
 
-    class Watched:
-        def __init__(self, name: str) -> None:
-            self.name = name
+    def watched(path: Path, content: bytes) -> None:
+        if path.is_relative_to(tmp_path):
+            written.append(str(path.relative_to(tmp_path / "a.zarr")))
+        write(path, content)
 
-        def __setitem__(self, *_: Any) -> None:
-            written.append(self.name)
-
-    store = Store.__new__(Store)
-    store._plan, store.path = plan, tmp_path
-    store._arrays = {name: Watched(name) for name in plan.variables}
-    object.__setattr__(plan, "grid", type("Grid", (), {"region": lambda self, index: index})())
-    store.keep((0,), dict.fromkeys(plan.variables, np.zeros(1)), Tally())
-    assert written == ["contact_time", "restitution_coefficient", "status"]
+    monkeypatch.setattr(stores, "_write", watched)
+    outputs = ["contact_time", "restitution_coefficient"]
+    rs.sweep(BALL, {"velocity": [0.1, 0.2]}, outputs, out=tmp_path / "a.zarr", chunk=1, workers=1)
+    for place in ("0", "1"):
+        mine = [name for name in written if name.endswith((f"/c/{place}", f"/c-{place}")) and "velocity" not in name]
+        assert mine[-1] == f"status/c/{place}"
+        assert sorted(mine) == sorted([f"validity/c-{place}", *(f"{name}/c/{place}" for name in (*outputs, "status"))])
 
 
 @pytest.mark.parametrize(

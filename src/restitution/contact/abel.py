@@ -10,22 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.contact.geometry import Array
-from restitution.contact.matrix import product
+from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 # Near x a piece is integrated over the angle, where f' is a polynomial of degree <= 4 in a cosine over at most a
 # quarter turn. Two of its widths away from x, eight nodes over r are at rounding level (9.9^-16).
-_NEAR_NODES = 10
-_NEAR_RULE = np.polynomial.legendre.leggauss(_NEAR_NODES)
+_NEAR_RULE = 0.5 * np.array(np.polynomial.legendre.leggauss(10)) + np.array([[0.5], [0.0]])
 _FAR_NODES = 8
 _FAR = 2.0
-# Pieces of a group. Two of its widths away, its nodes take the place of theirs, at rounding level too.
-_GROUP = 32
+# Four pieces make a group, two groups one of the next level. Two of its widths away, the nodes of a group take the
+# place of those of its parts, at rounding level too. So an integral costs the logarithm of the number of pieces.
+_GROUP = 4
 _GROUP_NODES = 16
-# Largest number of values in memory at a time, some tens of megabytes.
-_BLOCK = 500_000
+# Integrals that one thread computes at a time.
+_BLOCK = 10_000
 _DEGREE = 20
 # Error of the series of g, its slope and Pi; Newton's method needs no more accurate slope.
 _TAILS = np.array([1e-12, 1e-8, 1e-12])
@@ -38,6 +38,15 @@ class Transformed(NamedTuple):
     depth: Array
     slope: Array
     force_integral: Array
+
+
+class _Groups(NamedTuple):
+    """Groups of pieces, level after level; see `restitution.contact.abel_sums.add_integrals`."""
+
+    starts: NDArray[np.intp]
+    far_from: Array
+    nodes: Array
+    masses: Array
 
 
 class AbelTransform:
@@ -60,29 +69,38 @@ class AbelTransform:
         self._far_from = self._breaks[1:] + _FAR * widths
         self._far_nodes = self._breaks[:-1, None] + widths[:, None] * (0.5 + 0.5 * nodes)
         first, second = self._first(self._far_nodes), self._second(self._far_nodes)
-        integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=-1)
-        self._far_integrands = (0.5 * widths[:, None] * weights)[..., None] * integrands
-        self._group()
+        integrands = np.stack([first, first + self._far_nodes * second, first * self._far_nodes**2], axis=1)
+        self._far_masses = (0.5 * widths[:, None] * weights)[:, None] * integrands
+        self._slopes = np.ascontiguousarray(self._first.c[::-1].T)
+        self._groups = self._grouped()
 
-    def _group(self) -> None:
-        """Move the integrands of each full group of pieces to its Chebyshev nodes, by their Lagrange polynomials."""
-        edges = self._breaks[::_GROUP]
-        count, widths = len(edges) - 1, np.diff(edges)[:, None]
+    def _grouped(self) -> _Groups:
+        """Groups of pieces: the masses of their parts at Chebyshev nodes, by Lagrange polynomials."""
         angle = np.pi * (np.arange(_GROUP_NODES) + 0.5) / _GROUP_NODES
-        self._group_nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
-        place = (self._far_nodes[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES) - edges[:-1, None]) / widths
-        basis = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
         lagrange = np.cos(np.arange(_GROUP_NODES)[:, None] * angle) * (2.0 / _GROUP_NODES)
         lagrange[0] *= 0.5
-        integrands = self._far_integrands[: count * _GROUP].reshape(count, _GROUP * _FAR_NODES, 3)
-        moved: Any = np.einsum("gik,kj,giq->gjq", basis, lagrange, integrands, optimize=True)
-        self._group_integrands: Array = moved
-        # Number of leading groups that are far from any x beyond each edge.
-        far_from = np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0])
-        self._group_edges, self._far_groups = edges, np.searchsorted(far_from, edges, side="left")
+        size, parts, nodes, masses = _GROUP, _GROUP, self._far_nodes, self._far_masses
+        levels: list[tuple[Array, Array, Array]] = []
+        while count := (len(self._breaks) - 1) // size:
+            edges = self._breaks[: count * size + 1 : size]
+            widths = np.diff(edges)[:, None]
+            place = (nodes[: count * parts].reshape(count, -1) - edges[:-1, None]) / widths
+            basis = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
+            whole = np.swapaxes(masses[: count * parts].reshape(count, parts, 3, -1), 1, 2).reshape(count, 3, -1)
+            masses = whole @ basis @ lagrange
+            nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
+            levels.append((np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0]), nodes, masses))
+            size, parts = 2 * size, 2
+        starts = np.cumsum([0, *(len(level[0]) for level in levels)])
+        if not levels:
+            return _Groups(starts, np.empty(0), np.empty((0, _GROUP_NODES)), np.empty((0, 3, _GROUP_NODES)))
+        return _Groups(starts, *(np.concatenate(parts) for parts in zip(*levels, strict=True)))
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
+        # Numba takes half a second to import.
+        from restitution.contact.abel_sums import evaluate_series
+
         x = self._radius(y)
         values = np.empty((len(y), 3))
         near = x <= self._breaks[1]
@@ -94,10 +112,9 @@ class AbelTransform:
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
             cells, series = self._series
             cell = np.clip(np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1, 0, len(cells) - 1)
-            low, high = cells[cell, 1], cells[cell, 2]
-            values[far] = np.polynomial.chebyshev.chebval(
-                ((2.0 * root - low - high) / (high - low))[:, None], series[:, cell], tensor=False
-            )
+            found = np.empty((far.size, 3))
+            evaluate_series(root, cell, cells[:, 1], cells[:, 2], series, found)
+            values[far] = found
         return Transformed(*values.T)
 
     def beyond_face(self, x: Array) -> Array:
@@ -138,10 +155,10 @@ class AbelTransform:
         series: list[Array] = []
         for split in range(_MAX_SPLITS + 1):
             coefficients = self._chebyshev(pending)
-            tail = np.max(np.abs(coefficients[-2:]) / scale, axis=0)
+            tail = np.max(np.abs(coefficients[..., -2:]) / scale[:, None], axis=-1)
             good = np.all(tail <= _TAILS, axis=1) | (split == _MAX_SPLITS)
             cells.append(pending[good])
-            series.append(coefficients[:, good])
+            series.append(coefficients[good])
             piece, low, high = pending[~good].T
             middle = 0.5 * (low + high)
             pending = np.concatenate([np.stack([piece, low, middle], 1), np.stack([piece, middle, high], 1)])
@@ -149,7 +166,7 @@ class AbelTransform:
                 break
         found = np.concatenate(cells)
         order = np.lexsort((found[:, 1], found[:, 0]))
-        return found[order], np.concatenate(series, axis=1)[:, order]
+        return found[order], np.concatenate(series)[order]
 
     def _chebyshev(self, cells: Array) -> Array:
         angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
@@ -160,60 +177,27 @@ class AbelTransform:
         values = self._integrated(self.beyond_face(x.ravel())).reshape(len(cells), _DEGREE + 1, 3)
         basis = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
         basis[0] *= 0.5
-        return np.einsum("jn,cnq->jcq", basis, values)
+        return np.swapaxes(values, 1, 2) @ basis.T
 
     def _integrated(self, y: Array) -> Array:
-        edge = np.searchsorted(self._group_edges, self._radius(y), side="right") - 1
-        groups = self._far_groups[np.maximum(edge, 0)]
-        values = np.empty((len(y), 3))
-        for count in np.unique(groups):
-            rows = np.flatnonzero(groups == count)
-            step = max(1, _BLOCK // (self._far_nodes.size - count * (_GROUP * _FAR_NODES - _GROUP_NODES)))
-            for part in (rows[i : i + step] for i in range(0, len(rows), step)):
-                values[part] = self._integrated_block(y[part], int(count))
-        return values
+        from restitution.contact.abel_sums import add_integrals
 
-    def _integrated_block(self, y: Array, groups: int) -> Array:
-        """Integrals at some y; the first `groups` groups of points are far from all of them."""
-        face = self.face
-        x = self._radius(y)
-        first = _GROUP * groups
-        last = int(np.searchsorted(self._breaks[:-1], np.max(x), side="right"))
-        far = x[:, None] > self._far_from[first:last]
-        row, piece = np.nonzero(~far & (x[:, None] > self._breaks[first:last]))
-        sums = self._near(x, y, row, first + piece)
-        r = self._far_nodes[first:last]
-        squared = np.where(far[..., None], (x[:, None, None] - r) * (x[:, None, None] + r), np.inf)
-        sums += product((1.0 / np.sqrt(squared)).reshape(len(x), -1), self._far_integrands[first:last].reshape(-1, 3))
-        r = self._group_nodes[:groups]
-        inverse = 1.0 / np.sqrt((x[:, None, None] - r) * (x[:, None, None] + r))
-        sums += product(inverse.reshape(len(x), -1), self._group_integrands[:groups].reshape(-1, 3))
-        depth, inner, force_integral = x * sums[:, 0], sums[:, 1], sums[:, 2]
-        if face > 0.0:
-            inner = (y * inner + self._first.c[-1, 0] * face) / x
+        x, y, sums = self._radius(y), np.ascontiguousarray(y), np.empty((len(y), 3))
+
+        def run(start: int) -> None:
+            rows = slice(start, start + _BLOCK)
+            add_integrals(
+                x[rows], y[rows], self._breaks, self._slopes, _NEAR_RULE, self._far_from, self._far_nodes,
+                self._far_masses, *self._groups, sums[rows],
+            )  # fmt: skip
+
+        if len(y) <= _BLOCK:
+            run(0)
+        else:
+            on_threads(run, range(0, len(y), _BLOCK), None, lambda: None)
+        inner = sums[:, 1]
+        if self.face > 0.0:
+            inner = (y * inner + self._first.c[-1, 0] * self.face) / x
         elif np.any(y == 0.0):
             inner = np.where(y == 0.0, 0.5 * math.pi * self._first.c[-1, 0], inner)
-        return np.stack([depth, inner, force_integral], axis=1)
-
-    def _near(self, x: Array, y: Array, row: NDArray[np.intp], piece: NDArray[np.intp]) -> Array:
-        nodes, weights = _NEAR_RULE
-        start, end = self._breaks[piece], self._breaks[piece + 1]
-        here = x[row]
-        # Near the edge b of a face, y has digits that are lost in x - b.
-        opposite = np.where(piece == 0, y[row], np.sqrt((here - start) * (here + start)))
-        upper = np.arctan2(opposite, start)
-        beyond = np.maximum(here, end)
-        lower = np.arctan2(np.sqrt((beyond - end) * (beyond + end)), end)
-        half = 0.5 * (upper - lower)[:, None]
-        cosine = np.cos(lower[:, None] + half * (1.0 + nodes))
-        r = here[:, None] * cosine
-        offset = np.maximum(r - start[:, None], 0.0)
-        # The piece is given, because rounding could lead a search for r into its neighbour.
-        first, second = (
-            np.polynomial.polynomial.polyval(offset, slopes.c[::-1, piece, None], tensor=False)
-            for slopes in (self._first, self._second)
-        )
-        sums = np.zeros((len(x), 3))
-        for i, integrand in enumerate((first, first + r * second, first * r * r)):
-            sums[:, i] = np.bincount(row, np.sum(half * weights * integrand, axis=1), minlength=len(x))
-        return sums
+        return np.stack([x * sums[:, 0], inner, sums[:, 2]], axis=1)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import Numeric
 from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Profile
 from restitution.contact.rows import Rows
@@ -29,6 +30,8 @@ Places = NDArray[np.intp]
 
 # Error of the table of a profile that counts as rounding.
 _TABLE_ROUNDING = 1e-11
+# Depth to which the table of a profile reaches at first, over the estimated largest one.
+_DEPTH_FACTOR = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,14 +138,15 @@ class Batch:
         """Number of impacts."""
         return self.masses.size
 
-    def scaled(self, depth_factor: float = 4.0, rtol: float = 0.0) -> ScaledBlock:
+    def scaled(self, depth_factor: Numeric = _DEPTH_FACTOR, rtol: float = 0.0) -> ScaledBlock:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         series = self.equilibria, self.viscosities, self.moduli, self.times
         bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
         # Without a row there is nothing to tabulate.
         if self.profile is not None and self.size:
             units = self.depth_units, self.radius_units
-            return table_block(self.profile, *series, *bodies, depth_factor, rtol, units)
+            factors = np.broadcast_to(depth_factor, self.masses.shape)
+            return table_block(self.profile, *series, *bodies, factors, rtol, units)
         return power_block(*series, self.coefficients if self.size else self.masses, self.exponent or 0.0, *bodies)
 
     def solve(
@@ -218,30 +222,32 @@ class Batch:
 
     def solved(self, run: Callable[[ScaledBlock], Array], rtol: float) -> tuple[ScaledBlock, Array]:
         """Scale and solve; repeat with a longer table of the profile if the table was too short."""
-        depth_factor = 4.0
+        factors = np.full(self.size, _DEPTH_FACTOR)
         while True:
-            block = self.scaled(depth_factor, rtol)
+            block = self.scaled(factors, rtol)
             outcomes = run(block)
             if self.profile is None or not self.size:
                 return block, outcomes
             deep = (outcomes[:, STATUS] == Status.TOO_DEEP) | (outcomes[:, MAX_DEPTH] > 1.0)
-            if not np.any(deep):
-                depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
-                # No table is accurate enough for a profile with too sharp joints.
-                rough, most = np.zeros(self.size, dtype=bool), max(rtol, _TABLE_ROUNDING)
-                assert block.tables is not None
-                for k in np.flatnonzero(np.max(block.tables.errors, axis=1) > most).tolist():
-                    rows = block.which == k
-                    rough[rows] = block.tables.single(k).error_at(depth[rows]) > most
-                outcomes[rough, :STATUS] = np.nan
-                outcomes[rough, STATUS] = Status.NOT_ACCURATE
-                return block, outcomes
-            outcomes[deep, :STATUS] = np.nan
-            outcomes[deep, STATUS] = Status.TOO_DEEP
-            ends = block.length >= (1.0 - 1e-12) * self.profile.max_depth * self.depth_units
-            if np.all(ends[deep]) or depth_factor > 1e4:
-                return block, outcomes
-            depth_factor *= 8.0
+            if deep.any():
+                ends = block.length >= (1.0 - 1e-12) * self.profile.max_depth * self.depth_units
+                again = deep & ~ends & (factors < 1e4)
+                if again.any():
+                    factors[again] *= 8.0
+                    continue
+            depth = np.where(np.isfinite(outcomes[:, MAX_DEPTH]), outcomes[:, MAX_DEPTH], 1.0)
+            # No table is accurate enough for a profile with too sharp joints.
+            rough, most = np.zeros(self.size, dtype=bool), max(rtol, _TABLE_ROUNDING)
+            assert block.tables is not None
+            for k in np.flatnonzero(np.max(block.tables.errors, axis=1) > most).tolist():
+                rows = block.which == k
+                rough[rows] = block.tables.single(k).error_at(depth[rows]) > most
+            for rows, status in ((rough, Status.NOT_ACCURATE), (deep, Status.TOO_DEEP)):
+                if not rows.any():
+                    continue
+                outcomes[rows, :STATUS] = np.nan
+                outcomes[rows, STATUS] = status
+            return block, outcomes
 
     def columns(
         self, block: ScaledBlock, outcomes: Array, energy: bool = False, pressure: bool = False

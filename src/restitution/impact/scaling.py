@@ -217,19 +217,21 @@ def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tupl
 # Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve kinks
 # that do not matter, at the cost of small steps; coarser tables save nothing.
 _TABLE_SHARE, _TABLE_LEAST, _TABLE_MOST = 1e-2, 1e-12, 1e-10
+# Octaves of the depth whose rows share a table.
+_OCTAVES = 2
 # Relative tolerance of the estimated depth, and the most steps of the search: bisections alone need fewer.
 _DEPTH_TOLERANCE, _MOST_STEPS = 1e-4, 40
 
 
 def table_block(
     profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
-    masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factor: float = 4.0, rtol: float = 0.0,
+    masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factors: Array, rtol: float = 0.0,
     units: tuple[Any, Any] = (1.0, 1.0),
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of geometries without a power law, by tables that suffice for the tolerance `rtol` of e.
 
-    The tables reach to `depth_factor` times the estimated largest depth. The end is the length L of a row, in `units`
-    of the depth and the radius that each row may have of its own.
+    The table of a row reaches to its factor of `depth_factors` times the estimated largest depth, or further. The end
+    is the length L of the row, in `units` of the depth and the radius that each row may have of its own.
     """
     # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
     depth_unit, radius_unit = units
@@ -245,21 +247,19 @@ def table_block(
         depths = _elastic_depth(samples, sampled, equilibria, viscosities, moduli, times, masses, velocities, forces)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
 
-    def rounded_down(value: float, factor: float) -> float:
-        return factor ** math.floor(math.log(value) / math.log(factor))
-
     if isinstance(profile, Rows):
         deepest, least = np.zeros((2, profile.sampled.size))
         least[:] = np.inf
-        np.maximum.at(deepest, which, depths)
+        np.maximum.at(deepest, which, depth_factors * depths)
         np.minimum.at(least, which, depths)
-        tables, lengths, radii = profile.tables(depth_factor * deepest, least, error)
+        tables, lengths, radii = profile.tables(deepest, least, error)
     else:
-        most = float(profile.max_depth)
-        # Rounded, so that impacts of similar depths share a table.
-        length = min(rounded_down(depth_factor * float(depths.max()), 2.0**0.25), most)
-        least = min(rounded_down(float(depths.min()), 4.0), length)
-        tables, lengths, radii = _of_profile(_path_table, profile, length, least, error)
+        # A table depends on the level of the depth of its rows alone, and so do the bits of a row.
+        _, exponents = np.frexp(depths)
+        levels: Any = exponents // _OCTAVES + 1j * depth_factors
+        if levels.size > 1:
+            levels, which = np.unique(levels, return_inverse=True)
+        tables, lengths, radii = _tables_of_levels(profile, levels.tolist(), error)
     lengths, radii = lengths[which], radii[which]
     time, factor = _units(lengths, radii, masses, velocities)
     with np.errstate(all="ignore"):
@@ -271,6 +271,20 @@ def table_block(
         )  # fmt: skip
 
 
+def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> Tables:
+    """Tables for depths of some levels; the imaginary part is the factor by which they reach further."""
+    from restitution.contact.path import joined
+
+    most, found = float(profile.max_depth), list[Tables]()
+    for level in levels:
+        least = 2.0 ** (_OCTAVES * level.real - 1.0)
+        length = min(level.imag * 2.0**_OCTAVES * least, most)
+        found.append(_of_profile(_path_table, profile, length, min(least, length), rtol))
+    if len(found) == 1:
+        return found[0]
+    return Tables(joined([one.table for one in found]), *np.hstack([one[1:] for one in found]))
+
+
 def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
     """Call a function with a cache, or without its cache for a profile that has no hash."""
     try:
@@ -280,7 +294,7 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
     return function(profile, *arguments)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=128)
 def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> Tables:
     """Return the table as one of several."""
     from restitution.contact.path import path_table, scaled
@@ -313,6 +327,8 @@ def _elastic_depth(
     weight = np.where(equilibria > 0.0, forces, 0.0)
     x = before = 0.5 * (low + high)
     last, slope = np.zeros(masses.size), np.full(masses.size, 2.0)
+    # A row that has converged stays, so that it does not depend on the others.
+    moves = np.ones(masses.size, dtype=bool)
     # The secant of the energies in logarithms, within a bracket.
     for _ in range(_MOST_STEPS):
         depth, integral = samples.at(x, which)
@@ -324,8 +340,10 @@ def _elastic_depth(
         excess = np.log(stored / (0.5 * masses * velocities * velocities + weight * depth))
         low, high = np.where(excess > 0.0, low, x), np.where(excess > 0.0, x, high)
         slope = np.where(x == before, slope, (excess - last) / (x - before))
-        before, last, x = x, excess, x - excess / slope
-        x = np.where((x > low) & (x < high), x, 0.5 * (low + high))
-        if np.all(np.abs(x - before) < _DEPTH_TOLERANCE):
+        now = x - excess / slope
+        now = np.where((now > low) & (now < high), now, 0.5 * (low + high))
+        before, last, x = x, excess, np.where(moves, now, x)
+        moves &= np.abs(x - before) >= _DEPTH_TOLERANCE
+        if not moves.any():
             break
     return samples.at(x, which)[0]

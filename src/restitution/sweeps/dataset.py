@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
+import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.doubts import Tally
-from restitution.errors import InputError
+from restitution.errors import InputError, RestitutionWarning
 from restitution.impact.status import Status
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, input_attributes
 from restitution.sweeps.grid import Grid, Index, Listed
@@ -25,6 +28,8 @@ Array = NDArray[Any]
 
 # Linux grants more memory than there is, and ends a process that uses it.
 _SHARE_OF_MEMORY = 0.5
+# Time of an impact on one core [s], as in docs/sweeps.md, and time of a sweep [h] from which a store is advised.
+_PER_IMPACT, _LONG = 3e-5, 1.0
 # Attribute of a coordinate of numbers that represent words.
 _LABELS = "labels"
 _STATUS_ATTRIBUTES: dict[str, Any] = {
@@ -91,10 +96,16 @@ class InMemory:
         self._fields = output_fields(plan)
         n = plan.grid.n_points
         needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
-        why = f"{n} points take {needed / 1e9:.3g} GB, too much for the memory of this machine; "
-        refusal = InputError("axes", wanted=f"{why}give out=, a store, which takes any number")
+        cores = os.cpu_count() or 1
+        hours = n * _PER_IMPACT / 3600.0 / cores
+        takes, time = f"{n} points take {needed / 1e9:.3g} GB", f"about {hours:.2g} h on {cores} cores"
+        why = f"{takes}, too much for the memory of this machine; give out=, a store, which takes any number"
+        refusal = InputError("axes", wanted=f"{why} ({time}) and resumes")
         if needed > _SHARE_OF_MEMORY * _memory():
             raise refusal
+        if hours > _LONG:
+            what = f"{takes} and {time}, and an interrupt loses them; with out=, a store, the same call resumes"
+            warnings.warn(RestitutionWarning("long", what), stacklevel=4)
         try:
             self._arrays = {k: np.full(plan.grid.shape, v.fill, dtype=v.dtype) for k, v in self._fields.items()}
         except MemoryError:
@@ -130,11 +141,16 @@ class InMemory:
 
 
 def _memory() -> float:
-    """Memory of this machine [bytes]; infinite if the system does not report it."""
+    """Memory for this process [bytes]: that of the machine, or of its control group; infinite if it is not known."""
     try:
-        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+        whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
         return math.inf
+    for limit in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        # Without a limit the file is absent or holds a word.
+        with contextlib.suppress(OSError, ValueError):
+            whole = min(whole, float(Path(limit).read_text()))
+    return whole
 
 
 def in_words(dataset: xr.Dataset) -> xr.Dataset:

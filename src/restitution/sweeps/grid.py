@@ -343,8 +343,9 @@ def _chunk_shape(
     if chunk is not None:
         whole("chunk", chunk, 1)
     room = chunk or min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, math.prod(shape) // _CHUNKS))
-    parts: list[int] = []
-    for n in reversed(shape):
-        parts.append(min(n, max(room, 1)))
-        room //= parts[-1]
-    return tuple(reversed(parts))
+    # Nearly as long along each dimension, so that a slice along any of them touches few chunks.
+    parts = dict[int, int]()
+    for rank, n in sorted(enumerate(shape), key=lambda one: one[1]):
+        parts[rank] = min(n, max(1, int((room * (1.0 + 1e-12)) ** (1.0 / (len(shape) - len(parts))))))
+        room //= parts[rank]
+    return tuple(parts[rank] for rank in range(len(shape)))

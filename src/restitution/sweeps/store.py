@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import google_crc32c
 import numpy as np
@@ -53,8 +53,56 @@ def _is_intact(content: bytes) -> bool:
     return len(body) > 0 and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 
 
+def _place(index: Index) -> str:
+    return "/".join(("c", *map(str, index)))
+
+
 def _chunk_key(name: str, index: Index) -> str:
-    return "/".join((name, "c", *map(str, index)))
+    return f"{name}/{_place(index)}"
+
+
+class _Record(NamedTuple):
+    """What is known of the chunks at one place: their checksums by variable, and the tally of their impacts.
+
+    The checksum inside a chunk does not depend on its variable and its place; the record binds it to both.
+    """
+
+    place: str
+    checksums: dict[str, str]
+    tally: Tally
+
+    @staticmethod
+    def file(root: Path, place: str) -> Path:
+        """File of the record of a place."""
+        return root / _TALLIES / place.replace("/", "-")
+
+    @classmethod
+    def of(cls, place: str, chunks: dict[str, bytes], tally: Tally) -> _Record:
+        """Return the record of chunks by variable."""
+        return cls(place, {name: content[-_CHECKSUM:].hex() for name, content in chunks.items()}, tally)
+
+    @property
+    def content(self) -> bytes:
+        """Content of the file."""
+        body = "\n".join((self.place, json.dumps(self.checksums), self.tally.to_text())).encode()
+        return body + google_crc32c.value(body).to_bytes(_CHECKSUM, "little")
+
+    @classmethod
+    def read(cls, file: Path) -> _Record | None:
+        """Read a file; None if it is absent, damaged, or that of another place."""
+        try:
+            content = file.read_bytes()
+            if not _is_intact(content):
+                return None
+            place, checksums, tally = content[:-_CHECKSUM].decode().split("\n")
+            record = cls(place, json.loads(checksums), Tally.from_text(tally))
+        except (OSError, ValueError, TypeError):
+            return None
+        return record if file.name == place.replace("/", "-") else None
+
+    def binds(self, name: str, content: bytes) -> bool:
+        """Whether a chunk is intact, and that of this variable and place."""
+        return _is_intact(content) and self.checksums.get(name) == content[-_CHECKSUM:].hex()
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -67,11 +115,25 @@ class _WholeFiles(LocalStore):
     """A folder whose files are written completely or not at all, with any version of Zarr."""
 
     async def set(self, key: str, value: Any) -> None:
-        await asyncio.to_thread(_write, self.root / key, value.to_bytes())
+        await asyncio.to_thread(self._put, key, value.to_bytes())
 
     def set_sync(self, key: str, value: Any) -> None:
         # Newer versions of Zarr call this one.
-        _write(self.root / key, value.to_bytes())
+        self._put(key, value.to_bytes())
+
+    def _put(self, key: str, content: bytes) -> None:
+        _write(self.root / key, content)
+
+
+class _HeldFiles(_WholeFiles):
+    """A folder whose new files are held in memory by their keys."""
+
+    def __init__(self, root: Path) -> None:
+        super().__init__(root)
+        self.held: dict[str, bytes] = {}
+
+    def _put(self, key: str, content: bytes) -> None:
+        self.held[key] = content
 
 
 class _CheckedFiles(LocalStore):
@@ -89,12 +151,21 @@ class _CheckedFiles(LocalStore):
         name, _, place = key.partition("/")
         if place.split("/")[0] != "c":
             return value
+        is_output = name in (*SWEEP_OUTPUTS, STATUS)
+        if is_output and not (self.root / STATUS / place).is_file():
+            # Not computed yet, whatever an interrupted writer has left.
+            return None
         if value is None:
-            if name in (*SWEEP_OUTPUTS, STATUS) and not (self.root / STATUS / place).is_file():
-                return None
             raise _refusal(self.root, f"{key} is absent; {_REPAIR}")
-        if not _is_intact(value.to_bytes()):
+        content = value.to_bytes()
+        if not _is_intact(content):
             raise _refusal(self.root, f"{key} is damaged; {_REPAIR}")
+        if is_output:
+            record = _Record.read(file := _Record.file(self.root, place))
+            if record is None:
+                raise _refusal(self.root, f"{file.relative_to(self.root)} is damaged or absent; {_REPAIR}")
+            if not record.binds(name, content):
+                raise _refusal(self.root, f"{key} is damaged: it is another chunk; {_REPAIR}")
         return value
 
 
@@ -102,13 +173,14 @@ class Store:
     """A Zarr store for the chunks of one sweep; `opened` makes or checks it.
 
     The variable `status` records the finished chunks: its chunk is written after those of the other variables. The
-    folder `validity` has a tally of doubtful assumptions for each chunk.
+    folder `validity` has a record for each chunk: its place, the checksums of its variables, and a tally of doubtful
+    assumptions.
     """
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self.path = path
         self._plan = plan
-        files = _WholeFiles(path)
+        self._files = files = _HeldFiles(path)
         # A chunk of NaN is also written, because an absent one counts as not computed.
         with zarr.config.set({"array.write_empty_chunks": True}):
             arrays: dict[str, Any] = {name: zarr.open_array(files, path=name, mode="r+") for name in plan.variables}
@@ -116,27 +188,30 @@ class Store:
 
     def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
         """Write the results of a chunk."""
-        region = self._plan.grid.region(index)
-        content = tally.to_text().encode()
-        _write(self._tally(index), content + google_crc32c.value(content).to_bytes(_CHECKSUM, "little"))
+        region, chunks = self._plan.grid.region(index), dict[str, bytes]()
         for name in self._plan.variables:
             self._arrays[name][region] = results[name]
+            chunks[name] = self._files.held.pop(_chunk_key(name, index))
+        place = _place(index)
+        _write(_Record.file(self.path, place), _Record.of(place, chunks, tally).content)
+        # The status is the last one.
+        for name, content in chunks.items():
+            _write(self.path / name / place, content)
 
     def done(self) -> set[Index]:
         """Return the chunks whose variables are all stored and intact; remove the remains of other chunks."""
         done: set[Index] = set()
         for index in self._plan.grid.chunks():
-            chunks = [self._tally(index), *(self.path / _chunk_key(name, index) for name in self._plan.variables)]
-            broken = [chunk for chunk in chunks if not _holds_intact(chunk)]
+            place = _place(index)
+            chunks = {name: self.path / name / place for name in self._plan.variables}
+            record = _Record.read(file := _Record.file(self.path, place))
+            broken = [chunk for name, chunk in chunks.items() if not record or not _is_bound(record, name, chunk)]
             if not broken and self._arrays[STATUS][self._plan.grid.region(index)].min() > NOT_COMPUTED:
                 done.add(index)
                 continue
-            for chunk in (chunks[-1], *broken):
+            for chunk in (chunks[STATUS], *broken, *([] if record else [file])):
                 _clear(chunk, self.path)
         return done
-
-    def _tally(self, index: Index) -> Path:
-        return self.path / _TALLIES / "-".join(("c", *map(str, index)))
 
     def statuses(self) -> Iterator[Array]:
         """Yield the statuses chunk by chunk."""
@@ -154,9 +229,9 @@ class Store:
         return open_sweep(self.path)
 
 
-def _holds_intact(chunk: Path) -> bool:
+def _is_bound(record: _Record, name: str, chunk: Path) -> bool:
     try:
-        return _is_intact(chunk.read_bytes())
+        return record.binds(name, chunk.read_bytes())
     except OSError:
         return False
 
@@ -352,10 +427,10 @@ def open_sweep(path: str | Path) -> xr.Dataset:
     outputs = [name for name in (*SWEEP_OUTPUTS, STATUS) if name in dataset]
     tally = Tally()
     for file in sorted((path / _TALLIES).glob("*")):
-        content = file.read_bytes()
-        if not _is_intact(content):
+        record = _Record.read(file)
+        if record is None:
             raise _refusal(path, f"{file.relative_to(path)} is damaged; {_REPAIR}")
-        tally.merge(Tally.from_text(content[:-_CHECKSUM].decode()))
+        tally.merge(record.tally)
     return in_words(dataset[outputs].assign_attrs(tally.attributes(dataset[STATUS].size)))
 
 
