@@ -182,6 +182,11 @@ class Geometry(ABC):
         return math.nan
 
     @property
+    def confinement(self) -> float:
+        """Number 4 nu/(1 - 2 nu) of a layer that must flow sideways; 0 where its surfaces slide, or of others."""
+        return 0.0
+
+    @property
     def path_exponent(self) -> Numeric | None:
         """Exponent p of a = c s^p, s = sqrt(d); None where no power law holds."""
         return None

@@ -91,6 +91,7 @@ class Layer(Geometry):
     strict: bool = False
     _poisson_ratio: float | None = field(default=None, init=False, repr=False)
     _relaxes: bool = field(default=False, init=False, repr=False)
+    _confinement: float = field(default=0.0, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -122,10 +123,12 @@ class Layer(Geometry):
             raise InputError("material", wanted=wanted)
         # The same material gives slightly different numbers after changes of its form.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
-        if (self._poisson_ratio, self._relaxes) == (poisson_ratio, relaxes):
+        confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
+        known = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
+        if vars(self).items() >= known.items():
             return self
         bound = replace(self)
-        vars(bound).update(_poisson_ratio=poisson_ratio, _relaxes=relaxes)
+        vars(bound).update(known)
         return bound
 
     @property
@@ -245,6 +248,11 @@ class Layer(Geometry):
     def target_thickness(self) -> Numeric:
         """Thickness [m] of the layer."""
         return self.thickness
+
+    @property
+    def confinement(self) -> float:
+        """Number 4 nu/(1 - 2 nu) of the largest Poisson ratio in time on a bonded base; 0 if frictionless."""
+        return self._confinement
 
     @property
     def max_depth(self) -> Numeric:
