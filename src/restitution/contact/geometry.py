@@ -18,12 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
 from restitution.errors import InputError
+from restitution.material.columns import PronyColumns
 from restitution.material.viscoelastic import reduced_modulus
 from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
     from restitution.contact.profile import Profile
-    from restitution.material.prony import PronySeries
     from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -172,9 +172,9 @@ class Geometry(ABC):
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return True
 
-    def effective_moduli(self, material: Material, contact_radius: Array) -> list[PronySeries]:
+    def effective_moduli(self, material: Material, contact_radius: Array) -> PronyColumns:
         """Reduced moduli [Pa] of contacts up to radii [m], one for each, of a geometry that is not `separable`."""
-        return [reduced_modulus(material)] * contact_radius.size
+        return PronyColumns.stacked([reduced_modulus(material)]).repeated(contact_radius.size)
 
     @property
     def target_thickness(self) -> Numeric:

@@ -18,12 +18,13 @@ from restitution.contact.contact import BALL_ON_TARGET, Contact
 from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
+from restitution.material.columns import PronyColumns
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Tolerance of the contact radius on which an effective modulus depends.
-_ESTIMATE_RTOL = 1e-9
+# Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
+_ESTIMATE_RTOL = 1e-6
 # Window of the first solution, which gives the contact time only: from a picosecond to about four months.
 _WIDE = Window(1e-12, 1e7, 1e-2)
 # Largest number of windows; a second one has always been enough.
@@ -137,23 +138,25 @@ class Impact:
             raise InputError(", ".join(shapes), wanted=wanted) from None
 
     @cached_property
-    def reduced_moduli(self) -> list[PronySeries]:
+    def reduced_moduli(self) -> PronyColumns:
         """Reduced relaxation modulus E*(t) [Pa] of all impacts; or an effective one of each on a bonded layer."""
-        own = [self.contact.reduced_modulus]
+        own = PronyColumns.stacked([self.contact.reduced_modulus])
         if self.profile.separable:
             return own
         from restitution.impact.batch import Batch
 
         # The size of a contact is that with the modulus of the material.
-        first = Batch.from_impact(self, own).solve(_ESTIMATE_RTOL)
-        return self.profile.effective_moduli(self.material, first["max_contact_radius"].reshape(self.shape))
+        radius = Batch.from_impact(self, own).max_contact_radii(_ESTIMATE_RTOL)
+        return self.profile.effective_moduli(self.material, radius.reshape(self.shape))
 
     @property
     def reduced_modulus(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of the contact; on a bonded layer it may be an effective one."""
-        if len(self.reduced_moduli) > 1:
+        if self.profile.separable:
+            return self.contact.reduced_modulus
+        if self.reduced_moduli.size > 1:
             raise InputError("impact", wanted="must be a single one: those of this array have moduli of their own")
-        return self.reduced_moduli[0]
+        return self.reduced_moduli.row(0)
 
 
 @dataclass(frozen=True, eq=False)

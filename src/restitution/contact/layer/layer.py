@@ -14,11 +14,12 @@ from restitution.checks import Numeric, one_of, single
 from restitution.contact.geometry import Array, Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.depths import Depths, PunchDepths, depths
 from restitution.contact.layer.rows import LayerRows
-from restitution.contact.layer.separable import effective_modulus
+from restitution.contact.layer.separable import effective_moduli, effective_modulus
 from restitution.contact.layer.store import stored_punches
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError
+from restitution.material.columns import PronyColumns
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS
@@ -68,7 +69,7 @@ class Layer(Geometry):
     exact on a frictionless base for every material, and on a bonded base if the Poisson ratio does not change in time.
     Where it changes but stays above 0.498, as that of rubber, the map at equilibrium is used: in finite elements at
     0.4989 to 0.4999 this changes e by less than 1 %. Other materials on a bonded base have a separable
-    approximation, with a warning: the map at equilibrium, with an effective modulus that is exact for a flat punch
+    approximation, with a warning: the map at equilibrium, with an effective modulus that is that of a flat punch
     of the radius 0.8 a_max; a_max is that of a first solution with E*(t). In six impacts of finite elements its
     errors are about 0.5 % of e, 4 % of the contact time and 10 % of the largest force. A flat punch is exact.
 
@@ -136,11 +137,15 @@ class Layer(Geometry):
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return not self._relaxes
 
-    def effective_moduli(self, material: Material, contact_radius: Array) -> list[PronySeries]:
+    def effective_moduli(self, material: Material, contact_radius: Array) -> PronyColumns:
         """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
-        place = 1.0 if self.path_exponent == 0.0 else _PLACE
-        radii = np.ravel(place * contact_radius / self.thickness).tolist()
-        return [effective_modulus(material, x if x < np.inf else 0.0) for x in radii]
+        radii = np.ravel(contact_radius / self.thickness)
+        if self.path_exponent == 0.0:
+            # All contacts have the radius of the punch.
+            known = radii[np.isfinite(radii)]
+            series = effective_modulus(material, float(known[0]) if known.size else 0.0)
+            return PronyColumns.stacked([series]).repeated(radii.size)
+        return effective_moduli(material).at(np.where(np.isfinite(radii), _PLACE * radii, 0.0))
 
     @property
     def _ratio(self) -> float | None:
