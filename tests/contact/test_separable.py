@@ -325,10 +325,21 @@ def test_interpolated_moduli_give_the_restitution_of_the_direct_fit():
         direct = PronyColumns.stacked([effective_modulus(material, one) for one in radii.tolist()])
         known, found = Batch.from_impact(impact, direct).solve(1e-9), solved(impact)
         # The approximation itself has errors of 0.5 % of e, 4 % of the time and 10 % of the force.
-        assert found.restitution_coefficient == pytest.approx(known["restitution_coefficient"], abs=3e-4)
+        assert found.restitution_coefficient == pytest.approx(known["restitution_coefficient"], abs=6e-4)
         ends = np.isfinite(known["contact_time"])
         assert found.contact_time[ends] == pytest.approx(known["contact_time"][ends], rel=3e-3)
         assert found.max_force == pytest.approx(known["max_force"], rel=5e-4)
+
+
+@approximate
+def test_a_thin_layer_of_a_liquid_with_many_times_is_not_refused():
+    # The stiffness varies so much over the radius that what the splines combine does not only relax.
+    shear = rs.PronySeries(0.0, 10.0 ** np.linspace(7.0, 4.0, 20), 10.0 ** np.linspace(-8.0, 0.0, 20))
+    material, times = rs.Material(shear, 3e7), np.geomspace(1e-7, 1e-1, 7)
+    radii = np.array([3.0, 10.0, 25.0])
+    found = effective_moduli(material).at(radii).relaxation_modulus(times)
+    known = [effective_modulus(material, one).relaxation_modulus(times) for one in radii.tolist()]
+    np.testing.assert_allclose(found, known, rtol=5e-3)
 
 
 def test_interpolated_moduli_are_those_of_the_punch_alone_and_beside_others():

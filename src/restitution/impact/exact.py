@@ -57,10 +57,11 @@ def solve_scaled(
     block: ScaledBlock, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
     budget: bool = False, pressure: bool = False, approaches: bool = False,
 ) -> Array:  # fmt: skip
-    """Solve a block of impacts, or their approaches alone; return the columns `restitution.kernel.outcome.OUTCOME`, scaled.
+    """Solve a block of impacts, or their approaches; return columns `restitution.kernel.outcome.OUTCOME`, scaled.
 
     On request, further columns are the energies dissipated, stored and radiated, in units of m v0^2, and the largest
-    pressure; see `restitution.kernel.pressure`. Approaches have the columns of `restitution.kernel.turning`. The other options are those of `restitution.solve`.
+    pressure; see `restitution.kernel.pressure`. Approaches have the columns of `restitution.kernel.turning`. The other
+    options are those of `restitution.solve`.
     """
     paths = kernel_paths(block)
     outcomes = np.empty((block.size, len(OUTCOME)))

@@ -53,7 +53,7 @@ class _Spectrum:
         self._modulus = np.asarray(self.series.carson_transform(s))
         grid = np.geomspace(low, high, round(_PER_DECADE * decades))
         self.times, place = np.unique(np.append(grid, self.series.relaxation_times), return_index=True)
-        self._coarse = np.flatnonzero((place % _COARSE == 0) | (place >= grid.size))
+        self.coarse = np.flatnonzero((place % _COARSE == 0) | (place >= grid.size))
         self._shares = s[:, None] / (s[:, None] + 1.0 / self.times)
 
     def transform(self, radius: float) -> Array:
@@ -64,19 +64,15 @@ class _Spectrum:
         logarithm = _stiffness(radius)(np.log(1.0 + _SHIFT - 2.0 * ratio))
         return self._modulus * np.exp(logarithm[:-1] - logarithm[-1])
 
-    def moduli(self, transform: Array, *, few: bool = False) -> Array:
+    def moduli(self, transform: Array) -> Array:
         """Branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
-        if few:
-            found, misfit = self._fitted(transform, self._coarse)
-            if misfit <= _ENOUGH:
-                return found
-        found, misfit = self._fitted(transform, np.arange(self.times.size))
+        found, misfit = self.fitted(transform, np.arange(self.times.size))
         if misfit > _MISFIT:
             wanted = f"must have a stiffness on the layer that only relaxes: a Prony series misses it by {misfit:.2g}"
             raise InputError("material", wanted=wanted)
         return found
 
-    def _fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
+    def fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
         """Branch moduli [Pa] by nonnegative least squares over some of the times, and the largest relative misfit."""
         from scipy.optimize import nnls
 
@@ -137,7 +133,14 @@ class EffectiveModuli:
         """Branch moduli [Pa] of the fit at a node."""
         if n not in self._moduli:
             before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
-            self._moduli[n] = self._spectrum.moduli(here - (before - 2.0 * here + after) / 6.0, few=True)
+            target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
+            found, misfit = spectrum.fitted(target, spectrum.coarse)
+            if misfit > _ENOUGH:
+                found, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
+            if misfit > _MISFIT:
+                # What the splines combine need not relax; the stiffness itself must.
+                spectrum.moduli(here)
+            self._moduli[n] = found
         return self._moduli[n]
 
     def _transform(self, n: int) -> Array:
