@@ -254,7 +254,8 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
     material, counter = body_1.material or body_2.material, body_2.material if body_1.material else None
     if material is None:
         raise InputError("material", wanted="both bodies are rigid, but one must deform")
-    first, second = (2.0 * (np.asarray(body.radius) / radius) for body in (body_1, body_2))
+    with np.errstate(all="ignore"):  # a radius that underflows is refused below
+        first, second = (2.0 * (np.asarray(body.radius) / radius) for body in (body_1, body_2))
     diameters = (first, second) if body_1.material else (second, first)
     options: dict[str, Any] = {"external_force": external_force, "diameters": diameters}
     return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, **options)
