@@ -73,7 +73,9 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 | sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
 
 Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_material]` are then the materials of
-the body and the half-space in any order. Without `[counter_material]` one of the two is rigid.
+the body and the half-space in any order. Without `[counter_material]` one of the two is rigid. The order changes no
+result. Only the warning of elastic waves depends on it: `material_of = "body"` in `[impact]` states that the body is
+of `[material]`, and that its size, not that of the target, holds the waves.
 """
 AXES = """## `[axes]` and `[samples]`
 

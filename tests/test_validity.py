@@ -142,7 +142,7 @@ def test_waves_that_return_before_the_contact_ends_are_kept():
     waves = result.validity["waves"]
     assert waves.exceeded
     assert f"{deep:.3g} m" in waves.message
-    assert result.validity_on(1.001 * deep)["waves"] == waves
+    assert result.validity_on(1.001 * deep)["waves"].value == waves.value
     stated = rs.solve(replace(impact, body_size=0.999 * deep)).validity
     assert stated == result.validity_on(0.999 * deep)
     assert stated["waves"].value == 0.0
@@ -464,3 +464,63 @@ def test_every_result_warns_of_every_assumption(result, kind):
         assert message.startswith(checks[kind]["message"])
         assert message.endswith(checks[kind]["advice"])
         assert f"{checks[kind]['value']:.3g}" in message or kind == "window"
+
+
+RUBBER = rs.standard_solid(2e6, 2e7, 1e3, poisson_ratio=0.45, density=1100.0)
+
+
+def waves_of(impact):
+    return rs.solve(impact).validity["waves"]
+
+
+def test_waves_name_the_body_that_is_deep():
+    _ball, ground, steel = rs.Body(RUBBER, 0.015), rs.Body(RUBBER), rs.Body(None, 0.015, 0.1)
+    rigid = rs.Impact(RUBBER, rs.Parabola(0.015), 0.1, 1.0)
+    # Each body that radiates, with its place in the message.
+    named = {
+        "in the target if it is deeper": rs.collision(steel, ground, 1.0),
+        "in the target if": rigid,
+        "in the target, which is deeper": replace(rigid, body_size=1.0),
+        "in the layer, which is deeper": replace(rigid, profile=rs.Layer(rs.Parabola(0.015), 1.0, "frictionless")),
+        # So light and slow a contact that a wave does not cross the ball meanwhile.
+        "in the ball, which is deeper": rs.collision(rs.Body(RUBBER, 0.015, 1e-9), rs.Body(None), 1.0),
+        "in the first ball, which": rs.collision(rs.Body(RUBBER, 0.015, 1e-9), rs.Body(rs.library.steel, 0.02), 1.0),
+        "in the second ball, which": rs.collision(rs.Body(rs.library.steel, 0.02), rs.Body(RUBBER, 0.015, 1e-9), 1.0),
+    }
+    for words, impact in named.items():
+        check = waves_of(impact)
+        assert check.exceeded, words
+        assert words in check.message
+    assert "soft body" in waves_of(rigid).advice
+    assert "state" not in waves_of(replace(rigid, body_size=1.0)).advice
+
+
+def test_a_soft_ball_keeps_its_waves():
+    ball = rs.Body(RUBBER, 0.015)
+    for impact in (rs.drop(ball, rs.Body(None), 0.05), rs.collision(rs.Body(None), ball, 1.0)):
+        check = waves_of(impact)
+        result = rs.solve(impact)
+        # A wave runs through the ball and back before the contact ends.
+        speed = math.sqrt(float(RUBBER.shear.storage_modulus(1.0 / result.contact_time)) / 1100.0)
+        assert speed * result.contact_time > 2.0 * 0.03
+        assert check.value == 0.0
+        assert "the ball is not deeper" in check.message
+        # The same numbers with the roles exchanged.
+        assert waves_of(replace(impact, diameters=(math.inf, 2.0))).exceeded
+    assert waves_of(rs.collision(ball, ball, 1.0)).value == 0.0
+
+
+def test_waves_of_a_soft_ball_leave_a_soft_target():
+    # Of two equal materials the half-space radiates, in either order, and a stated size is that of the flat body.
+    ball, ground = rs.Body(RUBBER, 0.015), rs.Body(RUBBER)
+    pair = [rs.collision(*one, velocity=1.0) for one in ((ball, ground), (ground, ball))]
+    checks = [waves_of(one) for one in pair]
+    assert checks[0].value == pytest.approx(checks[1].value, rel=1e-12)
+    assert all("in the target if" in one.message for one in checks)
+    assert all(waves_of(replace(one, body_size=0.04)).value == 0.0 for one in pair)
+
+
+@pytest.mark.parametrize("diameters", [(2.0,), (0.0, 2.0), (-1.0, 2.0), (math.nan, 1.0)])
+def test_diameters_that_are_none_are_refused(diameters):
+    with pytest.raises(rs.InputError, match="diameters"):
+        rs.Impact(RUBBER, rs.Parabola(0.015), 0.1, 1.0, diameters=diameters)

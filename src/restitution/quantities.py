@@ -219,13 +219,16 @@ OUTPUTS = _by_name(
 """Outputs of an impact. An entry with `derive` follows from those before it."""
 
 VALIDITY = _by_name(
-    _nonnegative("strain_number", NUMBER, "contact radius over R, or depth over contact radius", r"$a/R$"),
+    _nonnegative(
+        "strain_number", NUMBER, "contact radius over R, or depth over contact radius or thickness", r"$a/R$"
+    ),
     _nonnegative("contact_size_ratio", NUMBER, "contact radius over size of the target", r"$a/h$"),
     _nonnegative("mach_number", NUMBER, "velocity over shear wave speed", r"$v_0/c$"),
     Quantity("radiated_energy_ratio", NUMBER, "share of energy in waves", r"$E_\mathrm{w}/E_0$", 0.0, 1.0),
     _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
     Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
     _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
+    _nonnegative("layer_strain", NUMBER, "indentation depth over thickness of the layer", r"$d/h$"),
 )
 """Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 

@@ -24,6 +24,9 @@ COLUMNS = (
 )  # fmt: skip
 """Outputs of an impact that the report takes; it also takes the velocity and the mass."""
 
+# Bodies that deform; `Numbers.wave_body` is a place here. The first is a target under a rigid body.
+_BODIES = "target", "target", "layer", "ball", "first ball", "second ball", "indenter"
+_BESIDE_RIGID, _TARGET, _LAYER, _BALL, _, _, _INDENTER = range(len(_BODIES))
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
     "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
@@ -31,6 +34,8 @@ _TITLES = {
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
 STRAIN_LIMIT = 0.2
+# Largest shear strain over a/R = d/a, in an incompressible half-space under a parabola.
+_SHEAR = 0.7
 # A bonded incompressible layer of thickness h is then 6 % stiffer than a half-space.
 SIZE_LIMIT = 0.05
 # Share of the energy that waves carry away; e falls by half of it at most.
@@ -100,8 +105,8 @@ class Validity:
     window                   -             1  not checked
     Poisson ratio          0.5             0  ok
     density                  -    1 to 30000  not checked
-    waves: velocity over shear wave speed is 0.0332, above the limit 0.01; c = 30.2 m/s
-      Expect a lower rebound where the target is that deep, or state its size; take a lower velocity.
+    waves: velocity over shear wave speed is 0.0332, above the limit 0.01, in the target; c = 30.2 m/s
+      Expect a lower rebound; take a lower velocity.
     >>> report["waves"].value > report["waves"].threshold
     True
     """
@@ -148,7 +153,7 @@ class Validity:
 
 
 class Numbers(NamedTuple):
-    """Numbers of each contact, NaN if not known: the quantities `VALIDITY`, then what the messages show."""
+    """Numbers of each contact, NaN if not known: the quantities `VALIDITY`, and what the messages show."""
 
     strain_number: Array
     contact_size_ratio: Array
@@ -168,7 +173,12 @@ class Numbers(NamedTuple):
     poisson_ratio: Array
     density_missing: Array
     slope: Array
-    approximate: Array = np.zeros(1)  # which stores of version 0.1 do not have
+    # Stores of version 0.1 do not have those below.
+    approximate: Array = np.zeros(1)
+    layer_strain: Array = np.full(1, math.nan)
+    is_layer_strain: Array = np.zeros(1)
+    wave_body: Array = np.zeros(1)
+    wave_size: Array = np.full(1, math.nan)
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
@@ -197,34 +207,40 @@ def numbers(
     the target; that of the contact counts too. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    radius, depth, speed, time, mass, force, e, residual, tip, ball, slope, size, thickness, Z = (
-        np.asarray(column, dtype=np.float64).reshape(-1)
-        for column in np.broadcast_arrays(
-            max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force,
-            restitution_coefficient, residual_indentation_depth, *_sizes(contacts, body_size), impedance,
-        )
+    columns = (
+        max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, restitution_coefficient,
+        residual_indentation_depth, impedance, *_shapes(contacts), *_sizes(contacts, body_size),
     )  # fmt: skip
+    radius, depth, speed, time, mass, force, e, residual, Z, *shape, size, own, other, own_name, other_name = (
+        np.asarray(column, dtype=np.float64).reshape(-1) for column in np.broadcast_arrays(*columns)
+    )
+    tip, ball, slope, confinement, layer = shape
     # Impacts of the same materials share one row of numbers.
     pairs = [(id(one.material), id(one.counter_material)) for one in contacts]
     kinds = dict(zip(pairs, contacts, strict=True))
     order = {pair: n for n, pair in enumerate(kinds)}
     kind = np.array([order[pair] for pair in pairs])
-    own = np.array([_of_materials(one) for one in kinds.values()])
-    low, high, instantaneous, static, factor, missing = own[np.broadcast_to(kind, time.shape)].T
+    found = np.array([_of_materials(one) for one in kinds.values()])
+    low, high, instantaneous, static, factor, missing = found[np.broadcast_to(kind, time.shape)].T
     with np.errstate(all="ignore"):
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
         shortest = np.fmin(_RISE_SHARE * rise, time)
         # The change of momentum and the last depth give the centroid of the force.
         skewness = (1.0 - residual / (speed * time)) / (1.0 + e) - 0.5
-        wave_speed, wave_energy = radiated([one.materials for one in kinds.values()], kind, time, force, skewness)
-        # Waves that come back bring their energy back, and the energy budget has those of an impedance.
-        kept = (2.0 * thickness <= wave_speed * time) | np.isfinite(Z)
+        bodies = [one.materials for one in kinds.values()]
+        wave_speed, wave_energy, place = radiated(bodies, kind, time, force, skewness, (own, other))
+        # The energy budget has the waves of an impedance.
+        wave_energy = np.where(np.isfinite(Z), 0.0, wave_energy)
+        strain, squeezed = np.fmax(np.fmax(radius / tip, depth / radius), slope), depth / layer
+        of_layer = layer_strain_number(squeezed, radius / layer, confinement)
         return Numbers(
-            strain_number=np.fmax(np.fmax(radius / tip, depth / radius), slope),
+            strain_number=np.fmax(strain, of_layer),
             contact_size_ratio=radius / size,
             mach_number=speed / wave_speed,
-            radiated_energy_ratio=np.where(kept, 0.0, np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0)),
+            radiated_energy_ratio=np.where(
+                wave_energy == 0.0, 0.0, np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0)
+            ),
             window_ratio=np.maximum(low / shortest, time / high),
             instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, instantaneous),
             mean_density=mass / sphere_mass(1.0, ball),
@@ -240,7 +256,32 @@ def numbers(
             density_missing=missing,
             slope=slope,
             approximate=np.broadcast_to([not one.is_exact for one in contacts], time.shape).astype(np.float64),
+            layer_strain=squeezed,
+            is_layer_strain=(of_layer > strain).astype(np.float64),
+            wave_body=np.where(place > 0.0, other_name, own_name),
+            wave_size=np.where(place > 0.0, other, own),
         )
+
+
+def layer_strain_number(squeezed: ArrayLike, width: ArrayLike, confinement: ArrayLike) -> Array:
+    """Largest shear strain in a layer over 0.7, in which it is d/a on an incompressible half-space.
+
+    Parameters
+    ----------
+    squeezed, width : float or array
+        Depth and contact radius over the thickness, d/h and a/h.
+    confinement : float or array
+        4 nu/(1 - 2 nu) of a bonded layer, infinite if incompressible; 0 on a frictionless base.
+
+    Notes
+    -----
+    ``sqrt((d/a)^2 + (2 d/h)^2 + s^2)`` with ``s = (d a/h^2)/(1 + (1 - 2 nu)/(4 nu) (a/h)^2)``: the contact itself, the
+    compression of the layer, and the shear of a bonded layer that flows sideways (`docs/theory/limits.md`).
+    """
+    d, a = np.asarray(squeezed, dtype=np.float64), np.asarray(width, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        flow = d * a / (1.0 + a * a / np.asarray(confinement, dtype=np.float64))
+        return np.sqrt((d / a) ** 2 + (2.0 * d) ** 2 + flow**2)
 
 
 def _of_materials(contact: Contact) -> tuple[float, ...]:
@@ -251,14 +292,38 @@ def _of_materials(contact: Contact) -> tuple[float, ...]:
     return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
 
 
-def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Any]:
-    """Radii of the tip and of the ball, slope of the faces, size of the target and its thickness for waves."""
-    names = "tip_radius", "ball_radius", "slope", "target_thickness"
-    *shapes, layers = ([getattr(one.profile, name) for one in contacts] for name in names)
-    size = np.fmin(body_size, [one.body_size or math.nan for one in contacts])
+def _each(contacts: Sequence[Contact], number: Callable[[Contact], Any]) -> Array:
+    """A number of each contact, or the array that a single one has."""
+    found = [number(one) for one in contacts]
+    return np.asarray(found if len(found) > 1 else found[0], dtype=np.float64)
+
+
+def _shapes(contacts: Sequence[Contact]) -> list[Array]:
+    """Radii of the tip and of the ball, slope of the faces, confinement and thickness of a layer."""
+    names = "tip_radius", "ball_radius", "slope", "confinement", "target_thickness"
+    return [_each(contacts, lambda one, name=name: getattr(one.profile, name)) for name in names]
+
+
+def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Array]:
+    """Size of a half-space, then sizes and names for waves of both bodies; unknown sizes are infinite."""
+    tip, *_, layer = _shapes(contacts)
+    stated = np.fmin(body_size, _each(contacts, lambda one: one.body_size or math.nan))
+    ratios = [_each(contacts, lambda one, place=place: one.diameters[place]) for place in (0, 1)]
+    pair = _each(contacts, lambda one: one.counter_material is not None) > 0.0
+    flat, flat_other = map(np.isinf, ratios)
+    # A stated size is that of the flat body, or else of the balls.
+    any_flat = flat | (flat_other & pair)
+    sizes = [np.fmin(np.where(np.isinf(one), one, one * tip), math.inf) for one in ratios]
+    own, other = (
+        np.where(one | ~any_flat, np.fmin(size, stated), size)
+        for one, size in zip((flat, flat_other), sizes, strict=True)
+    )
+    two, ball = pair & ~any_flat, np.where(np.isnan(tip), _INDENTER, _BALL)
+    target = np.where(np.isnan(layer), np.where(pair, _TARGET, _BESIDE_RIGID), _LAYER)
+    name = np.where(flat, target, np.where(two, _BALL + 1, ball))
+    other_name = np.where(flat_other, _TARGET, np.where(two, _BALL + 2, ball))
     # Where the thickness is part of the solution the target need not be a half-space.
-    half_space = np.where(np.isnan(layers), size, math.nan)
-    return [*(one if len(one) > 1 else one[0] for one in shapes), half_space, np.fmin(size, layers)]
+    return [np.where(np.isnan(layer), stated, math.nan), np.fmin(own, layer), other, name, other_name]
 
 
 def together(parts: Iterable[Numbers]) -> Numbers:
@@ -321,6 +386,11 @@ def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
     if one.no_such_contact > 0.0:
         text += "; a body of this radius has no such contact"
         return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
+    if one.is_layer_strain > 0.0:
+        text = f"the strain number of the layer is {_beside(one.strain_number, STRAIN_LIMIT)}; the body is pressed in "
+        text += f"by {100 * one.layer_strain:.2g} % of the thickness, with shear strains of some "
+        text += f"{100 * _SHEAR * one.strain_number:.2g} %"
+        return text, "Take a lower velocity or depth, or a thicker layer, or read the numbers as a trend."
     if one.round_body:
         text += f"; the representative strain is about {20 * one.strain_number:.2g} %"
     return text, "Take a lower velocity or depth, or a larger or blunter body, or read the numbers as a trend."
@@ -337,14 +407,21 @@ def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
 
 def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
     share, deep = one.radiated_energy_ratio, f"{0.5 * one.wave_speed * one.contact_time:.3g} m"
+    place = int(np.nan_to_num(one.wave_body))
+    body = _BODIES[place]
     if share == 0.0:
-        return f"they return in contact, as the target is not deeper than {deep}, or count by its impedance", ""
-    text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, "
-    text += f"in a target deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
+        return f"they return in contact, as the {body} is not deeper than {deep}, or count by its impedance", ""
+    known = math.isfinite(one.wave_size)
+    text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, in the {body}"
+    text += f"{', which is' if known else ' if it is'} deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
     if math.isnan(share):
-        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}"
-    advice = "Expect a lower rebound where the target is that deep, or state its size; take a lower velocity."
-    return f"{text}; c = {one.wave_speed:.3g} m/s", advice
+        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}, in the {body}"
+    advice = (
+        "Expect a lower rebound" if known else f"Expect a lower rebound where the {body} is deep, or state its size"
+    )
+    if place == _BESIDE_RIGID and one.round_body and not known:
+        advice += ", or that the ball is the soft body"
+    return f"{text}; c = {one.wave_speed:.3g} m/s", f"{advice}; take a lower velocity."
 
 
 def _window(one: Any, exceeded: bool) -> tuple[str, str]:

@@ -40,6 +40,32 @@ def test_the_epoxy_carries_the_coefficients_of_its_source(shared_reference: Path
     np.testing.assert_allclose(shear.branch_moduli, rows[:, 1] * (891e6 - 4.9e6), rtol=1e-13)
 
 
+@pytest.mark.parametrize("name", ["rubber_ball", "dropped_ball"])
+def test_a_soft_ball_on_a_rigid_plate_has_no_warning_of_waves(name: str) -> None:
+    case = read_case(EXAMPLES / f"{name}.toml")
+    check = case.solve().validity["waves"]
+    assert (check.value, check.exceeded) == (0.0, False)
+    assert "the ball is not deeper" in check.message
+    assert not case.bounces().validity["waves"].exceeded
+    assert "on a rigid half-space" in case.arrangement
+
+
+@pytest.mark.parametrize(
+    ("sections", "key"),
+    [
+        ('[profile]\nthickness = "1 mm"\n', "impact.material_of"),
+        ('[counter_body]\nmass = "1 g"\n', "impact.material_of"),
+    ],
+)
+def test_a_body_that_cannot_be_soft_is_refused(tmp_path: Path, sections: str, key: str) -> None:
+    text = (EXAMPLES / "rubber_ball.toml").read_text(encoding="utf-8")
+    path = tmp_path / "case.toml"
+    layer = sections.startswith("[profile]")
+    path.write_text(text.replace("[profile]\n", sections) if layer else text + sections, encoding="utf-8")
+    with pytest.raises(rs.InputError, match=key):
+        read_case(path)
+
+
 def test_the_page_of_keys_is_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("case_reference", DOCS / "case_reference.py")
     assert spec is not None

@@ -14,6 +14,7 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
+from restitution.contact.contact import BALL_ON_TARGET
 from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
@@ -66,6 +67,9 @@ class ImpactSection(Section):
     impedance: Annotated[float, of("impedance")] | None = None
     weight: Annotated[StrictBool | None, Field(description="whether the weight acts during contact")] = None
     body_size: Annotated[float, positive(LENGTH, "smallest dimension of the target, for warnings")] | None = None
+    material_of: Annotated[
+        Literal["target", "body"] | None, Field(description="which body is of `[material]`, for warnings of waves")
+    ] = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
@@ -145,11 +149,16 @@ class CaseFile(Section):
                 refuse("two free bodies touch without a layer; leave it out", "profile.thickness")
             if self.impact.weight:
                 refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
+            if self.impact.material_of is not None:
+                wanted = "two free bodies are of [material] and of their own; leave it out"
+                refuse(wanted, "impact.material_of", self.impact.material_of)
             if self.impact.impedance is not None:
                 refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
             given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
             if sum(one is not None for one in given) > 1:
                 refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
+        if self.profile.on_layer and self.impact.material_of == "body":
+            refuse("the layer is of [material]; leave it out", "impact.material_of", "body")
         return self
 
     @property
@@ -175,6 +184,8 @@ class CaseFile(Section):
         if bodies is not None:
             return replace(collision(*bodies, velocity, external_force=force), body_size=size)
         options: dict[str, Any] = {"external_force": force, "impedance": self.impact.impedance or math.inf}
+        if self.impact.material_of == "body":
+            options["diameters"] = BALL_ON_TARGET[::-1]
         profile = self.profile.build(self.body.radius)
         return Impact(material, profile, mass, velocity, counter_material=counter, body_size=size, **options)
 
@@ -210,6 +221,9 @@ class Case:
             return f"two free bodies, the second {'a ball' if second.radius else 'flat'}, {partner}"
         target = "layer" if profile.on_layer else "half-space" if math.isinf(self.impact.impedance) else "plate or rod"
         target = "target with a force law" if profile.type == "force_law" else target
+        soft = "target" if profile.on_layer else self.sections.impact.material_of
+        if counter is None and soft is not None:
+            return f"a rigid body on a {target}" if soft == "target" else f"a body on a rigid {target}"
         return f"a body on a {target}, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
     def over(self, velocity: tuple[float, float]) -> Impact:

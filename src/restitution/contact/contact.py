@@ -5,14 +5,18 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Any
 
-from restitution.checks import single_positive
+from restitution.checks import Numeric, single_positive
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputTypeError, RestitutionWarning
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
+
+BALL_ON_TARGET = (inf, 2.0)
+"""Diameters of a flat target and of a ball over the radius of the profile."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,9 @@ class Contact:
         Material of the indenter; rigid if left out. The compliances of both bodies add.
     body_size : float, optional
         Smallest dimension of the half-space [m], which is no half-space then; only the validity report uses it.
+    diameters : tuple
+        Diameters of the bodies of `material` and `counter_material` over the radius of a round profile; infinite for
+        a flat target. Only the validity report uses it. By default the indenter is a ball.
 
     Raises
     ------
@@ -48,6 +55,7 @@ class Contact:
     profile: Geometry
     counter_material: Material | None = None
     body_size: float | None = None
+    diameters: tuple[Numeric, Numeric] = BALL_ON_TARGET
 
     def __post_init__(self) -> None:
         _of_type("material", self.material, Material)

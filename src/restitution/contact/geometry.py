@@ -18,12 +18,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Numeric
 from restitution.errors import InputError
+from restitution.material.columns import PronyColumns
 from restitution.material.viscoelastic import reduced_modulus
 from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
     from restitution.contact.profile import Profile
-    from restitution.material.prony import PronySeries
     from restitution.material.viscoelastic import Material
 
 Array = NDArray[np.float64]
@@ -172,14 +172,19 @@ class Geometry(ABC):
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return True
 
-    def effective_moduli(self, material: Material, contact_radius: Array) -> list[PronySeries]:
+    def effective_moduli(self, material: Material, contact_radius: Array) -> PronyColumns:
         """Reduced moduli [Pa] of contacts up to radii [m], one for each, of a geometry that is not `separable`."""
-        return [reduced_modulus(material)] * contact_radius.size
+        return PronyColumns.stacked([reduced_modulus(material)]).repeated(contact_radius.size)
 
     @property
     def target_thickness(self) -> Numeric:
         """Thickness [m] of the target where the geometry contains it; NaN for a half-space."""
         return math.nan
+
+    @property
+    def confinement(self) -> float:
+        """Number 4 nu/(1 - 2 nu) of a layer that must flow sideways; 0 where its surfaces slide, or of others."""
+        return 0.0
 
     @property
     def path_exponent(self) -> Numeric | None:

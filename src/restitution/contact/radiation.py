@@ -32,13 +32,16 @@ class Waves(NamedTuple):
     Attributes
     ----------
     speed : array
-        Speed c [m/s] of the slowest shear wave.
+        Speed c [m/s] of the shear wave in the body that radiates more, or of the slowest one if both keep them.
     energy : array
-        Energy [J] that the waves carry away.
+        Energy [J] that the waves carry away; 0 where they return in contact.
+    place : array
+        0 or 1 for the body that radiates more.
     """
 
     speed: Array
     energy: Array
+    place: Array
 
 
 def radiated(
@@ -47,20 +50,23 @@ def radiated(
     contact_time: Array,
     max_force: Array,
     skewness: Array,
+    sizes: tuple[Array, Array],
 ) -> Waves:
-    """Waves that contacts send into deep bodies; they last T and reach the force F_max.
+    """Waves that contacts send into their bodies; the contacts last T and reach the force F_max.
 
     Parameters
     ----------
     pairs : sequence of tuple of Material
-        The one or two bodies of each kind of contact. Only the body that would radiate more counts: the other is a
-        ball, which keeps its waves.
+        The one or two bodies of each kind of contact. Only the body that radiates more counts.
     kind : array of int, shape (n,) or (1,)
         Place of each contact's bodies in `pairs`, or that of all.
     contact_time, max_force : array, shape (n,)
         T [s] and F_max [N].
     skewness : array, shape (n,)
         y = 1/2 less the centroid of the force over time, divided by T.
+    sizes : pair of array, shape (n,)
+        Smallest dimension h [m] of the first and of the second body, infinite if it is deep. A body keeps the waves
+        that return in contact, 2 h < c T.
 
     Notes
     -----
@@ -69,14 +75,16 @@ def radiated(
     ``4.685 F_max^2/T`` for a Hertz impact and 6 % more for a cone. It grows with the skewness of the force. The fit in
     y is within 7 % where e > 0.6, and up to 1.9 times low where e < 0.4 (`docs/theory/limits.md`).
     """
-    speed, energy = np.full(contact_time.shape, np.nan), np.full(contact_time.shape, np.nan)
+    speed, energy, found = (np.full(contact_time.shape, np.nan) for _ in range(3))
     with np.errstate(all="ignore"):
         rate = np.where(contact_time > 0.0, 1.0 / contact_time, 0.0)
         skew = np.minimum(skewness * skewness, _LARGEST_SKEWNESS**2)
         pulse = _PULSE * (1.0 + skew * (_SKEW[0] + skew * _SKEW[1])) * max_force**2 * rate
-        # A body without a counter-body counts twice, which changes no extreme.
-        for place in (0, -1)[: max(map(len, pairs))]:
-            bodies = [pair[place] for pair in pairs]
+        single = np.array([len(pair) == 1 for pair in pairs])[kind]
+        for place in range(max(map(len, pairs))):
+            # A body without a counter-body counts twice, which changes no extreme.
+            bodies = [pair[min(place, len(pair) - 1)] for pair in pairs]
+            size = np.where(single, sizes[0], sizes[place])
             density = np.array([body.density for body in bodies], dtype=np.float64)[kind]
             if np.isnan(density).all():
                 continue
@@ -85,10 +93,14 @@ def radiated(
             # No wave runs in a body that only flows.
             own = np.where(shear > 0.0, np.sqrt(shear / density), np.nan)
             nu = np.where(np.isinf(bulk), 0.5, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
-            speed = np.fmin(speed, own)
-            power = radiation(nu) / (density * own**3)
-            energy = np.fmax(energy, power * pulse)
-    return Waves(speed, energy)
+            kept = 2.0 * size <= own * contact_time
+            power = np.where(kept, 0.0, radiation(nu) / (density * own**3) * pulse)
+            # Where nothing leaves, or nothing is known of it, the slower one.
+            radiates = (power > 0.0) | (energy > 0.0)
+            more = np.isnan(speed) | np.where(radiates, power > energy, own < speed)
+            speed, energy = np.where(more, own, speed), np.where(more, power, energy)
+            found = np.where(more, np.where(single, 0.0, place), found)
+    return Waves(speed, energy, found)
 
 
 def radiation(poisson_ratio: ArrayLike) -> Array:

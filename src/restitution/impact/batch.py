@@ -22,7 +22,6 @@ from restitution.impact.solution import Solution, pressure_unit
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.material.columns import PronyColumns
-from restitution.material.prony import PronySeries
 from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
 
 Array = NDArray[np.float64]
@@ -32,6 +31,8 @@ Places = NDArray[np.intp]
 _TABLE_ROUNDING = 1e-11
 # Depth to which the table of a profile reaches at first, over the estimated largest one.
 _DEPTH_FACTOR = 4.0
+# Tolerance of tables where that of the solution matters less.
+_TABLE_RTOL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ class Batch:
     radius_units: Any = 1.0
 
     @classmethod
-    def from_impact(cls, impact: Impact, reduced_moduli: list[PronySeries] | None = None) -> Batch:
+    def from_impact(cls, impact: Impact, reduced_moduli: PronyColumns | None = None) -> Batch:
         """Return the rows of an impact in the order of its raveled shape, perhaps with other reduced moduli.
 
         Raises
@@ -77,7 +78,8 @@ class Batch:
         InputError
             If the profile has an array of exponents, or is an array of profiles without a power law.
         """
-        moduli, profile, size = reduced_moduli or impact.reduced_moduli, impact.profile, math.prod(impact.shape)
+        moduli = impact.reduced_moduli if reduced_moduli is None else reduced_moduli
+        profile, size = impact.profile, math.prod(impact.shape)
         exponent = profile.path_exponent
         if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
             raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
@@ -92,7 +94,7 @@ class Batch:
             "depth_units": flat(depth, impact.shape), "radius_units": flat(radius, impact.shape)
         }  # fmt: skip
         return cls(
-            *PronyColumns.stacked(moduli).repeated(size),
+            *(moduli if moduli.size == size else moduli.repeated(size)),
             *(flat(getattr(impact, name), impact.shape) for name in BODY[:3]),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
@@ -174,6 +176,11 @@ class Batch:
 
         block, outcomes = self.solved(run, rtol)
         return self.columns(block, outcomes, energy, pressure)
+
+    def max_contact_radii(self, rtol: float) -> Array:
+        """Largest contact radii [m], shape (n,), of a solution whose tolerance is not that of its tables."""
+        block, outcomes = self.solved(lambda block: solve_scaled(block, rtol, approaches=True), _TABLE_RTOL)
+        return self.columns(block, outcomes)["max_contact_radius"]
 
     @property
     def singular(self) -> NDArray[np.bool_]:

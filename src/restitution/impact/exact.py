@@ -55,12 +55,13 @@ def kernel_paths(block: ScaledBlock) -> Path:
 
 def solve_scaled(
     block: ScaledBlock, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
-    budget: bool = False, pressure: bool = False,
+    budget: bool = False, pressure: bool = False, approaches: bool = False,
 ) -> Array:  # fmt: skip
-    """Solve a block of impacts; return the columns `restitution.kernel.outcome.OUTCOME`, scaled.
+    """Solve a block of impacts, or their approaches; return columns `restitution.kernel.outcome.OUTCOME`, scaled.
 
     On request, further columns are the energies dissipated, stored and radiated, in units of m v0^2, and the largest
-    pressure; see `restitution.kernel.pressure`. The other options are those of `restitution.solve`.
+    pressure; see `restitution.kernel.pressure`. Approaches have the columns of `restitution.kernel.turning`. The other
+    options are those of `restitution.solve`.
     """
     paths = kernel_paths(block)
     outcomes = np.empty((block.size, len(OUTCOME)))
@@ -76,7 +77,7 @@ def solve_scaled(
         if further.shape[1]:
             _solve_each(part, paths, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
         else:
-            _solve_part(part, paths, rtol, work, outcomes[start:stop])
+            (_turn_part if approaches else _solve_part)(part, paths, rtol, work, outcomes[start:stop])
         with lock:
             done += stop - start
 
@@ -106,6 +107,20 @@ def _kept_work(modes: int) -> Work:
     if work is None or work.inverses.shape[0] != modes:
         work = _KEPT.work = allocate(modes, MAX_ELEMENTS)
     return work
+
+
+def _turn_part(block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array) -> None:
+    """Solve the approaches of a block in one call of the kernel, and whole impacts where there is no turning point."""
+    from restitution.kernel.radau import radau
+    from restitution.kernel.turning import turning_block
+
+    turning_block(
+        radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), block.firsts, block.equilibria,
+        block.viscosities, block.external_forces, block.admittances, block.offsets, block.moduli, block.times, paths,
+        block.which, work, outcomes,
+    )  # fmt: skip
+    for n in np.flatnonzero(outcomes[:, STATUS] != Status.SEPARATED).tolist():
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
 
 
 def _solve_part(block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array) -> None:

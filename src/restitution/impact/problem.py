@@ -14,16 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 from restitution import quantities
 from restitution.checks import Numeric, nonnegative, positive_or_infinite
 from restitution.contact.analytic import sphere_mass
-from restitution.contact.contact import Contact
+from restitution.contact.contact import BALL_ON_TARGET, Contact
 from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
+from restitution.material.columns import PronyColumns
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# Tolerance of the contact radius on which an effective modulus depends.
-_ESTIMATE_RTOL = 1e-9
+# Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
+_ESTIMATE_RTOL = 1e-6
 # Window of the first solution, which gives the contact time only: from a picosecond to about four months.
 _WIDE = Window(1e-12, 1e7, 1e-2)
 # Largest number of windows; a second one has always been enough.
@@ -69,6 +70,10 @@ class Impact:
     body_size : float, optional
         Smallest dimension [m] of the body that is taken as a half-space, such as its thickness, > 0. It does not
         change the solution: the validity report compares it with the contact radius and with the path of waves.
+    diameters : tuple
+        Diameters of the bodies of `material` and `counter_material` over the radius of the profile; infinite for a
+        flat target. The validity report compares them with the path of waves. By default `material` is that of a flat
+        target and the other body is a ball; ``(2, inf)`` is a soft ball on a flat target. `collision` sets them.
 
     Raises
     ------
@@ -97,9 +102,14 @@ class Impact:
     external_force: Numeric = field(default=0.0, kw_only=True)
     impedance: Numeric = field(default=math.inf, kw_only=True)
     body_size: float | None = field(default=None, kw_only=True)
+    diameters: tuple[Numeric, Numeric] = field(default=BALL_ON_TARGET, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "profile", self.contact.profile)
+        if len(self.diameters) != 2:
+            raise InputError("diameters", self.diameters, "must be a pair of numbers")
+        pair = tuple(positive_or_infinite("diameters", one) for one in self.diameters)
+        object.__setattr__(self, "diameters", pair)
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         _ = self.shape
@@ -111,7 +121,7 @@ class Impact:
     @cached_property
     def contact(self) -> Contact:
         """The profile and the materials of both bodies."""
-        return Contact(self.material, self.profile, self.counter_material, self.body_size)
+        return Contact(self.material, self.profile, self.counter_material, self.body_size, self.diameters)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -128,23 +138,25 @@ class Impact:
             raise InputError(", ".join(shapes), wanted=wanted) from None
 
     @cached_property
-    def reduced_moduli(self) -> list[PronySeries]:
+    def reduced_moduli(self) -> PronyColumns:
         """Reduced relaxation modulus E*(t) [Pa] of all impacts; or an effective one of each on a bonded layer."""
-        own = [self.contact.reduced_modulus]
+        own = PronyColumns.stacked([self.contact.reduced_modulus])
         if self.profile.separable:
             return own
         from restitution.impact.batch import Batch
 
         # The size of a contact is that with the modulus of the material.
-        first = Batch.from_impact(self, own).solve(_ESTIMATE_RTOL)
-        return self.profile.effective_moduli(self.material, first["max_contact_radius"].reshape(self.shape))
+        radius = Batch.from_impact(self, own).max_contact_radii(_ESTIMATE_RTOL)
+        return self.profile.effective_moduli(self.material, radius.reshape(self.shape))
 
     @property
     def reduced_modulus(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of the contact; on a bonded layer it may be an effective one."""
-        if len(self.reduced_moduli) > 1:
+        if self.profile.separable:
+            return self.contact.reduced_modulus
+        if self.reduced_moduli.size > 1:
             raise InputError("impact", wanted="must be a single one: those of this array have moduli of their own")
-        return self.reduced_moduli[0]
+        return self.reduced_moduli.row(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +254,11 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
     material, counter = body_1.material or body_2.material, body_2.material if body_1.material else None
     if material is None:
         raise InputError("material", wanted="both bodies are rigid, but one must deform")
-    return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, external_force=external_force)
+    with np.errstate(all="ignore"):  # a radius that underflows is refused below
+        first, second = (2.0 * (np.asarray(body.radius) / radius) for body in (body_1, body_2))
+    diameters = (first, second) if body_1.material else (second, first)
+    options: dict[str, Any] = {"external_force": external_force, "diameters": diameters}
+    return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, **options)
 
 
 def two_bodies(problem: Any) -> tuple[Body, Body]:

@@ -115,7 +115,7 @@ def indent(
     solution = Solution(contact, contact.reduced_modulus, prescribed, name, rtol)
     if not profile.separable:
         contact.warn_if_approximate()
-        (series,) = profile.effective_moduli(material, np.array(solution.max_contact_radius))
+        series = profile.effective_moduli(material, np.array(solution.max_contact_radius)).row(0)
         solution = Solution(contact, series, prescribed, name, rtol)
     times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))
     columns = solution.at(times)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.material.columns import PronyColumns
 from restitution.material.prony import PronySeries
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ def reduced_series(impact: Impact, series: PronySeries, terms: int) -> tuple[Pro
         return PronySeries(start.equilibrium_modulus * factors[0], moduli, times, parallel_viscosity=viscosity)
 
     def errors(logarithms: Array) -> dict[str, Array]:
-        found = Batch.from_impact(impact, [changed(logarithms)]).solve(1e-8)
+        found = Batch.from_impact(impact, PronyColumns.stacked([changed(logarithms)])).solve(1e-8)
         names = ("restitution_coefficient", "contact_time", "max_force")
         return {name: found[name] - exact[name] for name in names}
 

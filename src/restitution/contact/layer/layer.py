@@ -14,11 +14,12 @@ from restitution.checks import Numeric, one_of, single
 from restitution.contact.geometry import Array, Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.depths import Depths, PunchDepths, depths
 from restitution.contact.layer.rows import LayerRows
-from restitution.contact.layer.separable import effective_modulus
+from restitution.contact.layer.separable import effective_moduli, effective_modulus
 from restitution.contact.layer.store import stored_punches
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Profile
 from restitution.errors import InputError, InputTypeError
+from restitution.material.columns import PronyColumns
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS
@@ -68,7 +69,7 @@ class Layer(Geometry):
     exact on a frictionless base for every material, and on a bonded base if the Poisson ratio does not change in time.
     Where it changes but stays above 0.498, as that of rubber, the map at equilibrium is used: in finite elements at
     0.4989 to 0.4999 this changes e by less than 1 %. Other materials on a bonded base have a separable
-    approximation, with a warning: the map at equilibrium, with an effective modulus that is exact for a flat punch
+    approximation, with a warning: the map at equilibrium, with an effective modulus that is that of a flat punch
     of the radius 0.8 a_max; a_max is that of a first solution with E*(t). In six impacts of finite elements its
     errors are about 0.5 % of e, 4 % of the contact time and 10 % of the largest force. A flat punch is exact.
 
@@ -91,6 +92,7 @@ class Layer(Geometry):
     strict: bool = False
     _poisson_ratio: float | None = field(default=None, init=False, repr=False)
     _relaxes: bool = field(default=False, init=False, repr=False)
+    _confinement: float = field(default=0.0, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -122,10 +124,12 @@ class Layer(Geometry):
             raise InputError("material", wanted=wanted)
         # The same material gives slightly different numbers after changes of its form.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
-        if (self._poisson_ratio, self._relaxes) == (poisson_ratio, relaxes):
+        confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
+        known = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
+        if vars(self).items() >= known.items():
             return self
         bound = replace(self)
-        vars(bound).update(_poisson_ratio=poisson_ratio, _relaxes=relaxes)
+        vars(bound).update(known)
         return bound
 
     @property
@@ -133,11 +137,15 @@ class Layer(Geometry):
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return not self._relaxes
 
-    def effective_moduli(self, material: Material, contact_radius: Array) -> list[PronySeries]:
+    def effective_moduli(self, material: Material, contact_radius: Array) -> PronyColumns:
         """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
-        place = 1.0 if self.path_exponent == 0.0 else _PLACE
-        radii = np.ravel(place * contact_radius / self.thickness).tolist()
-        return [effective_modulus(material, x if x < np.inf else 0.0) for x in radii]
+        radii = np.ravel(contact_radius / self.thickness)
+        if self.path_exponent == 0.0:
+            # All contacts have the radius of the punch.
+            known = radii[np.isfinite(radii)]
+            series = effective_modulus(material, float(known[0]) if known.size else 0.0)
+            return PronyColumns.stacked([series]).repeated(radii.size)
+        return effective_moduli(material).at(np.where(np.isfinite(radii), _PLACE * radii, 0.0))
 
     @property
     def _ratio(self) -> float | None:
@@ -245,6 +253,11 @@ class Layer(Geometry):
     def target_thickness(self) -> Numeric:
         """Thickness [m] of the layer."""
         return self.thickness
+
+    @property
+    def confinement(self) -> float:
+        """Number 4 nu/(1 - 2 nu) of the largest Poisson ratio in time on a bonded base; 0 if frictionless."""
+        return self._confinement
 
     @property
     def max_depth(self) -> Numeric:
