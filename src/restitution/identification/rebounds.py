@@ -68,11 +68,11 @@ class Rebounds(Observations):
     Raises
     ------
     InputError
-        If a number is out of range, or the arrays do not broadcast to one shape (n,).
+        If a number is out of range, or the arrays differ in length.
 
     Notes
     -----
-    All arrays broadcast to the shape (n,). For balls on a material at one temperature, without weight, e stays the
+    Single numbers hold for all n impacts. For balls on a material at one temperature, without weight, e stays the
     same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time. A known
     elastic `counter_material` does not change this for models with an instantaneous modulus: with a spring in series
     they are models of the same kind.
@@ -332,13 +332,11 @@ def _measured(name: str, values: Any, unit: str) -> Array:
 
 
 def _broadcast(columns: dict[str, Any]) -> dict[str, Array]:
-    """Columns of one shape (n,)."""
+    """Columns of one shape (n,), where numbers are repeated."""
     shapes = {name: np.shape(values) for name, values in columns.items()}
-    try:
-        shape = np.broadcast_shapes((1,), *shapes.values())
-    except ValueError:
-        shape = (0, 0)
-    if len(shape) != 1:
+    lengths = {shape for shape in shapes.values() if shape}
+    shape = lengths.pop() if lengths else (1,)
+    if lengths or len(shape) != 1:
         listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise InputError(", ".join(columns), wanted=f"must broadcast to one shape (n,): {listed}")
+        raise InputError(", ".join(columns), wanted=f"must be single numbers, or arrays of one shape (n,): {listed}")
     return {name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape) for name, values in columns.items()}
