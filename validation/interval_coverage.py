@@ -13,6 +13,7 @@ import argparse
 import math
 import warnings
 from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +83,11 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
         state = ("closed", "one-sided", "open")[sum(one.open_ends)]
         # The interval is that of the best value, which may lie beyond an open end.
         end = high if value > middle else low
-        errors = abs(math.log(value / middle)) / max(abs(math.log(end / middle)), 1e-12) * 1.96 if 0 < end < math.inf else 0.0
+        errors = (
+            abs(math.log(value / middle)) / max(abs(math.log(end / middle)), 1e-12) * 1.96
+            if 0 < end < math.inf
+            else 0.0
+        )
         rows.append(row | {"name": name, "state": state, "inside": low <= value <= high, "errors": errors,
                            "value": middle, "truth": value, "low": low, "high": high})  # fmt: skip
     return rows
@@ -97,14 +102,15 @@ def table(rows: pd.DataFrame) -> list[str]:
     groups += [(f"intervals {state}", stated[stated.state == state]) for state in ("closed", "one-sided")]
     for name, words, edges in (("share", "tau/T", (0.1, 0.5, 2.0, 10.0)), ("ratio", "G1/Ginf", (0.5, 2.0, 6.0, 20.0)),
                                ("noise", "noise", (0.003, 0.01, 0.03))):  # fmt: skip
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        for low, high in pairwise(edges):
             groups.append((f"{words} {low:g} to {high:g}", stated[(stated[name] >= low) & (stated[name] < high)]))
     lines = ["| data | stated intervals | hold the truth | resolved to | above 3 errors | above 5 | largest |"]
     lines += ["|---|---|---|---|---|---|---|"]
     for words, group in groups:
         n = len(group)
         off = group.errors.where(~group.inside, 0.0)
-        lines.append(f"| {words} | {n} | {100.0 * group.inside.mean():.1f} % | {196.0 * math.sqrt(0.0475 / max(n, 1)):.1f} % "
+        half = 196.0 * math.sqrt(0.0475 / max(n, 1))
+        lines.append(f"| {words} | {n} | {100.0 * group.inside.mean():.1f} % | {half:.1f} % "
                      f"| {(off > 3.0).sum()} | {(off > 5.0).sum()} | {off.max():.1f} |")  # fmt: skip
     return lines
 

@@ -226,7 +226,9 @@ VALIDITY = _by_name(
     _nonnegative("window_ratio", NUMBER, "contact beyond the window of the material", r"$w$"),
     Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
     _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
-    _nonnegative("undetermined_constants", NUMBER, "constants that data do not determine: 1 some, 2 the scale", r"$n$"),
+    _nonnegative(
+        "undetermined_constants", NUMBER, "constants that data do not determine: 1 some, 2 the scale", r"$n$"
+    ),
 )
 """Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 

@@ -17,6 +17,8 @@ _LONGEST = 0.7
 _ROUNDS = 12
 _CLOSE = 0.01
 _TOLERANCE = 1e-5
+# Five errors over the half width of an interval, and the factor of a wary quantile.
+_FAR_ERRORS, _WARY = 5.0 / 1.96, 1.8
 # A standard error of a logarithm above this is that of a hidden parameter.
 _HIDDEN = 0.3
 # Below this root of the excess, a profile counts as flat, and the steps grow by this factor.
@@ -43,18 +45,40 @@ def profile(
     the flat part of the profile, is open.
 
     The logarithm of a modulus that is too small to be seen has no slope, so that a descent does not bring it back. A
-    point therefore counts as outside only if descents from other values of such coordinates end there as well.
+    point therefore counts as outside only if descents from other values of such coordinates end there as well. Where
+    the profile flattens beyond an end, the end is taken at 1.8 times the quantile: a small chance excess of the sum of
+    squares would otherwise exclude values at many times the stated error.
     """
     best = estimation.fit
     points: list[tuple[float, float]] = [(float(best.coordinates[k]), 0.0)]
     ends: list[float] = []
+    unseen = hidden(standard_error, estimation.problem.n_parameters)
     for sign in (-1.0, 1.0):
         end, walked, best = _side(estimation, k, sign, standard_error, covariance, quantile, best)
+        if unseen.size and math.isfinite(end) and _flattens(estimation, k, end, walked, quantile, unseen):
+            end, more, best = _side(estimation, k, sign, standard_error, covariance, _WARY * quantile, best)
+            walked += more
         ends.append(end)
         points += walked
     points.sort()
     z, excess = np.array(points).T
     return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
+
+
+def _flattens(
+    estimation: Estimation, k: int, end: float, walked: list[tuple[float, float]], quantile: float,
+    unseen: NDArray[np.intp],
+) -> bool:  # fmt: skip
+    """Whether the profile is low at five errors, where that of a normal distribution is at 2.6 times the quantile."""
+    problem, best = estimation.problem, estimation.fit
+    z = float(best.coordinates[k])
+    far = float(np.clip(z + _FAR_ERRORS * (end - z), problem.low[k], problem.high[k]))
+    guess = best.coordinates.copy()
+    guess[k] = far
+    fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+    fit = rescued(problem, fit, unseen, estimation.loss, k, _TOLERANCE)
+    walked.append((far, fit.cost - best.cost))
+    return fit.cost - best.cost < (_WARY * quantile) ** 2
 
 
 def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:

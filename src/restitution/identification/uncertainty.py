@@ -94,8 +94,10 @@ def headline(parameters: Mapping[str, Estimate]) -> str:
     if not rough:
         widest = max((one.factor for one in parameters.values()), default=1.0)
         return f"All parameters are determined, {to_within(widest)} or better."
-    start = "No parameter is determined" if len(rough) == len(parameters) else "Not all parameters are determined"
-    return f"{start}: {'; '.join(f'{name} {one.accuracy}' for name, one in rough.items())}."
+    nothing = [name for name, one in rough.items() if all(one.open_ends)]
+    parts = [f"{name} {one.accuracy}" for name, one in rough.items() if name not in nothing]
+    lines = [f"Not determined: {', '.join(nothing)}."] if nothing else []
+    return " ".join([*lines, *([f"Roughly determined: {'; '.join(parts)}."] if parts else [])])
 
 
 class FlatDirection(NamedTuple):
@@ -159,15 +161,17 @@ class Uncertainty:
                 named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
                 exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
                 length = float(np.linalg.norm(direction))
-                exact = bool(value <= EXACT * s[0]) and self._unseen(direction)
+                exact = bool(value <= EXACT * s[0]) and self.unseen(direction)
                 found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
         return tuple(found)
 
-    def _unseen(self, direction: Array) -> bool:
-        """Whether the sum of squares stays the same far along a direction of the parameters, as far as bounds permit.
+    def unseen(self, direction: Array) -> bool:
+        """Whether a direction that the Jacobian does not show is exact, and not the logarithm of a modulus near zero.
 
-        The logarithm of a modulus near zero has no slope either, but the data show larger values of it.
+        A single parameter is moved far, as far as its bounds permit. Directions of several parameters may be curved.
         """
+        if np.count_nonzero(np.abs(direction) > _COMPONENT * np.abs(direction).max()) > 1:
+            return True
         problem, best = self.estimation.problem, self.estimation.fit.coordinates
         n, moves = problem.n_parameters, np.tile(best, (2, 1))
         for row, sign in zip(moves, (1.0, -1.0), strict=True):
