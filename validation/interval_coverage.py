@@ -1,12 +1,13 @@
 """Coverage of the intervals of identified materials, over many kinds of data.
 
-Each set draws a standard solid with a ratio G1/Ginf from 0.5 to 20, a relaxation time from 0.1 to 10 times the contact
-time T (of an indentation: the time of the approach), noise from 0.3 to 3 %, and its data: ten rebounds of a ball at one
-velocity, ten of a ball at velocities over a factor of 6, six each of three balls, or a curve of a microscope. The noise
-is stated, or estimated from the scatter in every fourth set. A stated interval has at least one closed end. An error is
-the distance from the best value to the end of the interval on the side of the truth, over 1.96.
+Each set draws a standard solid with a ratio G1/Ginf from 0.5 to 20, a relaxation time from 0.1 to 10 times the
+contact time T (of an indentation: the time of the approach), noise from 0.3 to 3 %, and its data: ten rebounds of a
+ball at one velocity, ten of a ball at velocities over a factor of 6, six each of three balls, or a curve of a
+microscope. The noise is stated, or estimated from the scatter in every fourth set. A stated interval has at least one
+closed end. An error is the distance from the best value to the end of the interval on the side of the truth, over
+1.96.
 
-Usage: python validation/interval_coverage.py [--size 800] [--seed 1] [--workers 2] [--out validation/interval_coverage.md]
+Usage: python validation/interval_coverage.py [--size 800] [--seed 1] [--workers 2] [--out FILE]
 """
 
 import argparse

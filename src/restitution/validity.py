@@ -56,7 +56,8 @@ class Check:
     Attributes
     ----------
     kind : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or `separability` or `constants` if in doubt.
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or if in doubt `separability` or
+        `constants`.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
