@@ -229,6 +229,9 @@ VALIDITY = _by_name(
     Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
     _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
     _nonnegative("layer_strain", NUMBER, "indentation depth over thickness of the layer", r"$d/h$"),
+    _nonnegative(
+        "undetermined_constants", NUMBER, "constants that data do not determine: 1 some, 2 the scale", r"$n$"
+    ),
 )
 """Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 

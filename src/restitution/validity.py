@@ -30,6 +30,7 @@ _BESIDE_RIGID, _TARGET, _LAYER, _BALL, _, _, _INDENTER = range(len(_BODIES))
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
     "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
+    "constants": "constants",
 }  # fmt: skip
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
@@ -47,6 +48,8 @@ DENSITY_LIMITS = (1.0, 3e4)
 _PAIR = 4.0
 # A contact resembles half a period, omega = pi/T: times near T/3, which is d/v0. Its beginning is three times faster.
 _RISE_SHARE = 1.0 / 3.0
+# Constants that are not determined: some, or all moduli and times but for a common scale.
+_SOME, _SCALE = 1.0, 2.0
 # Contact time of a Hertz impact over d/v0: (4/5) sqrt(pi) Gamma(2/5)/Gamma(9/10).
 _HERTZ_TIME = 2.9432751843247043
 
@@ -58,7 +61,8 @@ class Check:
     Attributes
     ----------
     kind : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or `separability` if in doubt.
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or if in doubt `separability` or
+        `constants`.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
@@ -179,6 +183,7 @@ class Numbers(NamedTuple):
     is_layer_strain: Array = np.zeros(1)
     wave_body: Array = np.zeros(1)
     wave_size: Array = np.full(1, math.nan)
+    undetermined_constants: Array = np.zeros(1)
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
@@ -221,7 +226,7 @@ def numbers(
     order = {pair: n for n, pair in enumerate(kinds)}
     kind = np.array([order[pair] for pair in pairs])
     found = np.array([_of_materials(one) for one in kinds.values()])
-    low, high, instantaneous, static, factor, missing = found[np.broadcast_to(kind, time.shape)].T
+    low, high, instantaneous, static, factor, missing, undetermined = found[np.broadcast_to(kind, time.shape)].T
     with np.errstate(all="ignore"):
         rise = depth / speed
         time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
@@ -260,6 +265,7 @@ def numbers(
             is_layer_strain=(of_layer > strain).astype(np.float64),
             wave_body=np.where(place > 0.0, other_name, own_name),
             wave_size=np.where(place > 0.0, other, own),
+            undetermined_constants=undetermined,
         )
 
 
@@ -285,11 +291,14 @@ def layer_strain_number(squeezed: ArrayLike, width: ArrayLike, confinement: Arra
 
 
 def _of_materials(contact: Contact) -> tuple[float, ...]:
-    """Window, Poisson ratios, factor of the largest density, and whether a density is missing."""
+    """Window, Poisson ratios, factor of the largest density, whether a density is missing, undetermined constants."""
     low, high = contact.window or (math.nan, math.nan)
     instantaneous, static = min((one.instantaneous_poisson_ratio, one.poisson_ratio) for one in contact.materials)
     missing = any(material.density is None for material in contact.materials)
-    return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing
+    doubtful = [one for one in contact.materials if one.undetermined]
+    # A material without a window is known from data without a time or a force.
+    level = max((_SOME if one.window else _SCALE for one in doubtful), default=0.0)
+    return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing, level
 
 
 def _each(contacts: Sequence[Contact], number: Callable[[Contact], Any]) -> Array:
@@ -348,6 +357,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
         "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
         "density": density,
         "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
+        "constants": np.where(numbers.undetermined_constants > 0.0, 1.0 + numbers.undetermined_constants, math.nan),
     }
 
 
@@ -357,7 +367,7 @@ def report(numbers: Numbers) -> Validity:
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
         known = ~np.isnan(values)
-        if kind == "separability" and not known.any():
+        if kind in ("separability", "constants") and not known.any():
             continue
         worst = int(np.argmax(np.where(known, values, -np.inf)))
         one: Any = Numbers(*(column[worst] for column in numbers))
@@ -450,6 +460,15 @@ def _separability(one: Any, exceeded: bool) -> tuple[str, str]:
     return approximation(one.instantaneous_poisson_ratio, one.poisson_ratio)
 
 
+def _constants(one: Any, exceeded: bool) -> tuple[str, str]:
+    text = "data behind the material do not determine all of its constants; "
+    if one.undetermined_constants >= _SCALE:
+        text += "contact time, depth, force, pressure and radius are not determined, only the restitution coefficient"
+        return text, "Measure a contact time, a force or a modulus, and identify the material again."
+    text += "outputs are determined only for contacts like those of the data"
+    return text, "Stay near those contacts, or add the measurement that `restitution identify` names."
+
+
 # The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
 _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
     "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
@@ -459,6 +478,7 @@ _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, st
     "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
     "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
     "separability": ("instantaneous_poisson_ratio", math.nan, "", _separability),
+    "constants": ("undetermined_constants", 0.0, "", _constants),
 }
 
 

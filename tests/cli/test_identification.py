@@ -48,7 +48,8 @@ def test_the_material_is_found() -> None:
     answer = run("identify", "case.toml", "--out", "m.toml", "--plot", "fit.png")
     assert answer.exit_code == 0
     lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
-    assert lines[:2] == ["Balls [on] rubber", "All parameters are determined."]
+    assert lines[0] == "Balls [on] rubber"
+    assert lines[1].startswith("All parameters are determined, to ")
     assert any(line.startswith("shear_modulus 1 MPa") for line in lines)
     assert any(line.startswith("viscosity 300 Pa s") for line in lines)
     assert 'model = "kelvin_voigt"' in Path("m.toml").read_text()
@@ -59,11 +60,7 @@ def test_undetermined_parameters_are_listed_first() -> None:
     # Section 1 of the design page: e stays the same if all moduli are times L^(5/2) and all times over L.
     answer = run("identify", "e.toml")
     assert answer.exit_code == 0
-    first, second = answer.stdout.splitlines()[1:3]
-    assert (first, second) == (
-        "shear_modulus: not determined by these data",
-        "viscosity: not determined by these data",
-    )
+    assert answer.stdout.splitlines()[1] == "Not determined: shear_modulus, viscosity."
     content = json.loads(run("identify", "e.toml", "--json").stdout)
     assert content["parameters"]["viscosity"]["value"] is None
     assert content["flat_directions"][0]["exact"]

@@ -113,6 +113,7 @@ class MaterialSection(Section):
     shift: AnyShift | None = None
     temperature: Temperature | None = None
     window: Annotated[tuple[_Time, _Time], LIST] | None = None
+    undetermined: tuple[str, ...] | None = None
 
     @classmethod
     def alternatives(cls) -> set[str]:
@@ -147,7 +148,8 @@ class MaterialSection(Section):
             factor = shift.factor(self.temperature)
             window = Window(window.low / factor, window.high / factor, window.rtol)
         material = self.isothermal(window)
-        given = {"name": self.name, "density": self.density, "shift": shift, "window": self.window}
+        given = {"name": self.name, "density": self.density, "shift": shift, "window": self.window,
+                 "undetermined": self.undetermined}  # fmt: skip
         if shift is not None:
             given["temperature"] = shift.reference_temperature
         material = replace(material, **{key: value for key, value in given.items() if value is not None})

@@ -33,8 +33,8 @@ def identify(
 ) -> None:
     """Find the material from measured impacts, indentations and moduli, with errors.
 
-    The case file contains a model and the names of the data files. Parameters that the data do not determine are
-    listed first, without a value. Example: restitution identify examples/identification/balls.toml --plot fit.png
+    The case file contains a model and the names of the data files. The first line is how well the data determine the
+    parameters. Example: restitution identify examples/identification/balls.toml --plot fit.png
     """
     with user_input(), collected_warnings() as warnings:
         from restitution.case.identification import SPECTRUM, read_identification
@@ -75,12 +75,9 @@ def _print_spectrum(found: Spectrum, title: str) -> None:
 
 
 def _print(found: Identification, title: str) -> None:
-    open_ones = [name for name, one in found.parameters.items() if not one.determined]
-    print(title)
-    for name in open_ones:
-        print(f"{name}: {found.parameters[name].words}")
-    if not open_ones:
-        print("All parameters are determined.")
+    from restitution.identification.uncertainty import headline
+
+    print(title, headline(found.parameters), sep="\n")
     for line in found.statements:
         print(line)
     print()
@@ -96,6 +93,7 @@ def _print(found: Identification, title: str) -> None:
 
 
 def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
+    from restitution.identification.uncertainty import CLOSE
     from restitution.plot.labels import scaled_unit
 
     rows: list[tuple[str, ...]] = []
@@ -109,7 +107,8 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
         ends = " to ".join(
             "open" if is_open else shown(end) for end, is_open in zip(one.interval, one.open_ends, strict=True)
         )
-        estimate = f"{shown(one.value)} {unit}".strip() if one.determined else "not determined"
+        digits = 4 if one.factor <= CLOSE else 2
+        estimate = f"{shown(one.value, digits=digits)} {unit}".strip() if one.determined else "not determined"
         known_ends = any(map(math.isfinite, one.interval)) or any(one.open_ends)
         rows.append((name, estimate, shown(one.standard_error, digits=2), ends if known_ends else "-"))
     return rows

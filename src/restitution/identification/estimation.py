@@ -14,7 +14,7 @@ from restitution.errors import InputError
 from restitution.identification.descent import descend
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
-from restitution.identification.starts import effective_tables, instantaneous_ratio, starts
+from restitution.identification.starts import effective_tables, instantaneous_ratio, lattice, starts
 from restitution.material.columns import MaterialColumns
 from restitution.material.fit import DynamicTable
 
@@ -23,6 +23,8 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
+# Values of hidden coordinates that are tried, and descents from the best of them.
+_TRIALS, _RESCUES = 64, 3
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
@@ -132,6 +134,22 @@ def minimise(
 ) -> Fit:
     """Local minimum from a start, perhaps with one coordinate held."""
     return _minima(problem, start[None], loss, tolerance, held)[0]
+
+
+def rescued(
+    problem: EstimationProblem, fit: Fit, hidden: NDArray[np.intp], loss: Loss, held: int, tolerance: float
+) -> Fit:
+    """The fit, or a better one with the same held coordinate from other values of hidden coordinates."""
+    places = hidden[hidden != held]
+    if not places.size:
+        return fit
+    points = np.tile(fit.coordinates, (_TRIALS, 1))
+    low, high = problem.low[places], problem.high[places]
+    points[:, places] = low + lattice(_TRIALS, places.size) * (high - low)
+    costs = (_lossy(problem.residuals(points), loss) ** 2).sum(axis=1)
+    chosen = np.argsort(np.where(np.isfinite(costs), costs, np.inf), kind="stable")[:_RESCUES]
+    found = _minima(problem, points[chosen], loss, tolerance, held)
+    return min((fit, *found), key=lambda one: one.cost)
 
 
 def _minima(

@@ -33,6 +33,9 @@ def write_material(found: Identification, path: str | Path) -> Path:
     if math.isfinite(low):
         # Beyond it `solve` warns.
         lines.append(f"window = [{1.0 / high!r}, {1.0 / low!r}]")
+    if found.undetermined:
+        # `solve` warns of them.
+        lines.append(f"undetermined = {json.dumps(list(found.undetermined))}")
     lines += [f"{key} = {_value(value)}" for key, value in _section(found).items()]
     balls = next((one for one in found.data if isinstance(one, Rebounds)), None)
     if balls is not None and balls.radius is not None and balls.counter_material is None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR
-from restitution.identification.estimation import Estimation, Fit, minimise
+from restitution.identification.estimation import Estimation, Fit, minimise, rescued
 
 Array = NDArray[np.float64]
 
@@ -17,6 +17,12 @@ _LONGEST = 0.7
 _ROUNDS = 12
 _CLOSE = 0.01
 _TOLERANCE = 1e-5
+# Five errors over the half width of an interval, and the factor of a wary quantile.
+_FAR_ERRORS, _WARY = 5.0 / 1.96, 1.8
+# A standard error of a logarithm above this is that of a hidden parameter.
+_HIDDEN = 0.3
+# Below this root of the excess, a profile counts as flat, and the steps grow by this factor.
+_FLAT, _GROWTH = 0.3, 1.6
 
 
 class LikelihoodProfile(NamedTuple):
@@ -34,19 +40,50 @@ def profile(
 ) -> LikelihoodProfile:
     """Profile of coordinate k, from the minimum to both sides until the excess is above the squared quantile.
 
-    Each step is at most 0.7, and starts from the line through the last two points. The secant rule in the root of the
-    excess then finds the end. An end beyond a factor of 1000, or at a bound, is open.
+    Each step is at most 0.7, more where the profile is flat, and starts from the line through the last two points. The
+    secant rule in the root of the excess then finds the end. An end at a bound, or farther than a factor of 1000 from
+    the flat part of the profile, is open.
+
+    The logarithm of a modulus that is too small to be seen has no slope, so that a descent does not bring it back. A
+    point therefore counts as outside only if descents from other values of such coordinates end there as well. Where
+    the profile flattens beyond an end, the end is taken at 1.8 times the quantile: a small chance excess of the sum of
+    squares would otherwise exclude values at many times the stated error.
     """
     best = estimation.fit
     points: list[tuple[float, float]] = [(float(best.coordinates[k]), 0.0)]
     ends: list[float] = []
+    unseen = hidden(standard_error, estimation.problem.n_parameters)
     for sign in (-1.0, 1.0):
         end, walked, best = _side(estimation, k, sign, standard_error, covariance, quantile, best)
+        if unseen.size and math.isfinite(end) and _flattens(estimation, k, end, walked, quantile, unseen):
+            end, more, best = _side(estimation, k, sign, standard_error, covariance, _WARY * quantile, best)
+            walked += more
         ends.append(end)
         points += walked
     points.sort()
     z, excess = np.array(points).T
     return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
+
+
+def _flattens(
+    estimation: Estimation, k: int, end: float, walked: list[tuple[float, float]], quantile: float,
+    unseen: NDArray[np.intp],
+) -> bool:  # fmt: skip
+    """Whether the profile is low at five errors, where that of a normal distribution is at 2.6 times the quantile."""
+    problem, best = estimation.problem, estimation.fit
+    z = float(best.coordinates[k])
+    far = float(np.clip(z + _FAR_ERRORS * (end - z), problem.low[k], problem.high[k]))
+    guess = best.coordinates.copy()
+    guess[k] = far
+    fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+    fit = rescued(problem, fit, unseen, estimation.loss, k, _TOLERANCE)
+    walked.append((far, fit.cost - best.cost))
+    return fit.cost - best.cost < (_WARY * quantile) ** 2
+
+
+def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:
+    """Parameters whose size the data hardly show at the best fit, so that linear estimates of errors fail."""
+    return np.flatnonzero(standard_errors[:n_parameters] > _HIDDEN)
 
 
 def _side(
@@ -61,7 +98,7 @@ def _side(
     walked: list[tuple[float, float]] = []
     # Distance, root of the excess, and coordinates of the last two points.
     last, before = (0.0, 0.0, origin), None
-    step = min(_LONGEST, quantile * float(standard_error[k]))
+    step, flat = min(_LONGEST, quantile * float(standard_error[k])), 0.0
 
     def at(distance: float) -> tuple[float, float, Array]:
         nonlocal best
@@ -77,6 +114,8 @@ def _side(
             guess = last[2].copy()
             guess[k] = origin[k] + sign * distance
             fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+        if fit.cost - least >= quantile**2:
+            fit = rescued(problem, fit, hidden(standard_error, problem.n_parameters), estimation.loss, k, _TOLERANCE)
         if fit.cost < best.cost:
             best = fit
         walked.append((float(origin[k] + sign * distance), fit.cost - least))
@@ -84,13 +123,16 @@ def _side(
 
     room = abs(bound - float(origin[k]))
     while True:
-        if last[0] >= min(FAR, 0.999 * room):
+        if last[0] >= min(flat + FAR, 0.999 * room):
             return open_end, walked, best
-        distance = min(last[0] + step, FAR, 0.999 * room)
+        distance = min(last[0] + step, flat + FAR, 0.999 * room)
         new = at(distance)
         if new[1] >= quantile:
             break
-        before, last = last, new
+        before, last, width = last, new, step
+        if last[1] < _FLAT:
+            flat, step = last[0], max(_GROWTH * width, 0.02)
+            continue
         # The next step goes to the end if the root of the excess is a straight line.
         pace = (last[1] - before[1]) / (last[0] - before[0])
         step = min(_LONGEST, 1.05 * (quantile - last[1]) / pace if pace > 0.0 else _LONGEST)

@@ -15,6 +15,7 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.effective_moduli import moduli_of_bounces
+from restitution.identification.impact_nodes import ImpactColumns, ImpactNodes, impact_nodes
 from restitution.identification.observations import Curve, Noise, Observations
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
@@ -26,6 +27,8 @@ from restitution.material.viscoelastic import Material, reduced_modulus
 Array = NDArray[np.float64]
 
 _RTOL = 1e-9
+# Above this number of impacts their outcomes are interpolated.
+_MANY = 400
 # Relative change of the velocity for slopes over the velocity.
 _STEP = 1e-3
 _NAMES = ("restitution_coefficient", "contact_time", "max_force")
@@ -68,11 +71,11 @@ class Rebounds(Observations):
     Raises
     ------
     InputError
-        If a number is out of range, or the arrays do not broadcast to one shape (n,).
+        If a number is out of range, or the arrays differ in length.
 
     Notes
     -----
-    All arrays broadcast to the shape (n,). For balls on a material at one temperature, without weight, e stays the
+    Single numbers hold for all n impacts. For balls on a material at one temperature, without weight, e stays the
     same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time. A known
     elastic `counter_material` does not change this for models with an instantaneous modulus: with a spring in series
     they are models of the same kind.
@@ -171,25 +174,52 @@ class Rebounds(Observations):
         self, materials: MaterialColumns, velocity_factor: float = 1.0, external_force: Array | None = None
     ) -> dict[str, Array]:
         """Restitution coefficients, contact times and peak forces by name, shape (m, n); NaN without separation."""
-        m, n = materials.size, self.velocity.size
-        if self.temperature is None:
+        if (nodes := self._nodes) is None:
+            return self._solved(materials, self._impacts, velocity_factor, external_force)
+        found = self._solved(materials, nodes.impacts, velocity_factor, external_force)
+        # The momentum is the scale of the force.
+        scale = {"max_force": nodes.impacts.mass * nodes.impacts.velocity}
+        own = {"max_force": self.mass * self.velocity}
+        rows = {name: np.log(values / scale.get(name, 1.0)) for name, values in found.items()}
+        return {name: np.exp(nodes.interpolated(values)) * own.get(name, 1.0) for name, values in rows.items()}
+
+    @cached_property
+    def _nodes(self) -> ImpactNodes | None:
+        """Few impacts in place of many, if the outcomes are smooth functions of one number."""
+        exponent = self.profile.path_exponent
+        if exponent is None or self.velocity.size <= _MANY:
+            return None
+        return impact_nodes(self._impacts, float(np.asarray(exponent)))
+
+    @cached_property
+    def _impacts(self) -> ImpactColumns:
+        """The measured impacts; without a coefficient (NaN) where the profile is no power law."""
+        given: Any = self.profile.path_coefficient if self.profile.path_exponent is not None else math.nan
+        coefficient = np.broadcast_to(np.asarray(given, dtype=np.float64), self.velocity.shape)
+        return ImpactColumns(self.velocity, self.mass, self.external_force, self.temperature, coefficient)
+
+    def _solved(
+        self, materials: MaterialColumns, impacts: ImpactColumns, velocity_factor: float, external_force: Array | None
+    ) -> dict[str, Array]:
+        """Outcomes of impacts with the profile or its exponent, shape (m, n)."""
+        m, n = materials.size, impacts.velocity.size
+        if impacts.temperature is None:
             # Shape (m, n, n_branch) and (m, n) without a copy.
             contact = self._contact(materials.reduced)
             series = [np.broadcast_to(part[:, None], (m, n, *part.shape[1:])) for part in contact]
         else:
-            levels, where = np.unique(self.temperature, return_inverse=True)
+            levels, where = np.unique(impacts.temperature, return_inverse=True)
             each = [self._contact(materials.at(float(level)).reduced) for level in levels]
             series = [np.stack(parts, axis=1)[:, where] for parts in zip(*each, strict=True)]
         equilibria, viscosities, moduli, times = series
-        force = self.external_force if external_force is None else external_force
-        bodies = self.mass, velocity_factor * self.velocity, force
+        force = impacts.external_force if external_force is None else external_force
+        bodies = impacts.mass, velocity_factor * impacts.velocity, force
         flat = [np.broadcast_to(one, (m, n)).ravel() for one in bodies]
-        exponent, profile = self.profile.path_exponent, self.profile
-        power = exponent is not None
+        exponent, power = self.profile.path_exponent, self.profile.path_exponent is not None
         batch = Batch(
             equilibria.ravel(), viscosities.ravel(), moduli.reshape(m * n, -1), times.reshape(m * n, -1), *flat,
-            coefficients=np.broadcast_to(np.asarray(profile.path_coefficient), (m, n)).ravel() if power else None,
-            exponent=float(np.asarray(exponent)) if power else None, profile=None if power else profile,
+            coefficients=np.broadcast_to(impacts.coefficient, (m, n)).ravel() if power else None,
+            exponent=float(np.asarray(exponent)) if power else None, profile=None if power else self.profile,
         )  # fmt: skip
         found = batch.solve(_RTOL, workers=1)
         good = found["status"] == Status.SEPARATED
@@ -297,7 +327,7 @@ class Rebounds(Observations):
         return 2.0 + 0.5 * float(self.profile.path_exponent if self.profile.path_exponent is not None else 1.0)
 
     def _moduli(self, times: Array) -> DynamicTable:
-        known = np.isfinite(times)
+        known = _thinned(np.isfinite(times), times)
         loss = -np.log(self.restitution_coefficient[known])
         elastic = (self._elastic[0][known] / times[known]) ** self._power
         omega, storage, tangent = moduli_of_bounces(loss, elastic, times[known])
@@ -326,6 +356,17 @@ class Rebounds(Observations):
         return f"Rebounds({self.velocity.size} impacts, {', '.join(self.measured)})"
 
 
+def _thinned(known: NDArray[np.bool_], times: Array) -> NDArray[np.bool_]:
+    """At most some hundred of the known impacts, evenly over their times; the moduli of so many are a start."""
+    places = np.flatnonzero(known)
+    if places.size <= _MANY:
+        return known
+    order = places[np.argsort(times[places], kind="stable")]
+    found = np.zeros_like(known)
+    found[order[np.linspace(0, order.size - 1, _MANY).astype(int)]] = True
+    return found
+
+
 def _refused_unless(name: str, values: Array, good: NDArray[np.bool_]) -> Array:
     if not np.all(good):
         place = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
@@ -344,13 +385,11 @@ def _measured(name: str, values: Any, unit: str) -> Array:
 
 
 def _broadcast(columns: dict[str, Any]) -> dict[str, Array]:
-    """Columns of one shape (n,)."""
+    """Columns of one shape (n,), where numbers are repeated."""
     shapes = {name: np.shape(values) for name, values in columns.items()}
-    try:
-        shape = np.broadcast_shapes((1,), *shapes.values())
-    except ValueError:
-        shape = (0, 0)
-    if len(shape) != 1:
+    lengths = {shape for shape in shapes.values() if shape}
+    shape = lengths.pop() if lengths else (1,)
+    if lengths or len(shape) != 1:
         listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise InputError(", ".join(columns), wanted=f"must broadcast to one shape (n,): {listed}")
+        raise InputError(", ".join(columns), wanted=f"must be single numbers, or arrays of one shape (n,): {listed}")
     return {name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape) for name, values in columns.items()}

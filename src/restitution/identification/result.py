@@ -20,7 +20,7 @@ from restitution.identification.estimation import Estimation, EstimationProblem
 from restitution.identification.observations import Curve, Observations
 from restitution.identification.profiles import LikelihoodProfile
 from restitution.identification.rebounds import Rebounds
-from restitution.identification.uncertainty import Estimate, FlatDirection, Uncertainty
+from restitution.identification.uncertainty import UNDETERMINED, Estimate, FlatDirection, Uncertainty, headline
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.material.columns import MaterialColumns
@@ -110,12 +110,20 @@ class Identification:
 
     @cached_property
     def material(self) -> Material | FractionalMaterial:
-        """Material of the best fit, also where parameters are not determined; it holds within the window."""
+        """Material of the best fit, which holds within the window; `undetermined` names its unknown constants."""
         made = self.problem.space.material(self.coordinates[: self.problem.n_parameters])
         low, high = self.window
-        if isinstance(made, Material) and 0.0 < low < high:
+        if not isinstance(made, Material):
+            return made
+        made = replace(made, undetermined=self.undetermined or None)
+        if 0.0 < low < high:
             return replace(made, window=(1.0 / high, 1.0 / low), assumptions="identified from measured data")
         return made
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the parameters that the data do not determine within a factor of 3."""
+        return tuple(name for name, one in self.parameters.items() if one.factor > UNDETERMINED)
 
     @cached_property
     def covariance(self) -> Array:
@@ -374,6 +382,7 @@ class Identification:
             "window": [low, high],
             "flat_directions": [one._asdict() for one in self.flat_directions],
             "statements": list(self.statements),
+            "undetermined": list(self.undetermined),
             "warnings": list(self.warnings),
         }
 
@@ -381,14 +390,15 @@ class Identification:
         """Write the material as the section of a case file, with the first impact of the data where there is one.
 
         Comments hold the window, the covariance of the logarithms and the names of the data. `restitution solve` reads
-        the file. Parameters that are not determined stand at the best fit.
+        the file. Parameters that are not determined within a factor of 3 stand at the best fit; the key `undetermined`
+        has their names, and results warn of them.
         """
         from restitution.identification.material_file import write_material
 
         return write_material(self, path)
 
     def __str__(self) -> str:
-        lines = [f"{self.problem.space.model.__name__}: {self.goodness_of_fit}"]
+        lines = [f"{self.problem.space.model.__name__}: {self.goodness_of_fit}", headline(self.parameters)]
         lines += [*self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip

@@ -59,10 +59,8 @@ def starts(
     n = len(space.free)
     wide = [1.0 if one.kind == "logit" else _SPREAD for one in space.free]
     spread = np.array([0.0 if one.name in space.start else size for one, size in zip(space.free, wide, strict=True)])
-    # Points of an additive lattice fill the cube evenly.
-    lattice = np.mod(0.5 + np.outer(np.arange(_N_STARTS), _lattice_root(n) ** -np.arange(1.0, n + 1.0)), 1.0)
     points = np.tile(centre, (_N_STARTS, 1))
-    points[:, :n] += (2.0 * lattice - 1.0) * spread
+    points[:, :n] += (2.0 * lattice(_N_STARTS, n) - 1.0) * spread
     held = -1
     for k, one in enumerate(space.free):
         if one.name in _BULKS:
@@ -107,6 +105,11 @@ def instantaneous_ratio(materials: MaterialColumns) -> Array:
     """Ratio 2G/(3K) of the instantaneous moduli, shape (n,); above 1 the instantaneous Poisson ratio is negative."""
     shear, bulk = (one.equilibria + one.moduli.sum(axis=1) for one in (materials.shear, materials.bulk))
     return 2.0 * shear / (3.0 * bulk)
+
+
+def lattice(n_points: int, n: int) -> Array:
+    """Points of an additive lattice, which fill the unit cube evenly, shape (n_points, n)."""
+    return np.mod(0.5 + np.outer(np.arange(n_points), _lattice_root(n) ** -np.arange(1.0, n + 1.0)), 1.0)
 
 
 def _lattice_root(n: int) -> float:

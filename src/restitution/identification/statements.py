@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -59,26 +59,29 @@ def statements(found: Identification) -> list[str]:
     same = len(powers) == len(problem.data) and all(one == power for one in powers)
     exponent = float(np.asarray(power)) if same and power is not None else None
     return knowledge(
-        found.names, found.estimation.jacobian, problem.columns, theta, window, exponent=exponent, impacts=impacts
-    )[1]
+        found.names, found.estimation.jacobian, problem.columns, theta, window, exponent=exponent, impacts=impacts,
+        unseen=found.uncertainty.unseen,
+    )[1]  # fmt: skip
 
 
 def knowledge(
     names: Sequence[str], jacobian: Array, columns: Columns, theta: Array, window: tuple[float, float], *,
-    exponent: float | None = None, impacts: Rebounds | None = None,
+    exponent: float | None = None, impacts: Rebounds | None = None, unseen: Callable[[Array], bool] | None = None,
 ) -> tuple[list[StatedDirection], list[str]]:  # fmt: skip
     """Flat directions of a fit, and statements in words.
 
     The jacobian holds the derivatives of the residuals over their standard deviations with respect to the parameters
     theta (logarithms, or logits), then to the nuisances; `names` has both. The window is that of the data [rad/s]. All
     data are impacts without a force of bodies with a = c d^(p/2), if the exponent p is given. Further measurements
-    are like `impacts`.
+    are like `impacts`. `unseen` is whether also a large change in a direction of the parameters leaves the data.
     """
     p = theta.size
     own, nuisances = names[:p], names[p:]
     seen = without(jacobian[:, :p], jacobian[:, p:])
     singular, rows = principal_directions(seen)
     exact, flat = singular <= EXACT * singular[0], singular < 1.0
+    if unseen is not None:
+        exact &= np.array([not small or unseen(row) for small, row in zip(exact, rows, strict=True)])
     information = seen.T @ seen
     directions: list[StatedDirection] = []
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR, quantile
 from restitution.identification.estimation import Estimation, Fit, efficiency
-from restitution.identification.profiles import LikelihoodProfile, profile
+from restitution.identification.profiles import LikelihoodProfile, hidden, profile
 
 Array = NDArray[np.float64]
 
@@ -21,11 +21,15 @@ EXACT = 3e-6
 """A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7."""
 # Derivative of the logarithm of a function over that of a parameter that is zero but for the error of differences.
 _NO_SLOPE = 1e-4
+# Share of the sum of squares, from the error of the solver, that changes along an exact direction.
+_UNSEEN = 1e-3
 # A coordinate belongs to a flat direction if its component is above this.
 _COMPONENT = 1e-3
 # Below this standard error of the logarithm, the interval of the linearised problem is good enough.
 _LINEAR = 0.05
 _STEP = 1e-4
+CLOSE, UNDETERMINED = 1.3, 3.0
+"""Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
 _LEVEL = 0.95
 
 
@@ -40,18 +44,60 @@ class Estimate(NamedTuple):
     open_ends: tuple[bool, bool] = (False, False)  # whether the low and the high end are open
 
     @property
-    def words(self) -> str:
-        """The estimate as text; without a number unless the data determine one."""
+    def factor(self) -> float:
+        """Larger of the factors between the estimate and the ends of its interval; infinite where one is open."""
+        low, high = self.interval
+        if not self.determined or self.value is None:
+            return math.inf
+        if low == high == self.value or not (math.isfinite(low) and math.isfinite(high)):
+            return 1.0  # known without an error, or an unknown that was projected out
+        if low <= 0.0:
+            return math.inf if self.value > 0.0 else 1.0
+        return max(self.value / low, high / self.value)
+
+    @property
+    def accuracy(self) -> str:
+        """How well the data determine the value: "to 12 %", "to a factor of 3", or the end that is known."""
         low, high = self.interval
         unit = f" {self.unit}" if self.unit else ""
         if self.determined:
-            error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
-            return f"{self.value:.4g}{error}{unit}"
+            return to_within(self.factor)
         if self.open_ends == (True, False):
             return f"at most {high:.3g}{unit} (bounded above)"
         if self.open_ends == (False, True):
             return f"at least {low:.3g}{unit} (bounded below)"
         return "not determined by these data"
+
+    @property
+    def words(self) -> str:
+        """The estimate as text; without a number unless the data determine one."""
+        low, high = self.interval
+        unit = f" {self.unit}" if self.unit else ""
+        if self.determined:
+            if self.factor > CLOSE:
+                return f"{self.value:.2g}{unit}, from {low:.2g} to {high:.2g}{unit}: {to_within(self.factor)} only"
+            error = "" if self.standard_error is None else f" +- {self.standard_error:.2g}"
+            return f"{self.value:.4g}{error}{unit}"
+        return self.accuracy
+
+
+def to_within(factor: float) -> str:
+    """Half width of an interval in words, as a share or as a factor."""
+    if factor <= CLOSE:
+        return f"to {100.0 * (factor - 1.0):.2g} %"
+    return f"to a factor of {factor:.2g}" if factor < 1e3 else "to no useful factor"
+
+
+def headline(parameters: Mapping[str, Estimate]) -> str:
+    """Summary of how well the data determine the parameters, by the widths of their intervals."""
+    rough = {name: one for name, one in parameters.items() if one.factor > CLOSE}
+    if not rough:
+        widest = max((one.factor for one in parameters.values()), default=1.0)
+        return f"All parameters are determined, {to_within(widest)} or better."
+    nothing = [name for name, one in rough.items() if all(one.open_ends)]
+    parts = [f"{name} {one.accuracy}" for name, one in rough.items() if name not in nothing]
+    lines = [f"Not determined: {', '.join(nothing)}."] if nothing else []
+    return " ".join([*lines, *([f"Roughly determined: {'; '.join(parts)}."] if parts else [])])
 
 
 class FlatDirection(NamedTuple):
@@ -115,9 +161,27 @@ class Uncertainty:
                 named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
                 exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
                 length = float(np.linalg.norm(direction))
-                exact = bool(value <= EXACT * s[0])
+                exact = bool(value <= EXACT * s[0]) and self.unseen(direction)
                 found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
         return tuple(found)
+
+    def unseen(self, direction: Array) -> bool:
+        """Whether a direction that the Jacobian does not show is exact, and not the logarithm of a modulus near zero.
+
+        A single parameter is moved far, as far as its bounds permit. Directions of several parameters may be curved.
+        """
+        if np.count_nonzero(np.abs(direction) > _COMPONENT * np.abs(direction).max()) > 1:
+            return True
+        problem, best = self.estimation.problem, self.estimation.fit.coordinates
+        n, moves = problem.n_parameters, np.tile(best, (2, 1))
+        for row, sign in zip(moves, (1.0, -1.0), strict=True):
+            move = sign * direction
+            ends = np.where(move > 0.0, problem.high[:n], problem.low[:n]) - best[:n]
+            shares = ends[np.abs(move) > _COMPONENT] / move[np.abs(move) > _COMPONENT]
+            row[:n] += min(FAR, float(shares.min(initial=FAR))) * move
+        costs = (problem.residuals(moves) ** 2).sum(axis=1)
+        least = float((problem.residuals(best[None]) ** 2).sum())
+        return bool(np.all(np.abs(costs - least) < _UNSEEN * max(least, 1.0)))
 
     def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
@@ -152,6 +216,11 @@ class Uncertainty:
         """Best fit, profiles included."""
         return min((self.estimation.fit, *(one.best for one in self._profiles.values())), key=lambda fit: fit.cost)
 
+    @cached_property
+    def _curved(self) -> bool:
+        """Whether a parameter is hidden, so that the linearised problem gives no interval of any other."""
+        return hidden(self.standard_errors, self.estimation.problem.n_parameters).size > 0
+
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Estimate of parameter k; from its profile on request, or if its error is not small."""
         problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
@@ -160,7 +229,7 @@ class Uncertainty:
         free = any(one.exact and parameter.name in one.exponents for one in self.flat_directions)
         if free:
             low, high = -math.inf, math.inf
-        elif profiled or (profiled is None and error > _LINEAR):
+        elif profiled or (profiled is None and (error > _LINEAR or self._curved)):
             low, high = self.profile(k, level)[2:4]
         else:
             reach = self.quantile(level) * error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -50,6 +51,9 @@ class Material:
         Source of the numbers, and assumptions made beyond it.
     window
         Shortest and longest time [s] for which the moduli hold, at `temperature`.
+    undetermined
+        Constants of the material that the data behind it do not determine, such as ``("equilibrium_modulus",)``;
+        results warn of them. Without a `window`, the data contain no time and no force.
     derivation
         How the moduli were derived from the source, for `restitution.cite`: "fit" of a Prony series to data, a
         "fractional" model, or None.
@@ -78,6 +82,7 @@ class Material:
     window: tuple[float, float] | None
     assumptions: str | None
     derivation: Derivation | None
+    undetermined: tuple[str, ...] | None
 
     def __init__(
         self,
@@ -92,6 +97,7 @@ class Material:
         window: tuple[float, float] | None = None,
         assumptions: str | None = None,
         derivation: Derivation | None = None,
+        undetermined: Sequence[str] | None = None,
     ) -> None:
         shear = _series("shear", shear)
         if shear.is_zero:
@@ -106,6 +112,7 @@ class Material:
         window = None if window is None else time_window(window)
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
         self.__dict__.update(source=source, window=window, assumptions=assumptions, derivation=derivation)
+        self.__dict__.update(undetermined=_names("undetermined", undetermined))
 
     def plot(self) -> Figure:
         """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
@@ -209,6 +216,15 @@ class Material:
         31.622776601683793
         """
         return None if self.density is None else np.sqrt(self.shear.relaxation_modulus(time) / self.density)
+
+
+def _names(field: str, given: Any) -> tuple[str, ...] | None:
+    """Names as a tuple; None if there are none."""
+    if given is None:
+        return None
+    if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
+        raise InputTypeError(field, given, "must be a list of names of constants")
+    return tuple(given) or None
 
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:
