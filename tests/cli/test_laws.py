@@ -171,6 +171,29 @@ def test_calibrates_a_ball_and_a_wall_over_sizes_in_json() -> None:
     assert "wall/gran" in law.snippet
 
 
+@pytest.mark.parametrize("stated", ["pair", "wall"])
+def test_contact_builds_the_other_one_from_the_case(stated: str) -> None:
+    """A file of two beads gives a bead on a wall of its material, and a file of one bead gives two of them."""
+    Path("ball.toml").write_text(PAIR if stated == "wall" else PAIR.partition("[counter_body]")[0])
+    options = ("--target", "liggghts", "--velocity", "0.1", "0.1", "--contact", stated)
+    content = json.loads(run("calibrate", "ball.toml", *options, "--json").stdout)
+    other = BEAD if stated == "pair" else rs.Body(BALL.material)
+    exact = rs.solve(rs.collision(BEAD, other, 0.1))
+    assert content["wall"] == (stated == "wall")
+    assert content["table"]["restitution_coefficient"][0] == pytest.approx(exact.restitution_coefficient, rel=1e-7)
+    assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
+
+
+def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
+    Path("ball.toml").write_text(CASE + STEEL)
+    options = ("--target", "mercury-bshp", "--velocity", "0.1", "0.1", "--json")
+    ball = rs.Body(rs.elastic(youngs_modulus=210e9, poisson_ratio=0.3), 0.01, 0.005)
+    content = json.loads(run("calibrate", "ball.toml", *options).stdout)
+    exact = rs.solve(rs.collision(ball, rs.Body(BALL.material), 0.1))
+    assert content["wall"]
+    assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
+
+
 def test_calibrates_to_a_given_restitution() -> None:
     options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
     found = json.loads(run("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from restitution import quantities
 from restitution.calibration import events
-from restitution.calibration.bodies import pair
+from restitution.calibration.bodies import PAIR, WALL, pair
 from restitution.calibration.codes import LAWS
 from restitution.calibration.collisions import Collisions, collisions
 from restitution.calibration.fit import nearest
@@ -55,7 +55,9 @@ def calibrate(
         A coefficient of restitution, or measured velocities [m/s] and coefficients, in place of those of the
         material. The stiffness is then the static one of the material, and the exact contact time is not known.
     contact : {"pair", "wall"}, optional
-        Two balls, or a ball and a wall. By default from the bodies; of an impact a pair if both bodies deform.
+        Two balls, or a ball and a wall. By default from the bodies; of an impact a pair if both bodies deform. The
+        other contact is built from the bodies: two equal balls from a ball and a wall, a ball and a wall of its
+        material from two equal balls.
     units : {"si", "cgs", "micro", "lj"}
         Unit system of the numbers: for LAMMPS all, for LIGGGHTS "si" and "cgs", else "si". In "lj" the mass and the
         diameter of the first ball and the highest velocity are 1.
@@ -72,7 +74,7 @@ def calibrate(
     Raises
     ------
     InputError
-        If a number is out of range, the contacts lie outside the window of the material, the bodies do not separate,
+        If a number is out of range, the bodies do not determine the other contact, the contacts lie outside the window of the material, the bodies do not separate,
         or the law cannot reach the coefficient of restitution.
     SolverError
         If a solve fails.
@@ -97,7 +99,7 @@ def calibrate(
     """
     quantities.known("target", target, (*LAWS, events.REBOUND))
     if contact is not None:
-        one_of("contact", contact, ("pair", "wall"))
+        one_of("contact", contact, (PAIR, WALL))
     whole("points", points, 2, 10_000)
     within("rtol", rtol, 1e-12, 1e-2)
     law = LAWS.get(target)

@@ -196,7 +196,7 @@ class Calibration:
     def __repr__(self) -> str:
         low, high = self.velocity
         speeds = f"{low:.3g} m/s" if low == high else f"{low:.3g} to {high:.3g} m/s"
-        lines = [f"{self.words}: {'a ball and a wall' if self.wall else 'two balls'} at {speeds}"]
+        lines = [f"{self.words}: {self.collisions.pair.words} at {speeds}"]
         wide = max((len(name) for name in self.parameters), default=0)
         for name, (value, unit, words) in self.parameters.items():
             lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")

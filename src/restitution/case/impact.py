@@ -14,6 +14,7 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
+from restitution.contact.profile import Parabola
 from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
@@ -219,8 +220,17 @@ class Case:
         return for_contact(lambda window: replace(self.sections.build(window), velocity=list(velocity)))
 
     def bodies(self, impact: Impact) -> tuple[Body, Body] | None:
-        """The two free bodies, of the materials of an impact; None where the second is a half-space."""
-        return self.sections.bodies(impact.material, impact.counter_material)
+        """The two bodies, of the materials of an impact: balls, or a ball and a wall; None if they are something else.
+
+        If only one of the ball and the wall deforms, it is the ball: the solution is the same.
+        """
+        material, counter = impact.material, impact.counter_material
+        if self.sections.counter_body is not None:
+            return self.sections.bodies(material, counter)
+        if not isinstance(impact.profile, Parabola) or impact.external_force or math.isfinite(impact.impedance):
+            return None
+        ball, wall = (material, None) if counter is None else (counter, material)
+        return Body(ball, impact.profile.radius, impact.mass), Body(wall)
 
     def solve(self) -> ImpactResult:
         """Solve the impact with the options of the file.

@@ -149,7 +149,12 @@ def calibrate(
         ),
     ] = None,
     contact: Annotated[
-        str | None, option("pair or wall. Default: pair, if the case has a counter_body.", metavar="WHAT")
+        str | None,
+        option(
+            "pair, two balls, or wall, a ball and a wall. The default is that of the case; the other one is built from "
+            "its ball.",
+            metavar="WHAT",
+        ),
     ] = None,
     units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", metavar="UNITS")] = "si",
     json: Json = False,
@@ -175,11 +180,13 @@ def calibrate(
             raise BadInput("Missing option '--velocity': only a table of --restitution has velocities of its own")
         sizes = None if radius is None else tuple(tables.read_quantity("--radius", text, LENGTH) for text in radius)
         impact = problem.over((low, high))
-        bodies: Any = problem.bodies(impact)
+        # The bodies have no size of the target, which the report of a half-space compares.
+        is_plain = problem.sections.counter_body is None and impact.counter_material is None and contact != "pair"
+        bodies: Any = impact if is_plain else problem.bodies(impact) or impact
         with compilation():
             found = fit(
-                bodies or impact, target, (low, high) if low != high else low, radius=sizes, restitution=given,
-                contact=contact or (None if bodies else "wall"), units=units, workers=workers,
+                bodies, target, (low, high) if low != high else low, radius=sizes,
+                restitution=given, contact=contact, units=units, workers=workers,
             )  # fmt: skip
         notes = problem.notes(impact)
     if json:
