@@ -33,6 +33,7 @@ def calibrate(
     restitution: Any = None,
     contact: str | None = None,
     units: str = "si",
+    extrapolate: bool = False,
     points: int = 33,
     rtol: float = 1e-9,
     workers: int | None = None,
@@ -61,6 +62,8 @@ def calibrate(
     units : {"si", "cgs", "micro", "lj"}
         Unit system of the numbers: for LAMMPS all, for LIGGGHTS "si" and "cgs", else "si". In "lj" the mass and the
         diameter of the first ball and the highest velocity are 1.
+    extrapolate : bool
+        Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     points : int
         Number of velocities, at equal ratios.
     rtol, workers
@@ -74,8 +77,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If a number is out of range, the bodies do not determine the other contact, the contacts lie outside the window of the material, the bodies do not separate,
-        or the law cannot reach the coefficient of restitution.
+        If a number is out of range, the bodies do not determine the other contact, the contacts lie outside the
+        window of the material, the bodies do not separate, or the law cannot reach the coefficient of restitution.
     SolverError
         If a solve fails.
 
@@ -106,7 +109,8 @@ def calibrate(
     systems = law.units if law else ("si",)
     if units not in systems:
         raise InputError("units", units, f"must be {' or '.join(map(repr, systems))} for {target}")
-    wanted = collisions(pair(problem, contact), velocity, radius, restitution, points, rtol, workers)
+    bodies = pair(problem, contact)
+    wanted = collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     return _of_events(wanted) if law is None else _of_law(law, wanted, units)
 
 

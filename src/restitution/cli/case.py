@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, History, Json, JsonWithoutUnits, Plot, argument, option, target
+from restitution.cli.options import (
+    CaseFile,
+    Extrapolate,
+    History,
+    Json,
+    JsonWithoutUnits,
+    Plot,
+    argument,
+    option,
+    target,
+)
 from restitution.cli.terminal import BadInput, compilation, report, user_input
 from restitution.files import TABLES, whole_file, write_table
 from restitution.impact.status import Status
@@ -51,10 +61,12 @@ def solve(
         option('Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.', metavar="TIME"),
     ] = None,
     history: History = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Solve the impact that a case file describes."""
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known
         from restitution.quantities import TIME
 
         times = [tables.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
@@ -62,6 +74,7 @@ def solve(
             raise BadInput("--pressure-at: give --plot FILE as well")
         problem = read_case(case)
         with compilation():
+            require_known(problem.impact, extrapolate=extrapolate)
             result = problem.solve()
         for text, time in zip(pressure_at or [], times, strict=True):
             if result.status == Status.SEPARATED and not 0.0 <= time <= result.contact_time:
@@ -115,6 +128,7 @@ def bounce(
     json: Json = False,
     plot: Plot = None,
     out: Annotated[Path | None, target("Write a row for each bounce", "--out", *TABLES)] = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
 
@@ -123,10 +137,12 @@ def bounce(
     """
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known
 
         problem = read_case(case)
         with compilation():
             found = problem.bounces()
+            require_known(found.impact, found.velocity, extrapolate=extrapolate)
     table = found.to_dataset()
     if json:
         content = {"n_bounces": found.n_bounces, "ended": str(found.ended), "drop_height": found.drop_height}
@@ -167,17 +183,21 @@ def _print_bounces(found: Bounces, title: str) -> None:
     print(f"{count} bounce{'s' * (count != 1)} in {end}")
 
 
-def indent(case: CaseFile, json: Json = False, plot: Plot = None, history: History = None) -> None:
+def indent(
+    case: CaseFile, json: Json = False, plot: Plot = None, history: History = None, extrapolate: Extrapolate = False
+) -> None:
     """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
 
     The case file has the sections profile, material and indentation. A second loading in contact is refused.
     """
     with user_input():
         from restitution.case.indentation import read_indentation
+        from restitution.impact.window import require_known_times
 
         problem = read_indentation(case)
         with compilation():
             result = problem.solve()
+        require_known_times(result.validity["window"], extrapolate=extrapolate)
     if json:
         tables.write_json(result.to_dict())
     else:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, Json, Plot, Workers, check_target, option
+from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, Workers, check_target, option
 from restitution.cli.sweep import build_surrogate
-from restitution.cli.terminal import BadInput, compilation, report, user_input
+from restitution.cli.terminal import BadInput, collected_warnings, compilation, report, user_input
 from restitution.files import TABLES, whole_file, write_table
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def export(
     terms: Annotated[
         int | None, option("Terms of a contact law, fitted to the contacts; all if not given.", min=1)
     ] = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Write an impact, its contact law or its materials for another program."""
     with user_input():
@@ -52,20 +53,22 @@ def export(
         if suffix in TABLES:
             if velocity is None:
                 raise BadInput(f"--to {to}: give --velocity LOW HIGH as well")
-            _write_outcomes(case, to, velocity)
+            _write_outcomes(case, to, velocity, extrapolate)
             return
         if velocity is not None and terms is None:
             raise BadInput(
                 f"--velocity {' '.join(velocity)}: has no meaning for {to}; it belongs to a table or --terms"
             )
-        _write_law(case, to, velocity, terms) if suffix in _LAWS else _write_materials(case, to)
+        _write_law(case, to, velocity, terms, extrapolate) if suffix in _LAWS else _write_materials(case, to)
 
 
-def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None) -> None:
+def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None, extrapolate: bool) -> None:
     """Write the contact law with memory."""
     import numpy as np
 
     from restitution.case.impact import read_case
+    from restitution.impact.solve import solve
+    from restitution.impact.window import require_known
     from restitution.law.law import contact_law
     from restitution.quantities import VELOCITY
     from restitution.surrogates.velocity import velocity_range
@@ -77,8 +80,9 @@ def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: in
         impact = problem.over((low, high))
         speeds = np.geomspace(*velocity_range((low, high)), _ROWS)
         impact = replace(impact, velocity=speeds)
+    require_known(impact, extrapolate=extrapolate)
     law = contact_law(impact)
-    law = law if terms is None else law.reduced(terms)
+    law = law if terms is None else law.reduced(terms, extrapolate=extrapolate)
     if to.suffix.lower() == ".h":
         law.to_c(to)
     else:
@@ -95,15 +99,18 @@ def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: in
     count = law.modulus.n_branches
     error = f", error of e {law.restitution_error:.1e}" if terms else ""
     print(f"{to}: contact law of {count} term{'s' * (count != 1)}, {law.state_size} numbers a contact{error}")
+    with collected_warnings() as doubts:
+        validity = solve(impact).validity
+    report("warning", *dict.fromkeys((*doubts, *validity.warnings)))
     report("note", *problem.notes(impact))
 
 
-def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str]) -> None:
+def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate: bool) -> None:
     """Write e, contact time and largest force over the velocity."""
     from restitution.quantities import VELOCITY
 
     low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
-    made, notes = build_surrogate(case, (low, high), _RTOL)
+    made, notes = build_surrogate(case, (low, high), _RTOL, extrapolate=extrapolate)
     write_table(made.sample(), to)
     errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
     print(f"{to}: {low:g} to {high:g} m/s; largest relative error: {errors}")
@@ -151,8 +158,8 @@ def calibrate(
     contact: Annotated[
         str | None,
         option(
-            "pair, two balls, or wall, a ball and a wall. The default is that of the case; the other one is built from "
-            "its ball.",
+            "pair, two balls, or wall, a ball and a wall. The default is that of the case, and the other one is built "
+            "from its ball.",
             metavar="WHAT",
         ),
     ] = None,
@@ -160,6 +167,7 @@ def calibrate(
     json: Json = False,
     plot: Plot = None,
     workers: Workers = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Fit the contact law of another code to the exact restitution, and print the text to paste.
 
@@ -186,7 +194,7 @@ def calibrate(
         with compilation():
             found = fit(
                 bodies, target, (low, high) if low != high else low, radius=sizes,
-                restitution=given, contact=contact, units=units, workers=workers,
+                restitution=given, contact=contact, units=units, extrapolate=extrapolate, workers=workers,
             )  # fmt: skip
         notes = problem.notes(impact)
     if json:

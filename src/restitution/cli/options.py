@@ -69,6 +69,10 @@ def _either(choices: Sequence[str]) -> str:
     return f"{', '.join(most)} or {last}" if most else last
 
 
+Extrapolate = Annotated[
+    bool,
+    typer.Option("--extrapolate", help="Go beyond the times for which the material is known, with a warning."),
+]
 PICTURES = (".png", ".pdf", ".svg")
 CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, Json, Plot, option
+from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, option
 from restitution.cli.terminal import compilation, report, user_input
 
 # Times for which a fractional material holds: rebound tests last 1 to 20 ms.
@@ -42,10 +42,12 @@ def resilience(
     ] = None,
     json: Json = False,
     plot: Plot = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Rebound resilience of the material of a case file in a standard test."""
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known_times
         from restitution.material.fractional import Window
         from restitution.quantities import LENGTH, MASS, TEMPERATURE
         from restitution.rebound_resilience.loss import implied_loss_tangent
@@ -65,6 +67,7 @@ def resilience(
         material = problem.sections.material.build(Window(*_WINDOW))
         with compilation():
             found = of_standard(material, standard, temperature=kelvin or None, base=base or None, **replaced)
+            require_known_times(found.validity["window"], extrapolate=extrapolate)
             implied = None if measured is None else implied_loss_tangent(measured)
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))

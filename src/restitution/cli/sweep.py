@@ -11,6 +11,7 @@ import typer
 from restitution.cli import tables
 from restitution.cli.options import (
     PICTURES,
+    Extrapolate,
     Json,
     Outputs,
     Picture,
@@ -61,6 +62,7 @@ def sweep(
     ] = None,
     workers: Workers = None,
     json: Json = False,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
@@ -84,6 +86,7 @@ def sweep(
 
             try:
                 dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
+                _require_known(dataset, out, extrapolate)
                 if is_table:
                     write_table(dataset, out)
             except KeyboardInterrupt:
@@ -144,6 +147,7 @@ def map_(
     out: Picture = None,
     workers: Workers = None,
     json: Json = False,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Draw contours of an output over two quantities of a case.
 
@@ -183,8 +187,20 @@ def map_(
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
         with collected_warnings() as warnings, progress_bar("computing", rate="impacts/s") as progress:
             dataset = run(plan, workers=workers, progress=progress)
+        _require_known(dataset, target, extrapolate)
         names = list(plan.grid.axes)
         _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
+
+
+def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
+    """Refuse a result of which a part lies beyond the times for which the material is known."""
+    from restitution.doubts import checks
+    from restitution.impact.window import WAY_OUT
+
+    check = checks(dataset.attrs).get("window", {})
+    if check.get("exceeded") and not extrapolate:
+        stored = f"; {out} is whole, and the same command with it computes nothing again" if out.is_dir() else ""
+        raise BadInput(f"{check['message']}; {WAY_OUT}{stored}")
 
 
 def _draw(
@@ -251,6 +267,7 @@ def surrogate(
     plot: Plot = None,
     json: Json = False,
     workers: Workers = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Replace an impact by an interpolant over its velocity: restitution, contact time and peak force, with an error.
 
@@ -268,7 +285,9 @@ def surrogate(
             made, notes = Surrogate.load(source), []
         else:
             low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
-            made, notes = build_surrogate(source, (low, high), _RTOL if rtol is None else rtol, workers)
+            made, notes = build_surrogate(
+                source, (low, high), _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
+            )
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
         if out.suffix.lower() == _SAVED:
@@ -295,7 +314,7 @@ def surrogate(
 
 
 def build_surrogate(
-    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None
+    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None, *, extrapolate: bool = False
 ) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
@@ -303,5 +322,5 @@ def build_surrogate(
 
     with progress_bar("building") as progress:
         impact = read_case(path).over(velocity)
-        made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
+        made = surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
     return made, notes_on(impact.material, impact.counter_material)

@@ -17,6 +17,7 @@ from restitution import checks
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
 from restitution.identification.estimation import Estimation, EstimationProblem
+from restitution.identification.material_file import known_times
 from restitution.identification.observations import Curve, Observations
 from restitution.identification.profiles import LikelihoodProfile
 from restitution.identification.rebounds import Rebounds
@@ -114,7 +115,7 @@ class Identification:
         made = self.problem.space.material(self.coordinates[: self.problem.n_parameters])
         low, high = self.window
         if isinstance(made, Material) and 0.0 < low < high:
-            return replace(made, window=(1.0 / high, 1.0 / low), assumptions="identified from measured data")
+            return replace(made, window=known_times(self), assumptions="identified from measured data")
         return made
 
     @cached_property
