@@ -262,8 +262,8 @@ def test_json_words_and_pictures(tmp_path):
     assert json.loads((tmp_path / "law.json").read_text()) == content
     assert content["parameters"]["E"]["value"] == found.parameters["E"].value
     assert content["table"]["contact_time"] == [None, None]
-    assert "eta_n0" in repr(found)
-    assert "two balls at 0.1 to 1 m/s" in repr(found)
+    assert "eta_n0" in str(found)
+    assert "two balls at 0.1 to 1 m/s" in str(found)
     assert len(found.plot().axes) == 3
     assert len(rs.calibrate((BALL, BALL), "rebound", (0.1, 1.0), radius=(0.01, 0.02), points=3).plot().axes) == 2
 

@@ -96,7 +96,7 @@ def _print(found: Identification, title: str) -> None:
 
 
 def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
-    from restitution.plot.labels import scaled_unit
+    from restitution.display import scaled_unit
 
     rows: list[tuple[str, ...]] = []
     for name, one in group.items():

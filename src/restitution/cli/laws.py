@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from restitution.cli import tables
 from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, Workers, check_target, option
@@ -13,16 +13,13 @@ from restitution.cli.sweep import build_surrogate
 from restitution.cli.terminal import BadInput, collected_warnings, compilation, report, user_input
 from restitution.files import TABLES, whole_file, write_table
 
-if TYPE_CHECKING:
-    from restitution.calibration.result import Calibration
-
 # Ends of the names of contact laws.
 _LAWS = (".h", ".json")
 # Ends of the names of cards, with the time at which their elastic constants hold.
 _CARDS = {".inp": "after a long time", ".txt": "at the first instant", ".mac": "at the first instant"}
 _RTOL = 1e-6
-# Velocities that a screen shows.
-_ROWS = 9
+# Velocities to which terms of a law are fitted.
+_POINTS = 9
 
 
 def export(
@@ -78,7 +75,7 @@ def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: in
     if velocity is not None:
         low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
         impact = problem.over((low, high))
-        speeds = np.geomspace(*velocity_range((low, high)), _ROWS)
+        speeds = np.geomspace(*velocity_range((low, high)), _POINTS)
         impact = replace(impact, velocity=speeds)
     require_known(impact, extrapolate=extrapolate)
     law = contact_law(impact)
@@ -200,8 +197,7 @@ def calibrate(
     if json:
         tables.write_json(found.to_dict())
     else:
-        _print(found)
-        report("warning", *found.warnings)
+        tables.show(found.summary())
         report("note", *notes)
     if plot is not None:
         tables.save_picture(found.plot(), plot)
@@ -217,19 +213,3 @@ def _restitution(text: str) -> Any:
         # Measured rebounds have a ball, which is that of the case here.
         table: Any = read_observations(text, kind="rebounds", radius=1.0, mass=1.0)
         return table.velocity, table.restitution_coefficient
-
-
-def _print(found: Calibration) -> None:
-    import numpy as np
-
-    table, e = found.table, "restitution_coefficient"
-    if "radius" in table.dims:
-        table = table.isel(radius=table.sizes["radius"] // 2)
-    table = table.isel(velocity=np.unique(np.linspace(0, table.sizes["velocity"] - 1, _ROWS).astype(int)))
-    columns = ("velocity [m/s]", "exact e", "calibrated", "error [%]", "as usually typed")
-    values = table["velocity"], table[e], table[f"calibrated_{e}"], 100.0 * table["error"], table[f"naive_{e}"]
-    formats = ".4g", ".4f", ".4f", "+.2f", ".4f"
-    rows = [tuple(map(format, row, formats)) for row in np.stack(values, axis=1).tolist()]
-    words, *lines = str(found).splitlines()
-    tables.print_rows(words, columns, rows)
-    print("\n".join(lines), found.snippet, sep="\n\n")

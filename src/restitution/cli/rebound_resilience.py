@@ -72,18 +72,14 @@ def resilience(
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))
     else:
-        table = found.table.reset_index().rename(columns={"temperature": "temperature [K]"})
-        rows = [tuple(map(str, row)) for row in table.itertuples(index=False)]
-        tables.print_rows(found.heading, tuple(table.columns), rows)
-        for name, text in found.standard.sources.items():
-            print(f"{name}: {text.partition(': ')[2]} [{text.partition(':')[0]}]")
+        lines: list[str] = []
         if implied is not None:
             where = " to ".join(dict.fromkeys(f"{one:.3g}" for one in (found.frequency.min(), found.frequency.max())))
-            print(
+            lines.append(
                 f"{measured:g} % means a loss tangent of {implied.loss_tangent:.3g} ({implied.low:.3g} to "
                 f"{implied.high:.3g}) at the frequency of the contact, here {where} Hz"
             )
-        report("warning", *found.warnings)
+        tables.show(found.summary(), *lines)
         report("note", *problem.notes(problem.impact))
     if plot is not None:
         tables.save_picture(found.plot(), plot)

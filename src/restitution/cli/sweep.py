@@ -43,7 +43,6 @@ _LOG_RATIO = 10.0
 _SAVED = ".json"
 _RANGE = ("1e-3", "10")
 _RTOL = 1e-6
-_COLUMNS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 
 
 def sweep(
@@ -301,13 +300,7 @@ def surrogate(
         content |= {"values": [dict(zip(names, row, strict=True)) for row in rows], "warnings": made.warnings}
         tables.write_json(content | {"validity": made.validity.to_dict()})
     else:
-        span = f"{made.velocity[0]:g} to {made.velocity[1]:g} m/s in {pieces} piece{'s' * (pieces > 1)}"
-        print(f"{out or source}: {span}, rtol {made.rtol:g}")
-        errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
-        print(f"largest error: {errors}")
-        if rows:
-            tables.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])
-        report("warning", *made.warnings)
+        tables.show(made.summary(str(out or source), speeds))
         report("note", *notes)
     if plot is not None:
         tables.save_picture(made.plot(), plot)

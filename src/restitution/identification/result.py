@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
+from restitution.display import Shown, Summary
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
 from restitution.identification.estimation import Estimation, EstimationProblem
@@ -40,7 +41,7 @@ _LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification:
+class Identification(Shown):
     """Material identified from measured data; see `restitution.identify`.
 
     Attributes
@@ -388,13 +389,14 @@ class Identification:
 
         return write_material(self, path)
 
-    def __str__(self) -> str:
-        lines = [f"{self.problem.space.model.__name__}: {self.goodness_of_fit}"]
-        lines += [*self.statements]
+    def summary(self, title: str = "") -> Summary:
+        """Statements, estimates and warnings, which `print` and notebooks show."""
+        lines = [*self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip
-        lines += [f"warning: {line}" for line in self.warnings]
         lines.append("A good chi2 does not prove the model: compare several with restitution.identify.compare.")
-        return "\n".join(lines)
+        return Summary(title or self._short, lines=lines, warnings=self.warnings)
 
-    __repr__ = __str__
+    @property
+    def _short(self) -> str:
+        return f"{self.problem.space.model.__name__}: {self.goodness_of_fit}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.display import in_words, scaled_unit
 from restitution.errors import InputError
 from restitution.plot import style
 from restitution.plot.history import (
@@ -18,7 +19,6 @@ from restitution.plot.history import (
     force_indentation,
     force_time,
 )
-from restitution.plot.labels import in_words, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
