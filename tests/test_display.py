@@ -119,6 +119,13 @@ def test_every_result_shows_itself_with_its_warnings(shown, kind):
     assert (f"; {count} warning" in short) == (count > 0)
 
 
+def test_print_is_whole_in_a_notebook(shown, monkeypatch):
+    """There rich displays a table at once, whatever its file is."""
+    wanted = str(shown["impact"])
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    assert str(shown["impact"]) == wanted
+
+
 def test_an_array_shows_its_range(shown):
     found = shown["array"]
     row = next(row for row in found.summary().table.rows if row[1] == "T")

@@ -94,9 +94,11 @@ class Table(NamedTuple):
         for row in self.rows:
             layout.add_row(*map(Text, row))
         # A line that is too long for the terminal is better broken by it than cut off by the table.
-        console = Console(file=StringIO(), highlight=False, width=max(width, _WIDTH), color_system=None)
-        console.print(layout)
-        return console.file.getvalue()  # pyright: ignore[reportAttributeAccessIssue]
+        # In a notebook, rich would display the table in place of writing it.
+        written = StringIO()
+        console = Console(file=written, width=max(width, _WIDTH), color_system=None, force_jupyter=False)
+        console.print(layout, highlight=False)
+        return written.getvalue()
 
     @property
     def html(self) -> str:
