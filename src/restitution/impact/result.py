@@ -375,11 +375,17 @@ class ImpactResult(Shown):
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
 
+        Of several impacts e, contact time, depth and force over the velocity, or over what varies instead.
+
         Parameters
         ----------
         times : array_like, optional
             Times [s] within the contact, at most seven, at which the pressure is shown; by default four.
         """
+        if np.shape(self.status):
+            if times is not None:
+                raise InputError("times", wanted="must be left out for several impacts, which have no common time")
+            return draw("impact.of_several", self)
         return draw("impact.overview", self, times)
 
     def summary(self, title: str = "") -> Summary:
