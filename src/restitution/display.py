@@ -64,6 +64,17 @@ def in_words(value: float, unit: str) -> str:
     return f"{value * factor:.4g} {prefixed}".rstrip()
 
 
+def celsius(kelvin: float, digits: int = 6) -> str:
+    """Return a temperature [K] as a number in °C, without the rounding of the difference.
+
+    Examples
+    --------
+    >>> celsius(273.15), celsius(296.15), celsius(273.15 + 1e-13)
+    ('0', '23', '0')
+    """
+    return f"{round(kelvin - 273.15, 9) + 0.0:.{digits}g}"
+
+
 def plain_symbol(symbol: str) -> str:
     r"""Return a symbol of matplotlib's notation as plain text: d_max for $d_\mathrm{max}$."""
     return re.sub(r"\\mathrm|[${}\\]", "", symbol)

@@ -272,7 +272,7 @@ def test_json_words_and_pictures(tmp_path):
     ("changes", "message"),
     [
         ({"target": "lammps-tsui"}, "did you mean lammps-tsuji"),
-        ({"velocity": (2.0, 1.0)}, "the lowest and the highest"),
+        ({"velocity": (2.0, 2.0)}, "the lowest and the highest"),
         ({"velocity": None}, "velocity: must be given"),
         ({"velocity": -1.0}, "velocity = -1 m/s"),
         ({"restitution": 0.05}, "reaches e from 0.26"),

@@ -112,13 +112,13 @@ def test_exports_a_contact_law_of_few_terms_with_its_error() -> None:
         (["--to", "a.h", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.h"),
         (["--to", "a.inp", "--terms", "2"], "--terms 2: has no meaning for a.inp"),
         (["--to", "a.h", "--terms", "0"], "Invalid value for '--terms'"),
-        (["--to", "a.h", "--terms", "2", "--velocity", "2", "1"], "velocity = (2.0, 1.0): must be the lowest"),
+        (["--to", "a.h", "--terms", "2", "--velocity", "2", "2"], "velocity = (2.0, 2.0): must be the lowest"),
         (["--to", "a.csv"], "--to a.csv: give --velocity LOW HIGH as well"),
         (["--to", "a.inp", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.inp"),
         (["--to", "a.foo"], "--to a.foo: must end in "),
         (["--to", "no/a.inp"], "--to no/a.inp: no such folder"),
         (["--to", "a.csv", "--velocity", "1 kg", "2"], '--velocity "1 kg": is a mass'),
-        (["--to", "a.csv", "--velocity", "2", "1"], "velocity = (2.0, 1.0): must be the lowest and the highest"),
+        (["--to", "a.csv", "--velocity", "2", "2"], "velocity = (2.0, 2.0): must be the lowest and the highest"),
         ([], "Missing option '--to'"),
     ],
 )
@@ -235,10 +235,13 @@ def test_tables_of_restitution_that_are_refused_in_one_line(table: str | None, m
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--target", "lamps-tsuji", *RANGE], "target"),
+        (["--target", "lamps-tsuji", *RANGE], "target = 'lamps-tsuji': is not known; did you mean lammps-tsuji?"),
+        (
+            ["--target", "lammps", *RANGE],
+            "target = 'lammps': is not known; did you mean lammps-viscoelastic, lammps-tsuji or lammps-coeff-restitution?",
+        ),
         (["--target", "rebound"], "Missing option '--velocity'"),
         (["--target", "rebound", "--velocity", "1 kg", "2"], '--velocity "1 kg": is a mass'),
-        (["--target", "rebound", "--velocity", "2", "1"], "velocity"),
         (["--target", "rebound", "--velocity", "-1", "1"], "velocity"),
         (["--target", "rebound", *RANGE, "--radius", "1 s", "2"], '--radius "1 s": is a time'),
         (["--target", "rebound", *RANGE, "--units", "cgs"], "units"),

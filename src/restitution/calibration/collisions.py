@@ -128,10 +128,10 @@ def _range(name: str, value: Any, points: int) -> Array:
     ends = np.atleast_1d(quantities.check(name, value))
     if ends.size == 1:
         return ends.reshape(1)
-    if ends.shape != (2,) or ends[0] >= ends[1]:
-        wanted = "must be one number, or the lowest and the highest, in this order"
+    if ends.shape != (2,) or ends[0] == ends[1]:
+        wanted = "must be one number, or the lowest and the highest, which differ"
         raise InputError(name, value, wanted, quantities.INPUTS[name].unit)
-    low, high = float(ends[0]), float(ends[1])
+    low, high = float(ends.min()), float(ends.max())
     return np.clip(np.geomspace(low, high, points), low, high)
 
 

@@ -293,8 +293,10 @@ def notes_on(material: Material, counter: Material | None) -> list[str]:
     return [f"{one.name or 'material'}: {one.assumptions}" for one in pair if one and one.assumptions]
 
 
-def read_case(path: str | Path) -> Case:
+def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     """Read a case file, in TOML: a quantity is a plain number in SI or a text with a unit such as "10 mm".
+
+    With `any_velocity` the file may lack the velocity, which does not matter then.
 
     Raises
     ------
@@ -324,7 +326,11 @@ def read_case(path: str | Path) -> Case:
     0.005
     """
     path = path_of(path)
-    sections = read_sections(CaseFile, path, read_toml(path))
+    content = read_toml(path)
+    motion: Any = content.setdefault("impact", {}) if any_velocity else None
+    if isinstance(motion, dict) and not {"velocity", "drop_height"} & set(motion):
+        motion["velocity"] = 1.0
+    sections = read_sections(CaseFile, path, content)
     with in_file(path):
         impact = sections.build()
     return Case(path, sections.title, impact, sections.solver.options, sections)

@@ -46,7 +46,10 @@ def solve(
     history: History = None,
     extrapolate: Extrapolate = False,
 ) -> None:
-    """Solve the impact that a case file describes."""
+    """Solve the impact that a case file describes.
+
+    Example: restitution solve examples/rubber_ball.toml --plot picture.png
+    """
     with user_input():
         from restitution.case.impact import read_case
         from restitution.impact.window import require_known
@@ -89,6 +92,7 @@ def standard_solid(
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
 
     All numbers are dimensionless: mass, radius, velocity and equilibrium shear modulus are 1.
+    Example: restitution standard-solid --nu 0.45 --p2 0.01 --p3 1
     """
     from restitution.checks import positive, within
     from restitution.contact.profile import Parabola
@@ -127,7 +131,7 @@ def bounce(
     """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
 
     The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
-    unless the file has weight = false.
+    unless the file has weight = false. Example: restitution bounce examples/dropped_ball.toml
     """
     with user_input():
         from restitution.case.impact import read_case
@@ -157,6 +161,7 @@ def indent(
     """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
 
     The case file has the sections profile, material and indentation. A second loading in contact is refused.
+    Example: restitution indent examples/afm_indent.toml --plot curve.png
     """
     with user_input():
         from restitution.case.indentation import read_indentation
@@ -184,7 +189,7 @@ def cite(
 ) -> None:
     """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.
 
-    Without a case, the program and the paper that it reproduces.
+    Without a case, the program and the paper that it reproduces. Example: restitution cite examples/epoxy.toml
     """
     with user_input():
         from restitution.case.impact import read_case

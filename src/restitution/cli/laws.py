@@ -42,7 +42,10 @@ def export(
     ] = None,
     extrapolate: Extrapolate = False,
 ) -> None:
-    """Write an impact, its contact law or its materials for another program."""
+    """Write an impact, its contact law or its materials for another program.
+
+    Example: restitution export examples/epoxy.toml --to epoxy.inp
+    """
     with user_input():
         suffix = to.suffix.lower()
         if terms is not None and suffix not in _LAWS:
@@ -70,7 +73,7 @@ def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: in
     from restitution.quantities import VELOCITY
     from restitution.surrogates.velocity import velocity_range
 
-    problem = read_case(case)
+    problem = read_case(case, any_velocity=velocity is not None)
     impact = problem.impact
     if velocity is not None:
         low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
@@ -110,6 +113,7 @@ def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate
     made, notes = build_surrogate(case, (low, high), _RTOL, extrapolate=extrapolate)
     write_table(made.sample(), to)
     errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
+    low, high = made.velocity
     print(f"{to}: {low:g} to {high:g} m/s; largest relative error: {errors}")
     report("warning", *made.warnings)
     report("note", *notes)
@@ -120,12 +124,18 @@ def _write_materials(case: Path, to: Path) -> None:
     from restitution.case.impact import notes_on, read_case
     from restitution.material.cards import lost_shift, write_material
 
-    impact = read_case(case).impact
+    impact = read_case(case, any_velocity=True).impact
     materials = list(dict.fromkeys(one for one in (impact.material, impact.counter_material) if one is not None))
     write_material(materials, to)
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
     print(f"{to}: {count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}")
     report("note", *notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials)))
+
+
+_TARGETS = (
+    "lammps-viscoelastic, lammps-tsuji, lammps-coeff-restitution, mercury-bshp, yade-mindlin, liggghts, kratos-dem, "
+    "mujoco-solref or rebound"
+)
 
 
 def _targets(incomplete: str) -> list[str]:
@@ -136,7 +146,7 @@ def _targets(incomplete: str) -> list[str]:
 
 def calibrate(
     case: CaseFile,
-    target: Annotated[str, option("Law of the code.", metavar="NAME", autocompletion=_targets)],
+    target: Annotated[str, option(f"Law of the code: {_TARGETS}.", metavar="NAME", autocompletion=_targets)],
     velocity: Annotated[
         tuple[str, str] | None,
         option("Velocities, e.g. 1mm/s 10m/s; twice the same for one. A table has its own.", metavar="LOW HIGH"),
@@ -168,14 +178,15 @@ def calibrate(
 ) -> None:
     """Fit the contact law of another code to the exact restitution, and print the text to paste.
 
-    The velocity of the case file does not matter.
+    The case file needs no velocity.
+    Example: restitution calibrate examples/beads.toml --target lammps-viscoelastic --velocity "1 cm/s" "10 cm/s"
     """
     with user_input():
         from restitution.calibration.calibrate import calibrate as fit
         from restitution.case.impact import read_case
         from restitution.quantities import LENGTH, VELOCITY
 
-        problem = read_case(case)
+        problem = read_case(case, any_velocity=True)
         given = None if restitution is None else _restitution(restitution)
         if velocity is not None:
             low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)

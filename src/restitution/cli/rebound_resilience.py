@@ -12,6 +12,9 @@ from restitution.cli.terminal import compilation, report, user_input
 _WINDOW = (1e-8, 1.0)
 
 
+_STANDARDS = "ISO 4662, DIN 53512, ASTM D7121, ASTM D2632, ISO 8307 or ASTM D3574"
+
+
 def _standards(incomplete: str) -> list[str]:
     from restitution.rebound_resilience.standards import STANDARDS
 
@@ -20,7 +23,9 @@ def _standards(incomplete: str) -> list[str]:
 
 def resilience(
     case: CaseFile,
-    standard: Annotated[str, option("Standard of the test.", metavar="NAME", autocompletion=_standards)] = "ISO 4662",
+    standard: Annotated[
+        str, option(f"Standard of the test: {_STANDARDS}.", metavar="NAME", autocompletion=_standards)
+    ] = "ISO 4662",
     temperature: Annotated[
         list[str] | None, option('Temperature, e.g. "23 degC"; may be repeated.', metavar="TEMPERATURE")
     ] = None,
@@ -44,7 +49,10 @@ def resilience(
     plot: Plot = None,
     extrapolate: Extrapolate = False,
 ) -> None:
-    """Rebound resilience of the material of a case file in a standard test."""
+    """Rebound resilience of the material of a case file in a standard test.
+
+    Example: restitution resilience examples/rubber_pad.toml --standard "DIN 53512" --temperature "23 degC"
+    """
     with user_input():
         from restitution.case.impact import read_case
         from restitution.impact.window import require_known_times

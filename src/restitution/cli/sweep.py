@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,6 +38,8 @@ _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _POINTS = 80
 # A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
+# A number and its unit.
+_UNIT = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(\D.*)")
 # An axis is logarithmic where the ratio of its ends is at least this.
 _LOG_RATIO = 10.0
 # Suffix, default range and tolerance, and columns of a surrogate.
@@ -66,6 +69,7 @@ def sweep(
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
+    Example: restitution sweep examples/velocity_sweep.toml --out v.zarr
     """
     with user_input():
         from restitution.case.sweep import read_sweep
@@ -117,7 +121,10 @@ def plot(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
+    """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws.
+
+    Example: restitution plot v.zarr --output restitution_coefficient
+    """
     # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
@@ -151,6 +158,7 @@ def map_(
     """Draw contours of an output over two quantities of a case.
 
     NAME is a key of the case file, such as velocity or material.density; without a file nu, p2 and p3.
+    Example: restitution map examples/epoxy.toml --x velocity=1cm/s:1m/s --y radius=5:20mm
     """
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
     check_target("--out", target, PICTURES)
@@ -244,7 +252,11 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
     ends = [end.strip() for end in value.split(":")]
     if len(ends) != 2 or not all(ends):
         raise BadInput(f"{option} {text}: must be LOW:HIGH")
-    return {"linear": [_plain(end) for end in ends], "n": points}
+    low, high = map(_plain, ends)
+    if isinstance(low, float) and isinstance(high, str) and (unit := _UNIT.fullmatch(high)):
+        # One unit after both ends, as in 0:60degC.
+        low = f"{low!r} {unit[1]}"
+    return {"linear": [low, high], "n": points}
 
 
 def _plain(text: str) -> Any:
@@ -270,7 +282,7 @@ def surrogate(
 ) -> None:
     """Replace an impact by an interpolant over its velocity: restitution, contact time and peak force, with an error.
 
-    The velocity of the case file does not matter.
+    The case file needs no velocity. Example: restitution surrogate examples/epoxy.toml --velocity 0.1 1 --out e.json
     """
     with user_input():
         from restitution.quantities import VELOCITY
@@ -314,6 +326,6 @@ def build_surrogate(
     from restitution.surrogates.build import surrogate
 
     with progress_bar("building") as progress:
-        impact = read_case(path).over(velocity)
+        impact = read_case(path, any_velocity=True).over(velocity)
         made = surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
     return made, notes_on(impact.material, impact.counter_material)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.display import Shown, Summary, Table
+from restitution.display import Shown, Summary, Table, celsius
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, MODULI, OUTPUTS, Dimension, Quantity
@@ -152,8 +152,10 @@ class Resilience(Shown):
     def summary(self, title: str = "") -> Summary:
         """Table over temperature and base, sources and warnings, which `print` and notebooks show."""
         table = self.table.reset_index()
+        if self.temperature is not None:
+            table["temperature"] = [celsius(kelvin) for kelvin in table["temperature"]]
         rows = [tuple(map(str, row)) for row in table.itertuples(index=False)]
-        heads = tuple("temperature [K]" if name == "temperature" else str(name) for name in table.columns)
+        heads = tuple("temperature [°C]" if name == "temperature" else str(name) for name in table.columns)
         sources = [
             f"{name}: {text.partition(': ')[2]} [{text.partition(':')[0]}]"
             for name, text in self.standard.sources.items()

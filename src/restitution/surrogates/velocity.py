@@ -234,10 +234,10 @@ class Surrogate(Shown):
 
 
 def velocity_range(velocity: Any) -> tuple[float, float]:
-    """Return the ends of a range of velocities [m/s], checked."""
-    checked = np.asarray(check("velocity", velocity))
-    if checked.shape != (2,) or checked[0] >= checked[1]:
-        raise InputError("velocity", velocity, "must be the lowest and the highest, in this order")
+    """Return the ends of a range of velocities [m/s], checked, the lowest first."""
+    checked = np.sort(np.atleast_1d(check("velocity", velocity)), axis=None)
+    if checked.shape != (2,) or checked[0] == checked[1]:
+        raise InputError("velocity", velocity, "must be the lowest and the highest, which differ")
     return float(checked[0]), float(checked[1])
 
 
