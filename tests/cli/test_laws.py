@@ -283,3 +283,22 @@ def test_a_law_that_cannot_reach_the_restitution_is_refused() -> None:
     answer = run("calibrate", "ball.toml", "--target", "liggghts", *RANGE, "--restitution", "0.01")
     assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
     assert answer.stderr.startswith("error: target = 'liggghts': reaches e from ")
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        (("--to", "law.h"), "state_size"),
+        (("--to", "law.json", "--terms", "1", *RANGE), "restitution_error"),
+        (("--to", "e.csv", *RANGE), "error"),
+        (("--to", "ball.inp"), "materials"),
+    ],
+)
+def test_exports_answer_in_json(options: tuple[str, ...], key: str) -> None:
+    words, content = run("export", "ball.toml", *options), run("export", "ball.toml", *options, "--json")
+    found = json.loads(content.stdout)
+    assert found["file"] == options[1]
+    assert key in found
+    assert content.stderr == ""
+    assert [f"warning: {line}" for line in found["warnings"]] == words.stderr.splitlines()
+    assert words.stdout.startswith(f"{options[1]}: ")

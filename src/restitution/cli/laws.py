@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from restitution.cli import tables
 from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, Workers, check_target, option
 from restitution.cli.sweep import build_surrogate
-from restitution.cli.terminal import BadInput, collected_warnings, compilation, report, user_input
+from restitution.cli.terminal import BadInput, compilation, report, user_input
 from restitution.files import TABLES, whole_file, write_table
 
 # Ends of the names of contact laws.
@@ -40,6 +40,7 @@ def export(
     terms: Annotated[
         int | None, option("Terms of a contact law, fitted to the contacts; all if not given.", min=1)
     ] = None,
+    json: Json = False,
     extrapolate: Extrapolate = False,
 ) -> None:
     """Write an impact, its contact law or its materials for another program.
@@ -53,22 +54,39 @@ def export(
         if suffix in TABLES:
             if velocity is None:
                 raise BadInput(f"--to {to}: give --velocity LOW HIGH as well")
-            _write_outcomes(case, to, velocity, extrapolate)
-            return
-        if velocity is not None and terms is None:
-            raise BadInput(
-                f"--velocity {' '.join(velocity)}: has no meaning for {to}; it belongs to a table or --terms"
-            )
-        _write_law(case, to, velocity, terms, extrapolate) if suffix in _LAWS else _write_materials(case, to)
+            done = _write_outcomes(case, to, velocity, extrapolate)
+        elif velocity is not None and terms is None:
+            given = " ".join(velocity)
+            raise BadInput(f"--velocity {given}: has no meaning for {to}; it belongs to a table or --terms")
+        elif suffix in _LAWS:
+            done = _write_law(case, to, velocity, terms, extrapolate)
+        else:
+            done = _write_materials(case, to)
+    if json:
+        tables.write_json({"file": str(to), **done.numbers, "warnings": done.warnings, "notes": done.notes})
+        return
+    print(f"{to}: {done.words}")
+    report("warning", *done.warnings)
+    report("note", *done.notes)
 
 
-def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None, extrapolate: bool) -> None:
+class _Export(NamedTuple):
+    """What a command wrote, in words and in numbers, with its warnings and notes."""
+
+    words: str
+    numbers: dict[str, Any]
+    warnings: list[str]
+    notes: list[str]
+
+
+def _write_law(
+    case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None, extrapolate: bool
+) -> _Export:
     """Write the contact law with memory."""
     import numpy as np
 
     from restitution.case.impact import read_case
-    from restitution.impact.solve import solve
-    from restitution.impact.window import require_known
+    from restitution.impact.window import require_known, validity_of
     from restitution.law.law import contact_law
     from restitution.quantities import VELOCITY
     from restitution.surrogates.velocity import velocity_range
@@ -98,14 +116,12 @@ def _write_law(case: Path, to: Path, velocity: tuple[str, str] | None, terms: in
             partial.write_text(dumps(content, indent=1) + "\n", encoding="utf-8")
     count = law.modulus.n_branches
     error = f", error of e {law.restitution_error:.1e}" if terms else ""
-    print(f"{to}: contact law of {count} term{'s' * (count != 1)}, {law.state_size} numbers a contact{error}")
-    with collected_warnings() as doubts:
-        validity = solve(impact).validity
-    report("warning", *dict.fromkeys((*doubts, *validity.warnings)))
-    report("note", *problem.notes(impact))
+    words = f"contact law of {count} term{'s' * (count != 1)}, {law.state_size} numbers a contact{error}"
+    numbers = {"terms": count, "state_size": law.state_size, "restitution_error": law.restitution_error}
+    return _Export(words, numbers, validity_of(impact).warnings, problem.notes(impact))
 
 
-def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate: bool) -> None:
+def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate: bool) -> _Export:
     """Write e, contact time and largest force over the velocity."""
     from restitution.quantities import VELOCITY
 
@@ -114,12 +130,11 @@ def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate
     write_table(made.sample(), to)
     errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
     low, high = made.velocity
-    print(f"{to}: {low:g} to {high:g} m/s; largest relative error: {errors}")
-    report("warning", *made.warnings)
-    report("note", *notes)
+    words = f"{low:g} to {high:g} m/s; largest relative error: {errors}"
+    return _Export(words, {"velocity": [low, high], "error": made.error}, made.warnings, notes)
 
 
-def _write_materials(case: Path, to: Path) -> None:
+def _write_materials(case: Path, to: Path) -> _Export:
     """Write the cards of the materials that deform."""
     from restitution.case.impact import notes_on, read_case
     from restitution.material.cards import lost_shift, write_material
@@ -128,8 +143,11 @@ def _write_materials(case: Path, to: Path) -> None:
     materials = list(dict.fromkeys(one for one in (impact.material, impact.counter_material) if one is not None))
     write_material(materials, to)
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
-    print(f"{to}: {count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}")
-    report("note", *notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials)))
+    notes = [*notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials))]
+    names = [one.name for one in materials]
+    return _Export(
+        f"{count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}", {"materials": names}, [], notes
+    )
 
 
 _TARGETS = (

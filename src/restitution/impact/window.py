@@ -13,7 +13,7 @@ from restitution import validity
 from restitution.errors import ABSENT, InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.validity import Check, Numbers
+from restitution.validity import Check, Numbers, Validity
 
 Array = NDArray[np.float64]
 
@@ -35,14 +35,18 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
     if extrapolate or impact.contact.window is None:
         return
     given = np.unique(np.asarray(impact.velocity if velocity is None else velocity, dtype=np.float64))
-    numbers = _numbers(impact) if velocity is None else _numbers(_at(impact, given))
-    check = validity.report(numbers)["window"]
+    check = validity_of(impact if velocity is None else _at(impact, given))["window"]
     if not check.exceeded:
         return
     found = admissible_velocities(impact, given)
     wanted = "must be another, but no velocity is admissible" if found is None else f"must be {_range(*found)} m/s"
     ends = [float(f"{end:.6g}") for end in (given[0], given[-1])]
     raise _error(check, "velocity", ends if given.size > 1 else ends[0], f"{wanted}; ", "m/s")
+
+
+def validity_of(impact: Impact) -> Validity:
+    """Report on the worst of the contacts of an impact, from a solution of few digits."""
+    return validity.report(_numbers(impact))
 
 
 def require_known_times(check: Check, *, extrapolate: bool = False) -> None:
