@@ -50,7 +50,7 @@ WORDS = {
     "duration": "duration of a ramp, a hold or a sine arch",
     "rise_time": "duration of the ramp before a hold; the default is 0",
     "rtol": "relative tolerance",
-    "window": "shortest and longest time of the data of the material; contacts beyond it warn",
+    "window": "shortest and longest time of the data of the material; commands refuse contacts beyond it",
     "undetermined": "constants that the data behind the material do not determine; results warn of them",
     "noise": "table of standard deviations, such as `{ restitution_coefficient = 0.005, contact_time = \"1 %\" }`; "
     "a list of two is added in quadrature",

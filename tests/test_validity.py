@@ -443,7 +443,9 @@ RESULTS = {
     "elements": lambda impact: of_result(rs.solve(impact, method="elements", n_elements=50)),
     "bounces": lambda impact: of_result(rs.bounces(impact, max_bounces=2)),
     "sweep": of_sweep,
-    "surrogate": lambda impact: of_result(rs.surrogate(impact, (0.5 * impact.velocity, impact.velocity), 1e-3)),
+    "surrogate": lambda impact: of_result(
+        rs.surrogate(impact, (0.5 * impact.velocity, impact.velocity), 1e-3, extrapolate=True)
+    ),
     "indentation": of_indentation,
 }
 

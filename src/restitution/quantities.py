@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections import ChainMap
 from collections.abc import Callable, Container, Iterable, Mapping
 from difflib import get_close_matches
@@ -391,11 +392,35 @@ def check_single(name: str, value: Any, field: str = "") -> float:
     return checks.single(field or name, check(name, value, field), (INPUTS.get(name) or CONSTANTS[name]).unit)
 
 
+# Letters of a name that stand for all names that contain them, and the most names of an advice.
+_SHORTEST_PART, _MOST_ADVISED = 3, 4
+
+
 def advice(name: str, choices: Iterable[str]) -> str:
-    """Return the nearest of the choices as a question, or else all of them."""
+    """Return the nearest of the choices as a question, or else all of them.
+
+    Examples
+    --------
+    >>> advice("din53512", ["ISO 4662", "DIN 53512"])
+    'did you mean DIN 53512?'
+    >>> advice("lammps", ["lammps-a", "lammps-b", "yade"])
+    'did you mean lammps-a or lammps-b?'
+    """
     names = list(choices)
-    close = get_close_matches(str(name), names, 1)
-    return f"did you mean {close[0]}?" if close else f"known are {', '.join(names)}"
+    plain = {one: _letters(one) for one in names}
+    part = _letters(str(name))
+    close = [one for one in names if len(part) >= _SHORTEST_PART and part in plain[one]]
+    if not 0 < len(close) <= _MOST_ADVISED:
+        nearest = get_close_matches(part, plain.values(), 1)
+        close = [one for one in names if plain[one] in nearest][:1]
+    *others, last = close or [""]
+    choice = f"{', '.join(others)} or {last}" if others else last
+    return f"did you mean {choice}?" if last else f"known are {', '.join(names)}"
+
+
+def _letters(name: str) -> str:
+    """A name without its spaces, signs and capitals."""
+    return re.sub(r"[\W_]+", "", name).casefold()
 
 
 def known(field: str, name: str, choices: Iterable[str]) -> str:

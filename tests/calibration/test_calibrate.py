@@ -14,7 +14,7 @@ from restitution.calibration.calibrate import TARGETS
 from restitution.calibration.codes import tsuji_strength
 from restitution.calibration.fit import nearest
 from restitution.calibration.laws import TypedLaw
-from restitution.errors import InputTypeError
+from restitution.errors import InputError, InputTypeError
 
 RNG = np.random.default_rng(13)
 RUBBER = rs.standard_solid(2e6, 5e6, 200.0, poisson_ratio=0.45, density=1100.0)
@@ -102,7 +102,50 @@ def test_impact_and_bodies_agree():
     assert not by_impact.wall
     assert rs.calibrate(rs.collision(BALL, WALL, 3.0), "mercury-bshp", 0.1).wall
     assert rs.calibrate((WALL, BALL), "mercury-bshp", 0.1).wall
-    assert not rs.calibrate((BALL, WALL), "mercury-bshp", 0.1, contact="pair").wall
+
+
+def test_the_other_contact_is_built_from_the_bodies():
+    """Two equal balls have m/2 and R/2, a ball and a wall of its material m and R; both have E*/2 of a rigid wall."""
+    radius, density, speed = np.exp(RNG.uniform(np.log([1e-3, 500.0, 0.05]), np.log([0.05, 5e3, 1.0])))
+    material = replace(RUBBER, density=float(density))
+    ball, wall = rs.Body(material, radius), rs.Body(material)
+    mass = 4.0 / 3.0 * math.pi * radius**3 * density
+    for bodies, contact, parts, others in (
+        ((ball, ball), "wall", 1.0, (ball, wall)),
+        ((ball, WALL), "pair", 0.5, (ball, ball)),
+        ((WALL, ball), "pair", 0.5, (ball, ball)),
+        ((ball, wall), "pair", 0.5, (ball, ball)),
+    ):
+        found = rs.calibrate(bodies, "mercury-bshp", speed, contact=contact)
+        assert found.wall == (contact == "wall")
+        assert found.collisions.mass == pytest.approx(parts * mass)
+        assert found.collisions.reduced_radius == pytest.approx(parts * radius)
+        exact = rs.solve(rs.collision(*others, speed))
+        assert found.restitution_coefficient(speed) == pytest.approx(exact.restitution_coefficient, rel=1e-7)
+        assert found.contact_time(speed) == pytest.approx(exact.contact_time, rel=1e-7)
+        words = "a ball and a wall of its material" if contact == "wall" else "two equal balls"
+        assert words in found.snippet
+        assert words in str(found)
+
+
+@pytest.mark.parametrize(
+    ("problem", "contact"),
+    [
+        ((BALL, rs.Body(RUBBER, 0.011)), "wall"),
+        ((BALL, rs.Body(RUBBER, 0.01, 1.0)), "wall"),
+        ((BALL, rs.Body(None, 0.01, BALL.mass)), "wall"),
+        ((BALL, rs.Body(rs.kelvin_voigt(1e6, 50.0, poisson_ratio=0.5), 0.01, BALL.mass)), "wall"),
+        ((rs.Body(None, 0.01, 1.0), rs.Body(RUBBER)), "pair"),
+        ((rs.Body(RUBBER, 0.01, math.inf), rs.Body(RUBBER, math.inf, 1.0)), "pair"),
+        (rs.collision(BALL, WALL, 1.0), "pair"),
+        (rs.collision(BALL, BALL, 1.0), "wall"),
+    ],
+)
+def test_bodies_that_do_not_determine_the_other_contact_are_refused(problem, contact):
+    with pytest.raises(InputError) as caught:
+        rs.calibrate(problem, "liggghts", 0.1, contact=contact)
+    assert (caught.value.field, caught.value.value) == ("contact", contact)
+    assert "\n" not in str(caught.value)
 
 
 def test_table_over_velocity_and_radius():
@@ -219,8 +262,8 @@ def test_json_words_and_pictures(tmp_path):
     assert json.loads((tmp_path / "law.json").read_text()) == content
     assert content["parameters"]["E"]["value"] == found.parameters["E"].value
     assert content["table"]["contact_time"] == [None, None]
-    assert "eta_n0" in repr(found)
-    assert "two balls at 0.1 to 1 m/s" in repr(found)
+    assert "eta_n0" in str(found)
+    assert "two balls at 0.1 to 1 m/s" in str(found)
     assert len(found.plot().axes) == 3
     assert len(rs.calibrate((BALL, BALL), "rebound", (0.1, 1.0), radius=(0.01, 0.02), points=3).plot().axes) == 2
 
@@ -229,7 +272,7 @@ def test_json_words_and_pictures(tmp_path):
     ("changes", "message"),
     [
         ({"target": "lammps-tsui"}, "did you mean lammps-tsuji"),
-        ({"velocity": (2.0, 1.0)}, "the lowest and the highest"),
+        ({"velocity": (2.0, 2.0)}, "the lowest and the highest"),
         ({"velocity": None}, "velocity: must be given"),
         ({"velocity": -1.0}, "velocity = -1 m/s"),
         ({"restitution": 0.05}, "reaches e from 0.26"),
@@ -265,10 +308,11 @@ def test_velocities_outside_the_window_of_the_material():
     """The message names the velocities whose contacts lie within the window."""
     measured = rs.Material(RUBBER.shear, RUBBER.bulk, density=1100.0, window=(1e-4, 1e-2))
     body = rs.Body(measured, radius=0.01)
-    with pytest.raises(rs.InputError, match="window of the material") as caught:
+    with pytest.raises(rs.InputError, match="the material is known") as caught:
         rs.calibrate((body, body), "mercury-bshp", (1e-3, 100.0))
-    low, high = (float(x) for x in re.search(r"from (\S+) to (\S+) m/s", str(caught.value)).groups())
+    low, high = (float(x) for x in re.search(r"in \[(\S+), (\S+)\] m/s", str(caught.value)).groups())
     rs.calibrate((body, body), "mercury-bshp", (low, high))
+    assert rs.calibrate((body, body), "mercury-bshp", (1e-3, 100.0), extrapolate=True).warnings
 
 
 def test_elastic_balls_have_no_damping():

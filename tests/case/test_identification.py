@@ -57,6 +57,11 @@ def test_the_material_is_found_and_read_back_by_solve(case: Path) -> None:
     again = read_case(found.to_toml(case.with_name("material.toml")))
     assert "balls.csv" in again.path.read_text()
     assert again.impact.material.window == pytest.approx(found.material.window, rel=1e-12)
+    # The data determine the material for their own impacts.
+    (balls,) = read_identification(case).data
+    for velocity in (balls.velocity.min(), balls.velocity.max()):
+        impact = rs.Impact(found.material, rs.Parabola(0.01), MASS, float(velocity))
+        assert not rs.solve(impact).validity["window"].exceeded
     # The first ball of the data.
     known = rs.solve(rs.Impact(found.material, rs.Parabola(0.01), MASS, 0.01)).restitution_coefficient
     assert again.solve().restitution_coefficient == pytest.approx(known, rel=1e-12)

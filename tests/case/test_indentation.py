@@ -14,6 +14,7 @@ from restitution.case.section import CaseError
 from restitution.contact.profile import Parabola
 from restitution.indentation.history import hold, ramp, sine_arch, triangle
 from restitution.indentation.solve import indent
+from restitution.material.fractional import FractionalMaterial, fractional_zener
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
@@ -183,3 +184,19 @@ def test_the_examples_are_solved():
     assert result.contact_end_time == pytest.approx(10.01, rel=1e-12)
     assert result.max_contact_radius > 2e-4
     assert result.max_force == pytest.approx(0.02, rel=1e-12)
+
+
+def test_a_fractional_material_holds_for_a_fast_ramp_before_a_long_hold():
+    """The force at the end of the ramp is that of a material that holds from far shorter times on."""
+    head = HEAD[: HEAD.index("[material]")] + (
+        '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = "1 kPa"\nbranch_modulus = "10 kPa"\n'
+        'relaxation_time = "1 s"\nexponent = 0.4\npoisson_ratio = 0.5\n'
+    )
+    ramp_time = 10.0 ** np.random.default_rng(5).uniform(-4.0, -2.0)
+    found = read(f'depth = "0.1 um"\nshape = "hold"\nduration = "1000 s"\nrise_time = {ramp_time}', head=head).solve()
+    assert not found.validity["window"].exceeded
+    gel = FractionalMaterial(fractional_zener(1e3, 1e4, 1.0, 0.4), bulk=math.inf)
+    history = hold(1e-7, 1000.0, rise_time=ramp_time)
+    known = indent(gel.within((1e-3 * ramp_time, 2e3)), Parabola(2.5e-6), depth=history)
+    # The terms are good to 1e-6 each.
+    assert found.max_force == pytest.approx(known.max_force, rel=1e-5)

@@ -112,13 +112,13 @@ def test_exports_a_contact_law_of_few_terms_with_its_error() -> None:
         (["--to", "a.h", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.h"),
         (["--to", "a.inp", "--terms", "2"], "--terms 2: has no meaning for a.inp"),
         (["--to", "a.h", "--terms", "0"], "Invalid value for '--terms'"),
-        (["--to", "a.h", "--terms", "2", "--velocity", "2", "1"], "velocity = (2.0, 1.0): must be the lowest"),
+        (["--to", "a.h", "--terms", "2", "--velocity", "2", "2"], "velocity = (2.0, 2.0): must be the lowest"),
         (["--to", "a.csv"], "--to a.csv: give --velocity LOW HIGH as well"),
         (["--to", "a.inp", "--velocity", "1", "2"], "--velocity 1 2: has no meaning for a.inp"),
         (["--to", "a.foo"], "--to a.foo: must end in "),
         (["--to", "no/a.inp"], "--to no/a.inp: no such folder"),
         (["--to", "a.csv", "--velocity", "1 kg", "2"], '--velocity "1 kg": is a mass'),
-        (["--to", "a.csv", "--velocity", "2", "1"], "velocity = (2.0, 1.0): must be the lowest and the highest"),
+        (["--to", "a.csv", "--velocity", "2", "2"], "velocity = (2.0, 2.0): must be the lowest and the highest"),
         ([], "Missing option '--to'"),
     ],
 )
@@ -171,6 +171,29 @@ def test_calibrates_a_ball_and_a_wall_over_sizes_in_json() -> None:
     assert "wall/gran" in law.snippet
 
 
+@pytest.mark.parametrize("stated", ["pair", "wall"])
+def test_contact_builds_the_other_one_from_the_case(stated: str) -> None:
+    """A file of two beads gives a bead on a wall of its material, and a file of one bead gives two of them."""
+    Path("ball.toml").write_text(PAIR if stated == "wall" else PAIR.partition("[counter_body]")[0])
+    options = ("--target", "liggghts", "--velocity", "0.1", "0.1", "--contact", stated)
+    content = json.loads(run("calibrate", "ball.toml", *options, "--json").stdout)
+    other = BEAD if stated == "pair" else rs.Body(BALL.material)
+    exact = rs.solve(rs.collision(BEAD, other, 0.1))
+    assert content["wall"] == (stated == "wall")
+    assert content["table"]["restitution_coefficient"][0] == pytest.approx(exact.restitution_coefficient, rel=1e-7)
+    assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
+
+
+def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
+    Path("ball.toml").write_text(CASE + STEEL)
+    options = ("--target", "mercury-bshp", "--velocity", "0.1", "0.1", "--json")
+    ball = rs.Body(rs.elastic(youngs_modulus=210e9, poisson_ratio=0.3), 0.01, 0.005)
+    content = json.loads(run("calibrate", "ball.toml", *options).stdout)
+    exact = rs.solve(rs.collision(ball, rs.Body(BALL.material), 0.1))
+    assert content["wall"]
+    assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
+
+
 def test_calibrates_to_a_given_restitution() -> None:
     options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
     found = json.loads(run("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
@@ -212,10 +235,13 @@ def test_tables_of_restitution_that_are_refused_in_one_line(table: str | None, m
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--target", "lamps-tsuji", *RANGE], "target"),
+        (["--target", "lamps-tsuji", *RANGE], "target = 'lamps-tsuji': is not known; did you mean lammps-tsuji?"),
+        (
+            ["--target", "lammps", *RANGE],
+            "target = 'lammps': is not known; did you mean lammps-viscoelastic, lammps-tsuji or lammps-coeff-restitution?",
+        ),
         (["--target", "rebound"], "Missing option '--velocity'"),
         (["--target", "rebound", "--velocity", "1 kg", "2"], '--velocity "1 kg": is a mass'),
-        (["--target", "rebound", "--velocity", "2", "1"], "velocity"),
         (["--target", "rebound", "--velocity", "-1", "1"], "velocity"),
         (["--target", "rebound", *RANGE, "--radius", "1 s", "2"], '--radius "1 s": is a time'),
         (["--target", "rebound", *RANGE, "--units", "cgs"], "units"),
@@ -257,3 +283,22 @@ def test_a_law_that_cannot_reach_the_restitution_is_refused() -> None:
     answer = run("calibrate", "ball.toml", "--target", "liggghts", *RANGE, "--restitution", "0.01")
     assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
     assert answer.stderr.startswith("error: target = 'liggghts': reaches e from ")
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        (("--to", "law.h"), "state_size"),
+        (("--to", "law.json", "--terms", "1", *RANGE), "restitution_error"),
+        (("--to", "e.csv", *RANGE), "error"),
+        (("--to", "ball.inp"), "materials"),
+    ],
+)
+def test_exports_answer_in_json(options: tuple[str, ...], key: str) -> None:
+    words, content = run("export", "ball.toml", *options), run("export", "ball.toml", *options, "--json")
+    found = json.loads(content.stdout)
+    assert found["file"] == options[1]
+    assert key in found
+    assert content.stderr == ""
+    assert [f"warning: {line}" for line in found["warnings"]] == words.stderr.splitlines()
+    assert words.stdout.startswith(f"{options[1]}: ")

@@ -43,7 +43,7 @@ def test_a_material_of_the_library_at_a_temperature() -> None:
     np.testing.assert_allclose(content["prony_shear"]["relaxation_times_s"], times, rtol=1e-12)
     assert content["temperature_K"] == 273.15
     assert content == json.loads(run("polyisobutylene", "--at", "273.15", "--json").stdout)
-    assert ["temperature", "[K]", "273.15"] in words(run("polyisobutylene", "--at", "273.15"))
+    assert ["temperature", "[°C]", "0"] in words(run("polyisobutylene", "--at", "273.15"))
 
 
 def test_relaxation_data_are_fitted() -> None:

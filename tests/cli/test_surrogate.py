@@ -100,7 +100,7 @@ def test_a_fractional_material_is_accurate_for_all_contact_times() -> None:
         (("absent.toml",), "absent.toml: no such file"),
         (("absent.json",), "absent.json: No such file or directory"),
         (("ball.toml", "--velocity", "1mm", "10"), '--velocity "1mm": is a length, not a velocity; write e.g. "1 m/s"'),
-        (("ball.toml", "--velocity", "3", "1"), "velocity = (3.0, 1.0): must be the lowest and the highest"),
+        (("ball.toml", "--velocity", "3", "3"), "velocity = (3.0, 3.0): must be the lowest and the highest"),
         (("ball.toml", "--rtol", "1"), "rtol = 1: must be in [1e-10, 0.01]"),
         (("ball.toml", "--out", "ball.txt"), "--out ball.txt: must end in .json"),
         (("ball.toml", "--out", "no/ball.json"), "--out no/ball.json: no such folder: no"),

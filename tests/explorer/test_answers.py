@@ -259,7 +259,7 @@ def test_the_python_text_gives_the_same_impact(seed, capsys):
     assert names["result"].restitution_coefficient == pytest.approx(
         answers.impact(state)["numbers"]["restitution_coefficient"], rel=1e-9
     )
-    assert "restitution_coefficient" in capsys.readouterr().out
+    assert "restitution coefficient" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", presets.PRESETS)

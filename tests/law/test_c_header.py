@@ -11,7 +11,7 @@ from restitution.contact.analytic import TruncatedCone
 from restitution.contact.power_law import PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Body, Impact
 from restitution.law.law import ContactLaw, contact_law
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -76,6 +76,16 @@ def test_the_header_names_units_and_sources(tmp_path):
     assert "[Pa]" in text
     assert "MDR approximation" in text
     assert "a */ b" not in text
+
+
+def test_a_header_names_the_same_material_once(tmp_path):
+    """Two equal beads are of one material, and its window stands beside it."""
+    bead = Body(Material(SOFT.shear, 2e9, name="bead", window=(1e-4, 0.5)), 0.01, 0.005)
+    text = contact_law((bead, bead)).to_c(tmp_path / "beads.h").read_text()
+    assert text.count("Material: bead") == 1
+    assert "from 0.0001 to 0.5 s" in " ".join(text.replace("*", " ").split())
+    other = Body(HARD, 0.01, 0.005)
+    assert contact_law((bead, other)).to_c(tmp_path / "beads.h").read_text().count("Material: ") == 2
 
 
 @pytest.mark.parametrize("name", ["", "2a", "A", "a b", "a\n"])

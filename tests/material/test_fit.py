@@ -1,13 +1,19 @@
 import math
+import pickle
 
 import numpy as np
 import pytest
 
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError, RestitutionWarning
+from restitution.impact.problem import Impact
+from restitution.impact.solve import solve
+from restitution.material.conversion import shear_from_tension
 from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
 from restitution.material.fractional import fractional_zener
 from restitution.material.prony import PronySeries
 from restitution.material.readers import read_material
+from restitution.material.viscoelastic import Material
 
 TRUTH = PronySeries(1.0, [5.0, 2.0, 7.0], [1e-3, 0.4, 50.0])
 
@@ -244,3 +250,26 @@ def test_the_text_of_a_fit_leaves_out_the_data():
     fit = fit_prony(RelaxationTable(np.logspace(-3, 3, 400), 1.0 + np.exp(-np.logspace(-3, 3, 400))))
     assert len(repr(fit)) < 1000
     assert "misfit=" in repr(fit)
+
+
+def test_a_material_made_by_hand_from_a_fit_has_its_window():
+    """The window goes with the series through conversions and shifts, and no series without data has one."""
+    low, high = np.exp(np.random.default_rng(3).uniform(np.log([1e-4, 1e1]), np.log([1e-2, 1e3])))
+    times = np.geomspace(low, high, 41)
+    table = RelaxationTable(times, 1e6 + 3e6 * np.exp(-times / math.sqrt(low * high)), "tension")
+    series = fit_prony(table).series
+    window = pytest.approx((times[0], times[-1]), rel=1e-12)
+    assert Material(series, 2e9).window == window
+    assert Material(1e6, series).window == window
+    for shear in (
+        shear_from_tension(series, bulk_modulus=2e9),
+        shear_from_tension(series, poisson_ratio=0.4),
+        shear_from_tension(series, bulk_modulus=math.inf),
+        pickle.loads(pickle.dumps(series)),
+    ):
+        assert Material(shear, math.inf).window == window
+    assert Material(series.scaled(2.0, time_factor=0.1), 2e9).window == pytest.approx((0.1 * low, 0.1 * high))
+    assert Material(series, 2e9, window=(1.0, 2.0)).window == (1.0, 2.0)
+    assert Material(PronySeries(1e6, [1e6], [1.0]), 2e9).window is None
+    result = solve(Impact(Material(series, 2e9), Parabola(1e-6), 1e-15, 10.0))
+    assert any(line.startswith("window: ") for line in result.warnings)

@@ -78,3 +78,34 @@ def test_overview_draws_into_a_given_figure_and_leaves_settings_alone(result) ->
 def test_panels_of_other_methods(method, panels) -> None:
     options = {"n_elements": 40} if method == "elements" else {"rtol": 1e-4}
     assert len(rs.solve(IMPACT, method, **options).plot().axes) == panels
+
+
+def _lines(figure):
+    return [ax.lines[0] for ax in figure.axes]
+
+
+def test_several_impacts_are_drawn_over_their_velocity() -> None:
+    """In the units of the labels, in the order of the velocity."""
+    speeds = np.array([0.5, 0.01, 0.1])
+    found = rs.solve(rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=speeds))
+    figure = found.plot()
+    assert [ax.get_xlabel() for ax in figure.axes] == ["impact velocity $v_0$ [mm/s]"] * 4
+    assert figure.axes[0].get_xscale() == "log"
+    e, time, *_ = (line.get_ydata() for line in _lines(figure))
+    np.testing.assert_allclose(_lines(figure)[0].get_xdata(), [10.0, 100.0, 500.0], rtol=1e-12)
+    np.testing.assert_array_equal(e, found.restitution_coefficient[[1, 2, 0]])
+    np.testing.assert_allclose(time, 1e3 * found.contact_time[[1, 2, 0]], rtol=1e-12)
+    assert "[ms]" in figure.axes[1].get_ylabel()
+    with pytest.raises(rs.InputError, match="times"):
+        found.plot([1e-3])
+
+
+def test_several_impacts_without_a_common_order_are_points() -> None:
+    masses, speeds = np.array([1e-3, 5e-3])[:, None], np.array([0.1, 0.2, 0.3])
+    both = rs.solve(rs.Impact(RUBBER, rs.Parabola(0.01), mass=masses, velocity=speeds)).plot()
+    assert _lines(both)[0].get_linestyle() == "None"
+    assert len(_lines(both)[0].get_xdata()) == 6
+    by_mass = rs.solve(rs.Impact(RUBBER, rs.Parabola(0.01), mass=masses[:, 0], velocity=0.1)).plot()
+    assert "mass" in by_mass.axes[0].get_xlabel()
+    listed = rs.solve([IMPACT, rs.Impact(RUBBER, rs.Parabola(0.02), mass=0.005, velocity=0.1)]).plot()
+    assert listed.axes[0].get_xlabel() == "number of the impact"

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.plot.labels import quantity_label, scaled, scaled_unit
+from restitution.display import scaled_unit
+from restitution.plot.labels import quantity_label, scaled
 from restitution.quantities import HISTORY, INPUTS, OUTPUTS
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 import restitution as rs
 from restitution.errors import InputError
 from restitution.plot.labels import scaled as quantity
+from restitution.plot.panels import map_levels
 from restitution.plot.style import new_figure, save_figure
 from restitution.plot.sweep import Layout, choose_layout, plot_sweep
 from restitution.quantities import INPUTS, OUTPUTS, input_attributes
@@ -294,3 +295,10 @@ def test_a_real_sweep(tmp_path: Path) -> None:
     assert len(panels(figure)) == 4
     assert {ax.get_xscale() for ax in panels(figure)} == {"log"}
     save_figure(figure, tmp_path / "picture.png")
+
+
+def test_the_colours_of_a_map_span_its_values() -> None:
+    """Values from 0.40 to 0.53 are no single blue."""
+    e = xr.DataArray(np.linspace(0.40, 0.53, 12).reshape(3, 4), dims=("y", "x"), name="restitution_coefficient")
+    found = map_levels(e)
+    assert (found.low, found.high) == (pytest.approx(0.40), pytest.approx(0.53))

@@ -124,7 +124,7 @@ def test_table_dataset_and_json():
         "depth [mm]": 1e3 * found.max_indentation_depth,
     }.items():
         assert found.table[head].astype(float).to_numpy() == pytest.approx(values.ravel(), rel=5e-3)
-    assert all(word in repr(found) for word in ("ISO 4662", "R [%]", "280.0", found.base[0]))
+    assert all(word in str(found) for word in ("ISO 4662", "R [%]", "6.85", found.base[0]))
     assert "<table" in found._repr_html_()  # pyright: ignore[reportPrivateUsage]
     content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert content["rebound_resilience"] == found.rebound_resilience.tolist()

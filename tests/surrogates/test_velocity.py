@@ -234,7 +234,7 @@ def test_an_indentation_beyond_the_table_is_reported() -> None:
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ((BALL, (1.0, 0.1)), ValueError, r"velocity = \(1.0, 0.1\): must be the lowest and the highest"),
+        ((BALL, (0.1, 0.1)), ValueError, r"velocity = \(0.1, 0.1\): must be the lowest and the highest"),
         ((BALL, (1.0, 1.0)), ValueError, r"velocity = \(1.0, 1.0\): must be the lowest and the highest"),
         ((BALL, 1.0), ValueError, r"velocity = 1: must be the lowest and the highest"),
         ((BALL, (0.0, 1.0)), ValueError, r"velocity\[0\] = 0 m/s: must be finite and > 0"),

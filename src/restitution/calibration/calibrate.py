@@ -8,7 +8,7 @@ import numpy as np
 
 from restitution import quantities
 from restitution.calibration import events
-from restitution.calibration.bodies import pair
+from restitution.calibration.bodies import PAIR, WALL, pair
 from restitution.calibration.codes import LAWS
 from restitution.calibration.collisions import Collisions, collisions
 from restitution.calibration.fit import nearest
@@ -33,6 +33,7 @@ def calibrate(
     restitution: Any = None,
     contact: str | None = None,
     units: str = "si",
+    extrapolate: bool = False,
     points: int = 33,
     rtol: float = 1e-9,
     workers: int | None = None,
@@ -55,10 +56,14 @@ def calibrate(
         A coefficient of restitution, or measured velocities [m/s] and coefficients, in place of those of the
         material. The stiffness is then the static one of the material, and the exact contact time is not known.
     contact : {"pair", "wall"}, optional
-        Two balls, or a ball and a wall. By default from the bodies; of an impact a pair if both bodies deform.
+        Two balls, or a ball and a wall. By default from the bodies; of an impact a pair if both bodies deform. The
+        other contact is built from the bodies: two equal balls from a ball and a wall, a ball and a wall of its
+        material from two equal balls.
     units : {"si", "cgs", "micro", "lj"}
         Unit system of the numbers: for LAMMPS all, for LIGGGHTS "si" and "cgs", else "si". In "lj" the mass and the
         diameter of the first ball and the highest velocity are 1.
+    extrapolate : bool
+        Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     points : int
         Number of velocities, at equal ratios.
     rtol, workers
@@ -72,8 +77,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If a number is out of range, the contacts lie outside the window of the material, the bodies do not separate,
-        or the law cannot reach the coefficient of restitution.
+        If a number is out of range, the bodies do not determine the other contact, the contacts lie outside the
+        window of the material, the bodies do not separate, or the law cannot reach the coefficient of restitution.
     SolverError
         If a solve fails.
 
@@ -97,14 +102,15 @@ def calibrate(
     """
     quantities.known("target", target, (*LAWS, events.REBOUND))
     if contact is not None:
-        one_of("contact", contact, ("pair", "wall"))
+        one_of("contact", contact, (PAIR, WALL))
     whole("points", points, 2, 10_000)
     within("rtol", rtol, 1e-12, 1e-2)
     law = LAWS.get(target)
     systems = law.units if law else ("si",)
     if units not in systems:
         raise InputError("units", units, f"must be {' or '.join(map(repr, systems))} for {target}")
-    wanted = collisions(pair(problem, contact), velocity, radius, restitution, points, rtol, workers)
+    bodies = pair(problem, contact)
+    wanted = collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     return _of_events(wanted) if law is None else _of_law(law, wanted, units)
 
 

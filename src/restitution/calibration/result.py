@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from restitution.calibration.collisions import Collisions
 from restitution.calibration.events import TableLaw
 from restitution.calibration.laws import TypedLaw
+from restitution.display import Shown, Summary, Table
 from restitution.files import whole_file
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, OUTPUTS, check
@@ -34,6 +35,8 @@ _E, _TIME = "restitution_coefficient", "contact_time"
 _KINDS = {"": "exact", "calibrated_": "calibrated", "naive_": "as usually typed"}
 _FINE = 2000
 _FORMAT = "restitution calibration"
+# Velocities that a screen shows.
+_ROWS = 9
 
 
 class TypedParameter(NamedTuple):
@@ -45,7 +48,7 @@ class TypedParameter(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Shown):
     """A contact law of another code, calibrated to the exact coefficient of restitution; made by `calibrate`.
 
     Attributes
@@ -193,10 +196,37 @@ class Calibration:
                 partial.write_text(text, encoding="utf-8")
         return text
 
-    def __repr__(self) -> str:
+    def summary(self, title: str = "") -> Summary:
+        """Table over the velocity, the numbers to type and the text to paste, which `print` and notebooks show."""
         low, high = self.velocity
         speeds = f"{low:.3g} m/s" if low == high else f"{low:.3g} to {high:.3g} m/s"
-        lines = [f"{self.words}: {'a ball and a wall' if self.wall else 'two balls'} at {speeds}"]
+        heading = f"{self.words}: {self.collisions.pair.words} at {speeds}"
+        return Summary(title or heading, self._rows, self._lines, self.snippet, self.warnings)
+
+    @property
+    def _short(self) -> str:
+        typed = ", ".join(
+            f"{name} = {f'{one.value:.6g} {one.unit}'.rstrip()}" for name, one in self.parameters.items()
+        )
+        error = f"largest error of e {100 * self.largest_error:.2g} %"
+        return ", ".join(filter(None, (self.target, typed, error)))
+
+    @property
+    def _rows(self) -> Table:
+        """Exact and calibrated e at some velocities; of several radii at the middle one."""
+        table = self.table
+        if "radius" in table.dims:
+            table = table.isel(radius=table.sizes["radius"] // 2)
+        table = table.isel(velocity=np.unique(np.linspace(0, table.sizes["velocity"] - 1, _ROWS).astype(int)))
+        columns = ("velocity [m/s]", "exact e", "calibrated", "error [%]", "as usually typed")
+        values = table["velocity"], table[_E], table[f"calibrated_{_E}"], 100.0 * table["error"], table[f"naive_{_E}"]
+        formats = ".4g", ".4f", ".4f", "+.2f", ".4f"
+        return Table(columns, [tuple(map(format, row, formats)) for row in np.stack(values, axis=1).tolist()])
+
+    @property
+    def _lines(self) -> list[str]:
+        """Numbers to type, largest errors, and velocities within some errors."""
+        lines: list[str] = []
         wide = max((len(name) for name in self.parameters), default=0)
         for name, (value, unit, words) in self.parameters.items():
             lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")
@@ -207,7 +237,7 @@ class Calibration:
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
             lines.append(f"  e within {100 * level:g} %: {where}")
-        return "\n".join(lines)
+        return lines
 
 
 def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:

@@ -28,7 +28,7 @@ def heading(words: str, wanted: Collisions, system: UnitSystem) -> list[str]:
     """Return lines on the code, the bodies, their velocities and the units."""
     low, high = float(wanted.velocity[0]), float(wanted.velocity[-1])
     speeds = f"{low:.4g} m/s" if low == high else f"{low:.4g} to {high:.4g} m/s"
-    line = f"{'a ball and a wall' if wanted.pair.wall else 'two balls'} at {speeds}"
+    line = f"{wanted.pair.words} at {speeds}"
     if wanted.radius.size > 1:
         line += f", radii {wanted.radius[0]:.4g} to {wanted.radius[-1]:.4g} m"
     else:

@@ -15,6 +15,7 @@ from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import BALL_ON_TARGET
+from restitution.contact.profile import Parabola
 from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
@@ -233,8 +234,17 @@ class Case:
         return for_contact(lambda window: replace(self.sections.build(window), velocity=list(velocity)))
 
     def bodies(self, impact: Impact) -> tuple[Body, Body] | None:
-        """The two free bodies, of the materials of an impact; None where the second is a half-space."""
-        return self.sections.bodies(impact.material, impact.counter_material)
+        """The two bodies, of the materials of an impact: balls, or a ball and a wall; None if they are something else.
+
+        If only one of the ball and the wall deforms, it is the ball: the solution is the same.
+        """
+        material, counter = impact.material, impact.counter_material
+        if self.sections.counter_body is not None:
+            return self.sections.bodies(material, counter)
+        if not isinstance(impact.profile, Parabola) or impact.external_force or math.isfinite(impact.impedance):
+            return None
+        ball, wall = (material, None) if counter is None else (counter, material)
+        return Body(ball, impact.profile.radius, impact.mass), Body(wall)
 
     def solve(self) -> ImpactResult:
         """Solve the impact with the options of the file.
@@ -297,8 +307,10 @@ def notes_on(material: Material, counter: Material | None) -> list[str]:
     return [f"{one.name or 'material'}: {one.assumptions}" for one in pair if one and one.assumptions]
 
 
-def read_case(path: str | Path) -> Case:
+def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     """Read a case file, in TOML: a quantity is a plain number in SI or a text with a unit such as "10 mm".
+
+    With `any_velocity` the file may lack the velocity, which does not matter then.
 
     Raises
     ------
@@ -328,7 +340,11 @@ def read_case(path: str | Path) -> Case:
     0.005
     """
     path = path_of(path)
-    sections = read_sections(CaseFile, path, read_toml(path))
+    content = read_toml(path)
+    motion: Any = content.setdefault("impact", {}) if any_velocity else None
+    if isinstance(motion, dict) and not {"velocity", "drop_height"} & set(motion):
+        motion["velocity"] = 1.0
+    sections = read_sections(CaseFile, path, content)
     with in_file(path):
         impact = sections.build()
     return Case(path, sections.title, impact, sections.solver.options, sections)

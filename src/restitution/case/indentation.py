@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 MOST_POINTS = 10_000_000
 Duration = Annotated[float, positive(TIME, "duration")]
 _ANY = (-1e300, 1e300)
+# Start of the window of a fractional material over the shortest piece of the history, and how much earlier than by
+# the duration it may be: still faster terms take minutes.
+_SHARE, _EARLIER = 0.1, 1e-2
 _N_POINTS = "number of equally spaced times of the table that `--history` writes"
 
 
@@ -197,6 +200,10 @@ def read_indentation(path: str | Path) -> IndentationCase:
     with in_file(path, "indentation" if section.file is None else "indentation.file"):
         name, history = section.read(path.parent)
     window = window_around(history.stop - history.start)
+    # A fast ramp before a long hold is faster than the start of the window of its duration.
+    pieces = np.diff(history.knots)
+    fastest = max(_SHARE * float(pieces[pieces > 0.0].min()), _EARLIER * window.low)
+    window = window._replace(low=min(window.low, fastest))
     with in_file(path):
         counter = None if case.counter_material is None else case.counter_material.build(window)
         material, profile = case.material.build(window), case.profile.build(None)

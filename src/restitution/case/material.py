@@ -148,6 +148,7 @@ class MaterialSection(Section):
             factor = shift.factor(self.temperature)
             window = Window(window.low / factor, window.high / factor, window.rtol)
         material = self.isothermal(window)
+        self._check_window(material.window)
         given = {"name": self.name, "density": self.density, "shift": shift, "window": self.window,
                  "undetermined": self.undetermined}  # fmt: skip
         if shift is not None:
@@ -158,6 +159,15 @@ class MaterialSection(Section):
         if material.shift is None:
             refuse("the material has no law of the shift; give shift as well", "temperature")
         return material.at(self.temperature)
+
+    def _check_window(self, known: tuple[float, float] | None) -> None:
+        """Refuse a window that is wider than that of the data of the material."""
+        if self.window is None or known is None or self.needs_window:
+            return
+        # Digits of a file may be fewer than those of the data.
+        if self.window[0] < known[0] * (1.0 - 1e-3) or self.window[1] > known[1] * (1.0 + 1e-3):
+            wanted = f"must lie within the times of the data, {known[0]:.4g} to {known[1]:.4g} s"
+            refuse(f"{wanted}; the option --extrapolate goes beyond", "window", list(self.window))
 
 
 class GeneralSection(MaterialSection):

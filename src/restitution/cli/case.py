@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-import math
 import sys
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, History, Json, JsonWithoutUnits, Plot, argument, option, target
+from restitution.cli.options import (
+    CaseFile,
+    Extrapolate,
+    History,
+    Json,
+    JsonWithoutUnits,
+    Plot,
+    argument,
+    option,
+    target,
+)
 from restitution.cli.terminal import BadInput, compilation, report, user_input
 from restitution.files import TABLES, whole_file, write_table
 from restitution.impact.status import Status
-
-if TYPE_CHECKING:
-    from restitution.impact.bounces import Bounces
-    from restitution.indentation.result import IndentationResult
-
-# Bounces that a screen holds; of more, the first and the last are shown.
-_SHOWN, _LAST = 24, 4
-
-_INDENTATION_ROWS = (
-    ("largest force", "max_force", "F_max", "N"),
-    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
-    ("largest contact radius", "max_contact_radius", "a_max", "m"),
-    ("contact grows until", "turning_time", "t_m", "s"),
-    ("contact ends at", "contact_end_time", "t_end", "s"),
-    ("depth at the end of contact", "residual_indentation_depth", "d_end", "m"),
-    ("work of the indenter", "work", "W", "J"),
-)
 
 
 class Method(StrEnum):
@@ -51,10 +44,15 @@ def solve(
         option('Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.', metavar="TIME"),
     ] = None,
     history: History = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
-    """Solve the impact that a case file describes."""
+    """Solve the impact that a case file describes.
+
+    Example: restitution solve examples/rubber_ball.toml --plot picture.png
+    """
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known
         from restitution.quantities import TIME
 
         times = [tables.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
@@ -62,14 +60,17 @@ def solve(
             raise BadInput("--pressure-at: give --plot FILE as well")
         problem = read_case(case)
         with compilation():
+            require_known(problem.impact, extrapolate=extrapolate)
             result = problem.solve()
         for text, time in zip(pressure_at or [], times, strict=True):
             if result.status == Status.SEPARATED and not 0.0 <= time <= result.contact_time:
                 end = f"{result.contact_time:.6g} s"
                 raise BadInput(f'--pressure-at "{text}": must be within the contact, which lasts {end}')
     title = problem.title or str(case)
-    tables.show(result, title, in_json=json, bodies=problem.arrangement)
-    if not json:
+    if json:
+        tables.write_json(result.to_dict() | {"energy_residual": result.energy.residual})
+    else:
+        tables.show(result.summary(title), *filter(None, [problem.arrangement]))
         report("note", *problem.notes(result.impact))
     if history is not None:
         tables.write_history(result, history, title)
@@ -91,12 +92,15 @@ def standard_solid(
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
 
     All numbers are dimensionless: mass, radius, velocity and equilibrium shear modulus are 1.
+    Example: restitution standard-solid --nu 0.45 --p2 0.01 --p3 1
     """
     from restitution.checks import positive, within
     from restitution.contact.profile import Parabola
     from restitution.impact.problem import Impact
     from restitution.impact.solve import solve as solve_impact
+    from restitution.impact.summary import of_impact
     from restitution.material.classical import standard_solid as material
+    from restitution.validity import Validity
 
     with user_input():
         within("nu", nu, -1.0, 0.5)
@@ -106,8 +110,15 @@ def standard_solid(
         impact = Impact(material=solid, profile=Parabola(radius=1.0), mass=1.0, velocity=1.0)
         with compilation():
             result = solve_impact(impact, method=method.value, rtol=rtol)
+    # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
+    validity = Validity((result.validity["poisson_ratio"],))
+    doubts = [*validity.warnings, *result.notes]
+    if json:
+        content = result.to_dict() | {"energy_residual": result.energy.residual}
+        tables.write_json(content | {"warnings": doubts, "validity": validity.to_dict()})
+        return
     title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
-    tables.show(result, title, in_json=json, dimensionless=True)
+    tables.show(replace(of_impact(result, title, dimensionless=True), warnings=doubts))
 
 
 def bounce(
@@ -115,26 +126,28 @@ def bounce(
     json: Json = False,
     plot: Plot = None,
     out: Annotated[Path | None, target("Write a row for each bounce", "--out", *TABLES)] = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
 
     The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
-    unless the file has weight = false.
+    unless the file has weight = false. Example: restitution bounce examples/dropped_ball.toml
     """
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known
 
         problem = read_case(case)
         with compilation():
             found = problem.bounces()
+            require_known(found.impact, found.velocity, extrapolate=extrapolate)
     table = found.to_dataset()
     if json:
         content = {"n_bounces": found.n_bounces, "ended": str(found.ended), "drop_height": found.drop_height}
         content |= {"gravity": found.gravity} | {str(name): one.values.tolist() for name, one in table.items()}
         tables.write_json(content | {"warnings": found.warnings, "validity": found.validity.to_dict()})
     else:
-        _print_bounces(found, problem.title or str(case))
-        report("warning", *found.warnings)
+        tables.show(found.summary(problem.title or str(case)))
         report("note", *problem.notes(found.impact))
     if out is not None:
         write_table(table, out)
@@ -142,61 +155,31 @@ def bounce(
         tables.save_picture(found.plot(), plot)
 
 
-def _print_bounces(found: Bounces, title: str) -> None:
-    from restitution.plot.labels import scaled_unit
-
-    heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
-    titles = (
-        "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",
-        "tan delta", f"rises to [{heights.unit}]",
-    )  # fmt: skip
-
-    def row(n: int) -> tuple[str, ...]:
-        duration = found.contact_time[n] * times.factor
-        touch = f"{found.touch_time[n]:.6g}", f"{found.velocity[n]:.4g}", f"{found.restitution_coefficient[n]:.6g}"
-        lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
-        tangent = f"{found.loss_tangent[n]:.4g}" if math.isfinite(found.loss_tangent[n]) else "-"
-        return str(n + 1), *touch, lasts, tangent, f"{found.height[n] * heights.factor:.4g}"
-
-    count = found.n_bounces
-    rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
-    if count > _SHOWN:
-        rows.insert(_SHOWN - _LAST, ("…",) * len(titles))
-    tables.print_rows(f"{title}, from {found.drop_height * heights.factor:.6g} {heights.unit}", titles, rows)
-    end = f"{found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
-    print(f"{count} bounce{'s' * (count != 1)} in {end}")
-
-
-def indent(case: CaseFile, json: Json = False, plot: Plot = None, history: History = None) -> None:
+def indent(
+    case: CaseFile, json: Json = False, plot: Plot = None, history: History = None, extrapolate: Extrapolate = False
+) -> None:
     """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
 
     The case file has the sections profile, material and indentation. A second loading in contact is refused.
+    Example: restitution indent examples/afm_indent.toml --plot curve.png
     """
     with user_input():
         from restitution.case.indentation import read_indentation
+        from restitution.impact.window import require_known_times
 
         problem = read_indentation(case)
         with compilation():
             result = problem.solve()
+        require_known_times(result.validity["window"], extrapolate=extrapolate)
     if json:
         tables.write_json(result.to_dict())
     else:
-        _print_indentation(result, problem.title or str(case))
-        report("warning", *result.warnings)
+        tables.show(result.summary(problem.title or str(case)))
         report("note", *problem.notes())
     if history is not None:
         write_table(result.sample(n_points=problem.n_points), history)
     if plot is not None:
         tables.save_picture(result.plot(), plot)
-
-
-def _print_indentation(result: IndentationResult, title: str) -> None:
-    values: list[tuple[str, str, float, str]] = []
-    for words, name, symbol, unit in _INDENTATION_ROWS:
-        value = float(getattr(result, name))
-        values.append((words, symbol, value if math.isfinite(value) else math.nan, unit))
-    tables.print_values(title, values)
-    print(f"prescribed {result.prescribed}, {result.status.message}, rtol {result.rtol:g}")
 
 
 def cite(
@@ -206,7 +189,7 @@ def cite(
 ) -> None:
     """Print what to cite, in BibTeX: the methods, materials and profile transforms that cases used.
 
-    Without a case, the program and the paper that it reproduces.
+    Without a case, the program and the paper that it reproduces. Example: restitution cite examples/epoxy.toml
     """
     with user_input():
         from restitution.case.impact import read_case

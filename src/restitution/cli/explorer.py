@@ -29,7 +29,10 @@ def explore(
         Path | None, option("Write a page on the paper's problem that needs no server, and end.", metavar="DIR")
     ] = None,
 ) -> None:
-    """Open a page in the browser on which every input is a slider and every picture follows."""
+    """Open a page in the browser on which every input is a slider and every picture follows.
+
+    Example: restitution explore examples/rubber_ball.toml
+    """
     if static is not None:
         _write(static, case)
         return

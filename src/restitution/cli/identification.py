@@ -93,8 +93,8 @@ def _print(found: Identification, title: str) -> None:
 
 
 def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
+    from restitution.display import scaled_unit
     from restitution.identification.uncertainty import CLOSE
-    from restitution.plot.labels import scaled_unit
 
     rows: list[tuple[str, ...]] = []
     for name, one in group.items():

@@ -45,23 +45,32 @@ def _options(
         os.environ["RESTITUTION_TRACEBACK"] = "1"
 
 
-for _command in (
-    *(case.standard_solid, case.solve, case.bounce, case.indent, case.cite, material.material),
-    *(sweep.surrogate, sweep.sweep, sweep.plot, sweep.map_),
-    *(identification.identify, identification.design, identification.moduli, laws.export, laws.calibrate),
-    *(rebound_resilience.resilience, explorer.explore),
-):
-    app.command(_command.__name__.rstrip("_").replace("_", "-"))(_command)
+_SOLVE, _DATA, _CODES, _MORE = "Solve", "From data to a material", "For other codes", "Explore, reproduce, cite"
+_COMMANDS = {
+    _SOLVE: (
+        *(case.solve, case.bounce, case.indent, sweep.sweep, sweep.plot, sweep.map_),
+        *(rebound_resilience.resilience, case.standard_solid),
+    ),
+    _DATA: (material.material, identification.identify, identification.design, identification.moduli),
+    _CODES: (laws.calibrate, laws.export, sweep.surrogate),
+    _MORE: (explorer.explore, case.cite),
+}
+for _panel, _commands in _COMMANDS.items():
+    for _command in _commands:
+        app.command(_command.__name__.rstrip("_").replace("_", "-"), rich_help_panel=_panel)(_command)
 
 
-@app.command("reproduce")
+@app.command("reproduce", rich_help_panel=_MORE)
 def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for figures, data and claims.")] = _FOLDER,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,
     seed: Annotated[int | None, option("Seed of the random inputs.", min=0)] = None,
     workers: Workers = None,
 ) -> None:
-    """Compute and draw the paper's figures 3 to 6 and four more, and judge its claims."""
+    """Compute and draw the paper's figures 3 to 6 and four more, and judge its claims.
+
+    Example: restitution reproduce --quick
+    """
     from restitution.paper import reproduction
 
     with user_input(), progress_bar("reproducing") as progress:

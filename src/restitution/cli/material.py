@@ -11,6 +11,7 @@ import typer
 from restitution.cli import facts, tables
 from restitution.cli.options import Json, Plot, argument, library_names, option
 from restitution.cli.terminal import BadInput, progress_bar, report, user_input
+from restitution.display import celsius
 from restitution.errors import InputError
 
 # Help must load nothing heavy.
@@ -58,6 +59,7 @@ def material(
 
     Relaxation and DMA data are fitted by a Prony series. Several temperatures become one master curve first. Tables of
     Prony terms and of shift factors, the decks of ANSYS and Abaqus, and the materials of a case file are read too.
+    Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
     with user_input():
         if list_:
@@ -228,17 +230,17 @@ def _content(made: facts.Report) -> dict[str, Any]:
 def _print(made: facts.Report) -> None:
     import numpy as np
 
-    rows = [(_words(key), _text(value)) for key, value in made.facts.items() if value is not None]
+    rows = [_row(key, value) for key, value in made.facts.items() if value is not None]
     tables.print_rows(made.title, ("what", "value"), rows)
     if made.factors is not None:
         pairs = zip(made.factors.temperatures, made.factors.log10_factors, strict=True)
-        rows = [(f"{kelvin - 273.15:.6g}", f"{factor:.6g}") for kelvin, factor in pairs]
+        rows = [(celsius(kelvin), f"{factor:.6g}") for kelvin, factor in pairs]
         tables.print_rows("Shift factors", ("temperature [°C]", "log10 aT"), rows)
     if made.curve is not None:
-        columns = made.curve.temperatures - 273.15, made.curve.log10_factors, made.curve.errors
+        columns = made.curve.temperatures, made.curve.log10_factors, made.curve.errors
         rows = [
-            (f"{celsius:.5g}", f"{factor:.4g}", f"{error:.2g}")
-            for celsius, factor, error in zip(*columns, strict=True)
+            (celsius(kelvin, 5), f"{factor:.4g}", f"{error:.2g}")
+            for kelvin, factor, error in zip(*columns, strict=True)
         ]
         tables.print_rows("Shifts", ("temperature [°C]", "log10 aT", "standard error"), rows)
     unit = "-" if made.relative else "Pa"
@@ -251,6 +253,13 @@ def _print(made: facts.Report) -> None:
         columns = ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss")))
         rows = [tuple(f"{value:.4g}" for value in row) for row in np.stack(values, axis=1).tolist()]
         tables.print_rows(f"Moduli, {name}", columns, rows)
+
+
+def _row(key: str, value: Any) -> tuple[str, str]:
+    """Words and value of a fact; temperatures are in °C, as in the tables of shifts."""
+    if key.endswith("temperature_K"):
+        return f"{key.removesuffix('_K').replace('_', ' ')} [°C]", celsius(value)
+    return _words(key), _text(value)
 
 
 def _words(key: str) -> str:

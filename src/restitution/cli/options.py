@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Annotated, Any
 
 import typer
@@ -53,9 +53,12 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> P
         raise BadInput(f"{option} {path}: no such folder: {path.parent}")
     if path.is_dir():
         raise BadInput(f"{option} {path}: is a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise BadInput(f"{option} {path}: nothing can be written to the folder {path.parent}")
-    return path
+    try:
+        # Permissions alone do not show it: nobody writes to /proc.
+        with TemporaryFile(dir=path.parent):
+            return path
+    except OSError:
+        raise BadInput(f"{option} {path}: nothing can be written to the folder {path.parent}") from None
 
 
 def target(words: str, name: str, *suffixes: str) -> Any:
@@ -69,6 +72,10 @@ def _either(choices: Sequence[str]) -> str:
     return f"{', '.join(most)} or {last}" if most else last
 
 
+Extrapolate = Annotated[
+    bool,
+    typer.Option("--extrapolate", help="Go beyond the times for which the material is known, with a warning."),
+]
 PICTURES = (".png", ".pdf", ".svg")
 CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]

@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import Annotated
 
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, Json, Plot, option
+from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, option
 from restitution.cli.terminal import compilation, report, user_input
 
 # Times for which a fractional material holds: rebound tests last 1 to 20 ms.
 _WINDOW = (1e-8, 1.0)
+
+
+_STANDARDS = "ISO 4662, DIN 53512, ASTM D7121, ASTM D2632, ISO 8307 or ASTM D3574"
 
 
 def _standards(incomplete: str) -> list[str]:
@@ -20,7 +23,9 @@ def _standards(incomplete: str) -> list[str]:
 
 def resilience(
     case: CaseFile,
-    standard: Annotated[str, option("Standard of the test.", metavar="NAME", autocompletion=_standards)] = "ISO 4662",
+    standard: Annotated[
+        str, option(f"Standard of the test: {_STANDARDS}.", metavar="NAME", autocompletion=_standards)
+    ] = "ISO 4662",
     temperature: Annotated[
         list[str] | None, option('Temperature, e.g. "23 degC"; may be repeated.', metavar="TEMPERATURE")
     ] = None,
@@ -42,10 +47,15 @@ def resilience(
     ] = None,
     json: Json = False,
     plot: Plot = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
-    """Rebound resilience of the material of a case file in a standard test."""
+    """Rebound resilience of the material of a case file in a standard test.
+
+    Example: restitution resilience examples/rubber_pad.toml --standard "DIN 53512" --temperature "23 degC"
+    """
     with user_input():
         from restitution.case.impact import read_case
+        from restitution.impact.window import require_known_times
         from restitution.material.fractional import Window
         from restitution.quantities import LENGTH, MASS, TEMPERATURE
         from restitution.rebound_resilience.loss import implied_loss_tangent
@@ -65,22 +75,19 @@ def resilience(
         material = problem.sections.material.build(Window(*_WINDOW))
         with compilation():
             found = of_standard(material, standard, temperature=kelvin or None, base=base or None, **replaced)
+            require_known_times(found.validity["window"], extrapolate=extrapolate)
             implied = None if measured is None else implied_loss_tangent(measured)
     if json:
         tables.write_json(found.to_dict() | ({} if implied is None else {"implied_loss_tangent": implied._asdict()}))
     else:
-        table = found.table.reset_index().rename(columns={"temperature": "temperature [K]"})
-        rows = [tuple(map(str, row)) for row in table.itertuples(index=False)]
-        tables.print_rows(found.heading, tuple(table.columns), rows)
-        for name, text in found.standard.sources.items():
-            print(f"{name}: {text.partition(': ')[2]} [{text.partition(':')[0]}]")
+        lines: list[str] = []
         if implied is not None:
             where = " to ".join(dict.fromkeys(f"{one:.3g}" for one in (found.frequency.min(), found.frequency.max())))
-            print(
+            lines.append(
                 f"{measured:g} % means a loss tangent of {implied.loss_tangent:.3g} ({implied.low:.3g} to "
                 f"{implied.high:.3g}) at the frequency of the contact, here {where} Hz"
             )
-        report("warning", *found.warnings)
+        tables.show(found.summary(), *lines)
         report("note", *problem.notes(problem.impact))
     if plot is not None:
         tables.save_picture(found.plot(), plot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +12,7 @@ import typer
 from restitution.cli import tables
 from restitution.cli.options import (
     PICTURES,
+    Extrapolate,
     Json,
     Outputs,
     Picture,
@@ -36,13 +38,14 @@ _GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _POINTS = 80
 # A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
+# A number and its unit.
+_UNIT = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(\D.*)")
 # An axis is logarithmic where the ratio of its ends is at least this.
 _LOG_RATIO = 10.0
 # Suffix, default range and tolerance, and columns of a surrogate.
 _SAVED = ".json"
 _RANGE = ("1e-3", "10")
 _RTOL = 1e-6
-_COLUMNS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 
 
 def sweep(
@@ -61,10 +64,12 @@ def sweep(
     ] = None,
     workers: Workers = None,
     json: Json = False,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
+    Example: restitution sweep examples/velocity_sweep.toml --out v.zarr
     """
     with user_input():
         from restitution.case.sweep import read_sweep
@@ -84,6 +89,7 @@ def sweep(
 
             try:
                 dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
+                _require_known(dataset, out, extrapolate)
                 if is_table:
                     write_table(dataset, out)
             except KeyboardInterrupt:
@@ -115,7 +121,10 @@ def plot(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws."""
+    """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws.
+
+    Example: restitution plot v.zarr --output restitution_coefficient
+    """
     # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
@@ -144,10 +153,12 @@ def map_(
     out: Picture = None,
     workers: Workers = None,
     json: Json = False,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Draw contours of an output over two quantities of a case.
 
     NAME is a key of the case file, such as velocity or material.density; without a file nu, p2 and p3.
+    Example: restitution map examples/epoxy.toml --x velocity=1cm/s:1m/s --y radius=5:20mm
     """
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
     check_target("--out", target, PICTURES)
@@ -183,8 +194,20 @@ def map_(
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
         with collected_warnings() as warnings, progress_bar("computing", rate="impacts/s") as progress:
             dataset = run(plan, workers=workers, progress=progress)
+        _require_known(dataset, target, extrapolate)
         names = list(plan.grid.axes)
         _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
+
+
+def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
+    """Refuse a result of which a part lies beyond the times for which the material is known."""
+    from restitution.doubts import checks
+    from restitution.impact.window import WAY_OUT
+
+    check = checks(dataset.attrs).get("window", {})
+    if check.get("exceeded") and not extrapolate:
+        stored = f"; {out} is whole, and the same command with it computes nothing again" if out.is_dir() else ""
+        raise BadInput(f"{check['message']}; {WAY_OUT}{stored}")
 
 
 def _draw(
@@ -229,7 +252,11 @@ def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
     ends = [end.strip() for end in value.split(":")]
     if len(ends) != 2 or not all(ends):
         raise BadInput(f"{option} {text}: must be LOW:HIGH")
-    return {"linear": [_plain(end) for end in ends], "n": points}
+    low, high = map(_plain, ends)
+    if isinstance(low, float) and isinstance(high, str) and (unit := _UNIT.fullmatch(high)):
+        # One unit after both ends, as in 0:60degC.
+        low = f"{low!r} {unit[1]}"
+    return {"linear": [low, high], "n": points}
 
 
 def _plain(text: str) -> Any:
@@ -251,10 +278,11 @@ def surrogate(
     plot: Plot = None,
     json: Json = False,
     workers: Workers = None,
+    extrapolate: Extrapolate = False,
 ) -> None:
     """Replace an impact by an interpolant over its velocity: restitution, contact time and peak force, with an error.
 
-    The velocity of the case file does not matter.
+    The case file needs no velocity. Example: restitution surrogate examples/epoxy.toml --velocity 0.1 1 --out e.json
     """
     with user_input():
         from restitution.quantities import VELOCITY
@@ -268,7 +296,9 @@ def surrogate(
             made, notes = Surrogate.load(source), []
         else:
             low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
-            made, notes = build_surrogate(source, (low, high), _RTOL if rtol is None else rtol, workers)
+            made, notes = build_surrogate(
+                source, (low, high), _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
+            )
         rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
     if out is not None:
         if out.suffix.lower() == _SAVED:
@@ -282,26 +312,20 @@ def surrogate(
         content |= {"values": [dict(zip(names, row, strict=True)) for row in rows], "warnings": made.warnings}
         tables.write_json(content | {"validity": made.validity.to_dict()})
     else:
-        span = f"{made.velocity[0]:g} to {made.velocity[1]:g} m/s in {pieces} piece{'s' * (pieces > 1)}"
-        print(f"{out or source}: {span}, rtol {made.rtol:g}")
-        errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
-        print(f"largest error: {errors}")
-        if rows:
-            tables.print_rows("", _COLUMNS, [tuple(f"{value:.8g}" for value in row) for row in rows])
-        report("warning", *made.warnings)
+        tables.show(made.summary(str(out or source), speeds))
         report("note", *notes)
     if plot is not None:
         tables.save_picture(made.plot(), plot)
 
 
 def build_surrogate(
-    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None
+    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None, *, extrapolate: bool = False
 ) -> tuple[Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
     from restitution.surrogates.build import surrogate
 
     with progress_bar("building") as progress:
-        impact = read_case(path).over(velocity)
-        made = surrogate(impact, velocity, rtol, workers=workers, progress=progress)
+        impact = read_case(path, any_velocity=True).over(velocity)
+        made = surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
     return made, notes_on(impact.material, impact.counter_material)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import sys
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, cast
 
 from restitution.cli.terminal import BadInput, report
+from restitution.display import Summary, Table
 from restitution.errors import InputError
 from restitution.files import write_table
 from restitution.impact.status import Status
@@ -49,78 +50,20 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def show(result: ImpactResult, title: str, *, in_json: bool, dimensionless: bool = False, bodies: str = "") -> None:
-    """Print the result of an impact: as JSON, or as a table with its warnings on standard error."""
-    validity = result.validity
-    if dimensionless:
-        # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
-        validity = type(validity)((validity["poisson_ratio"],))
-    if in_json:
-        content = result.to_dict() | {"energy_residual": result.energy.residual}
-        content |= {"warnings": [*validity.warnings, *result.notes], "validity": validity.to_dict()}
-        write_json(content)
-        return
-    _print_impact(result, title, dimensionless)
-    if bodies:
-        print(bodies)
-    report("warning", *validity.warnings)
-    status = cast("Status", result.status)
-    report("warning", *result.notes, *([] if status == Status.SEPARATED else [status.message]))
+def show(summary: Summary, *lines: str) -> None:
+    """Print a summary and further lines, with the warnings on standard error."""
+    print("\n".join([summary.text(_width()), *lines]))
+    report("warning", *summary.warnings)
 
 
-def _print_impact(result: ImpactResult, title: str, dimensionless: bool) -> None:
-    from restitution.quantities import OUTPUTS
-
-    # A number below the tolerance times the largest of its kind is rounding.
-    tolerance = 1e-9 if result.rtol is None else float(result.rtol)
-    noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    found = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
-    values = [
-        (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
-        for one, value in found
-    ]
-    long, short = result.max_semi_axes
-    if short < long:
-        words = "semi-axis of the largest contact"
-        values += [(f"long {words}", "a", float(long), "m"), (f"short {words}", "b", float(short), "m")]
-    values.append(("back at the undeformed surface", "t_0", float(result.zero_overlap_time), "s"))
-    print_values(title, values, dimensionless)
-    stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
-    residual = float(result.energy.residual)
-    balance = f", energy residual {residual:.1e}" if math.isfinite(residual) else ""
-    print(f"method {result.method}{stated}{balance}")
-
-
-def plain_symbol(symbol: str) -> str:
-    r"""Return a symbol of matplotlib's notation as plain text: d_max for $d_\mathrm{max}$."""
-    return re.sub(r"\\mathrm|[${}\\]", "", symbol)
-
-
-def print_values(title: str, values: Sequence[tuple[str, str, float, str]], dimensionless: bool = False) -> None:
-    """Print rows of words, symbol and value, with the unit if there is one."""
-    n = 3 if dimensionless else 4
-    rows = [(words, symbol, *_for_people(value, "" if n == 3 else unit))[:n] for words, symbol, value, unit in values]
-    print_rows(title, ("quantity", "symbol", "value", "unit")[:n], rows, right="value")
+def _width() -> int:
+    """Columns of the terminal."""
+    return get_terminal_size().columns
 
 
 def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = "") -> None:
     """Print rows of text under their columns; the column `right` is aligned to the right."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=box.SIMPLE_HEAD)
-    for n, head in enumerate(columns):
-        least = min(16, max(map(len, " ".join((head, *(row[n] for row in rows))).split()), default=1))
-        table.add_column(Text(head), overflow="fold", justify="right" if head == right else "left", min_width=least)
-    for row in rows:
-        table.add_row(*map(Text, row))
-    console = Console(highlight=False)
-    # A line that is too long for the terminal is better broken by it than cut off by the table.
-    console.width = max(console.width, 100)
-    print(title)
-    console.print(table)
+    print(Summary(title, Table(columns, rows, right)).text(_width()))
 
 
 def print_dataset(title: str, dataset: xr.Dataset) -> None:
@@ -138,17 +81,6 @@ def print_dataset(title: str, dataset: xr.Dataset) -> None:
             # Blanks let a narrow column break its heading.
             columns[f"{str(name).replace('_', ' ')} [{one.unit or '-'}]"] = texts
     print_rows(title, tuple(columns), list(zip(*columns.values(), strict=True)))
-
-
-def _for_people(value: float, unit: str) -> tuple[str, str]:
-    if math.isnan(value) or (unit and math.isinf(value)):
-        return ("-" if math.isnan(value) else "inf"), ""
-    if unit == "":
-        return f"{value:.8g}", ""
-    from restitution.plot.labels import scaled_unit
-
-    scale = scaled_unit(value, unit)
-    return f"{value * scale.factor:.6g}", scale.unit
 
 
 def read_quantity(option: str, text: str, dimension: Dimension) -> float:

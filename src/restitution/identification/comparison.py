@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
+from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
 from restitution.identification.arguments import parameter_names
 from restitution.identification.bands import MODULUS_NAMES, banded
@@ -32,7 +33,7 @@ _LEAST_WEIGHT = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Shown):
     """Models fitted to the same data, best first.
 
     Attributes
@@ -91,18 +92,22 @@ class Comparison:
             "results": {name: one.to_dict() for name, one in self.results.items()},
         }
 
-    def __str__(self) -> str:
-        width = max(map(len, self.results))
-        lines = [f"{'model':{width}}  unknowns  chi2/dof     AICc  weight"]
+    def summary(self, title: str = "") -> Summary:
+        """Table of the models, the best first, which `print` and notebooks show."""
+        rows: list[tuple[str, ...]] = []
         for name, one in self.results.items():
-            plain = isinstance(one, Identification)
-            unknowns = f"{one.coordinates.size}" if plain else f"{one.effective_parameters:.1f}"
-            lines.append(f"{name:{width}}  {unknowns:>8}  {one.reduced_chi2:8.3g}  {self.criterion[name]:7.1f}  "
-                         f"{self.weights[name]:6.3f}")  # fmt: skip
-        lines += [f"{name}: not fitted, {reason}" for name, reason in self.refused.items()]
-        return "\n".join((*lines, *self.statements))
+            unknowns = (
+                f"{one.coordinates.size}" if isinstance(one, Identification) else f"{one.effective_parameters:.1f}"
+            )
+            rows.append((name, unknowns, f"{one.reduced_chi2:.3g}", f"{self.criterion[name]:.1f}",
+                         f"{self.weights[name]:.3f}"))  # fmt: skip
+        lines = [*(f"{name}: not fitted, {reason}" for name, reason in self.refused.items()), *self.statements]
+        table = Table(("model", "unknowns", "chi2/dof", "AICc", "weight"), rows)
+        return Summary(title or "Comparison of models", table, lines)
 
-    __repr__ = __str__
+    @property
+    def _short(self) -> str:
+        return ", ".join(f"{name} {self.weights[name]:.3f}" for name in self.results)
 
 
 def compare(

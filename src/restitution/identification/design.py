@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from restitution import checks
 from restitution.contact.analytic import sphere_mass
+from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.arguments import parameters
 from restitution.identification.bands import FAR, MODULUS_NAMES, modulus_functions
@@ -88,8 +89,8 @@ def standard_errors(information: Array, gradients: Array) -> Array:
     return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
 
 
-@dataclass(frozen=True, eq=False)
-class Design:
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Shown):
     """Impacts to measure next, and the errors of the parameters that they would leave.
 
     Standard errors are relative, those of Poisson ratios and exponents absolute, and infinite if nothing is known.
@@ -153,13 +154,16 @@ class Design:
         """Figure of the chosen impacts over velocity and radius, and of the predicted errors."""
         return draw("identification.design", self)
 
-    def __str__(self) -> str:
-        heads = [f"{quantity.words} [{quantity.unit or '-'}]" for quantity in _TABLE.values()]
-        rows = [
-            "  ".join(f"{value:{len(head)}.4g}" for value, head in zip(row, heads, strict=True))
-            for row in zip(*(getattr(self, name) for name in _TABLE), strict=True)
-        ]
-        return "\n".join(("  ".join(heads), *rows, *self.statements))
+    def summary(self, title: str = "") -> Summary:
+        """Table of the impacts, which `print` and notebooks show."""
+        heads = tuple(f"{quantity.words} [{quantity.unit or '-'}]" for quantity in _TABLE.values())
+        columns = (getattr(self, name) for name in _TABLE)
+        rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
+        return Summary(title or "Impacts to measure", Table(heads, rows), self.statements)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.velocity.size} impacts"
 
 
 _TABLE = {

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
 from restitution.identification.observations import hollow_balls
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
@@ -54,8 +55,8 @@ FORMULA_ERRORS = {
 """Errors of the formulas by family of material; `validation/effective_moduli.py` measures them."""
 
 
-@dataclass(frozen=True, eq=False)
-class EffectiveModuli:
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectiveModuli(Shown):
     """Complex reduced modulus from each bounce; arrays of shape (n,), one entry for each bounce.
 
     Values are NaN if neither time nor force was measured. The errors are standard errors from the noise of the
@@ -119,15 +120,17 @@ class EffectiveModuli:
         """
         return draw("material.bounce_moduli", self, data, poisson_ratio)
 
-    def __str__(self) -> str:
+    def summary(self, title: str = "") -> Summary:
+        """Table of the bounces, which `print` and notebooks show."""
         columns = {name: getattr(self, name) for name in ("velocity", "restitution_coefficient", *_TABLE)}
         columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
-        heads = [f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns]
-        rows = [
-            "  ".join(f"{value:{len(head)}.5g}" for value, head in zip(row, heads, strict=True))
-            for row in zip(*columns.values(), strict=True)
-        ]
-        return "\n".join(("  ".join(heads), *rows, *self.statements))
+        heads = tuple(f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns)
+        rows = [tuple(f"{value:.5g}" for value in row) for row in zip(*columns.values(), strict=True)]
+        return Summary(title or "Moduli of single bounces", Table(heads, rows), self.statements)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.velocity.size} bounces"
 
 
 _MODULI = ("storage_modulus", "loss_modulus", "loss_tangent")

@@ -10,11 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from restitution.files import whole_file
+from restitution.identification.bounce_times import BounceTimes
+from restitution.identification.force_history import ForceHistory
 from restitution.identification.rebounds import Rebounds
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:
     from restitution.identification.result import Identification
+
+
+# Contact time over its beginning, a third of depth over velocity, at most; 8.8 for an elastic ball.
+_BEGINNING = 14.0
 
 
 def write_material(found: Identification, path: str | Path) -> Path:
@@ -31,10 +37,11 @@ def write_material(found: Identification, path: str | Path) -> Path:
     lines = [f"# {line}" for comment in comments for line in comment.splitlines()]
     lines += ["", "[material]"]
     if math.isfinite(low):
-        # Beyond it `solve` warns.
-        lines.append(f"window = [{1.0 / high!r}, {1.0 / low!r}]")
+        shortest, longest = known_times(found)
+        # The commands refuse contacts beyond it.
+        lines.append(f"window = [{shortest!r}, {longest!r}]")
     if found.undetermined:
-        # `solve` warns of them.
+        # Results warn of them.
         lines.append(f"undetermined = {json.dumps(list(found.undetermined))}")
     lines += [f"{key} = {_value(value)}" for key, value in _section(found).items()]
     balls = next((one for one in found.data if isinstance(one, Rebounds)), None)
@@ -45,6 +52,17 @@ def write_material(found: Identification, path: str | Path) -> Path:
     with whole_file(path) as partial:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return Path(path)
+
+
+def known_times(found: Identification) -> tuple[float, float]:
+    """Shortest and longest time [s] for which the data determine the material.
+
+    An impact that lasts T contributes the frequency pi/T, and determines the material from its beginning to T.
+    """
+    low, high = found.window
+    if not all(isinstance(one, Rebounds | BounceTimes | ForceHistory) for one in found.data):
+        return 1.0 / high, 1.0 / low
+    return math.pi / high / _BEGINNING, math.pi / low
 
 
 def _section(found: Identification) -> dict[str, Any]:

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
+from restitution.display import Shown, Summary
 from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
 from restitution.identification.estimation import Estimation, EstimationProblem
+from restitution.identification.material_file import known_times
 from restitution.identification.observations import Curve, Observations
 from restitution.identification.profiles import LikelihoodProfile
 from restitution.identification.rebounds import Rebounds
@@ -39,7 +41,7 @@ _LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification:
+class Identification(Shown):
     """Material identified from measured data; see `restitution.identify`.
 
     Attributes
@@ -117,7 +119,7 @@ class Identification:
             return made
         made = replace(made, undetermined=self.undetermined or None)
         if 0.0 < low < high:
-            return replace(made, window=(1.0 / high, 1.0 / low), assumptions="identified from measured data")
+            return replace(made, window=known_times(self), assumptions="identified from measured data")
         return made
 
     @property
@@ -397,13 +399,14 @@ class Identification:
 
         return write_material(self, path)
 
-    def __str__(self) -> str:
-        lines = [f"{self.problem.space.model.__name__}: {self.goodness_of_fit}", headline(self.parameters)]
-        lines += [*self.statements]
+    def summary(self, title: str = "") -> Summary:
+        """Statements, estimates and warnings, which `print` and notebooks show."""
+        lines = [headline(self.parameters), *self.statements]
         lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
                   for name, one in group.items()]  # fmt: skip
-        lines += [f"warning: {line}" for line in self.warnings]
         lines.append("A good chi2 does not prove the model: compare several with restitution.identify.compare.")
-        return "\n".join(lines)
+        return Summary(title or self._short, lines=lines, warnings=self.warnings)
 
-    __repr__ = __str__
+    @property
+    def _short(self) -> str:
+        return f"{self.problem.space.model.__name__}: {self.goodness_of_fit}"

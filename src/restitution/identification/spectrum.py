@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
+from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
 from restitution.identification.bands import MODULUS_NAMES, banded, limits, modulus_functions, quantile
 from restitution.identification.observations import Curve, Observations
@@ -38,8 +39,8 @@ _STEP = 1e-4
 _WEIGHTS = tuple(10.0**power for power in range(4, -5, -1))
 
 
-@dataclass(frozen=True, eq=False)
-class Spectrum:
+@dataclass(frozen=True, eq=False, repr=False)
+class Spectrum(Shown):
     """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`."""
 
     relaxation_times: Array  # of the grid [s], shape (n,)
@@ -128,12 +129,20 @@ class Spectrum:
         plain = {name: getattr(self, name) for name in names}
         return {"model": "spectrum", **arrays, **plain, "statements": list(self.statements)}
 
-    def __str__(self) -> str:
+    def summary(self, title: str = "") -> Summary:
+        """Table of the moduli within the window, which `print` and notebooks show."""
         omega = np.geomspace(*self.window, 4)
         values = modulus_functions(_series(self._theta[None], self.relaxation_times), omega)[0].T
-        lines = [f"{'omega [rad/s]':>14}{'storage [Pa]':>14}{'loss [Pa]':>14}{'tan delta':>11}"]
-        lines += [f"{w:14.4g}{one[0]:14.4g}{one[1]:14.4g}{one[3]:11.4f}" for w, one in zip(omega, values, strict=True)]
-        return "\n".join((*lines, *self.statements))
+        rows = [
+            (f"{w:.4g}", f"{one[0]:.4g}", f"{one[1]:.4g}", f"{one[3]:.4f}")
+            for w, one in zip(omega, values, strict=True)
+        ]
+        table = Table(("omega [rad/s]", "storage [Pa]", "loss [Pa]", "tan delta"), rows)
+        return Summary(title or "Relaxation spectrum", table, self.statements)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.relaxation_times.size} relaxation times, chi2 = {self.chi2:.4g}"
 
     @property
     def _theta(self) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import nonnegative, single, whole
+from restitution.display import Shown, Summary, in_words
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
@@ -68,8 +69,8 @@ _COLUMNS = {
 _TANGENT = {"loss_tangent": MODULI["loss_tangent"]._replace(words="loss tangent at pi over the contact time")}
 
 
-@dataclass(frozen=True, eq=False)
-class Bounces:
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounces(Shown):
     """Bounces of a falling body, arrays of shape (n_bounce,), in SI.
 
     Attributes
@@ -142,6 +143,16 @@ class Bounces:
         columns = {name: (getattr(self, name), quantity) for name, quantity in {**_COLUMNS, **_TANGENT}.items()}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), Quantity("bounce", NUMBER, "bounce"))}
         return dataset("bounce", numbers | columns, attributes)
+
+    def summary(self, title: str = "") -> Summary:
+        """Table of the bounces and their warnings, which `print` and notebooks show."""
+        from restitution.impact.summary import of_bounces
+
+        return of_bounces(self, title)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.n_bounces} from {in_words(self.drop_height, 'm')}, {self.ended}"
 
     def plot(self) -> Figure:
         """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""

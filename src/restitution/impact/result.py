@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
 from restitution.checks import Numeric
+from restitution.display import Shown, Summary, in_words
 from restitution.doubts import Tally
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, shaped, solve_columns
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     from restitution.impact.problem import Impact
 
 
-@dataclass(frozen=True, eq=False)
-class ImpactResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpactResult(Shown):
     """Result of one impact or of several, in SI units.
 
     Attributes
@@ -87,6 +88,11 @@ class ImpactResult:
     def velocity(self) -> Numeric:
         """Impact velocity v0 [m/s], in the shape of the results."""
         return self._column("velocity")
+
+    @property
+    def mass(self) -> Numeric:
+        """Mass m [kg], in the shape of the results."""
+        return self._column("mass")
 
     @property
     def rebound_velocity(self) -> Numeric:
@@ -369,12 +375,31 @@ class ImpactResult:
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
 
+        Of several impacts e, contact time, depth and force over the velocity, or over what varies instead.
+
         Parameters
         ----------
         times : array_like, optional
             Times [s] within the contact, at most seven, at which the pressure is shown; by default four.
         """
+        if np.shape(self.status):
+            if times is not None:
+                raise InputError("times", wanted="must be left out for several impacts, which have no common time")
+            return draw("impact.of_several", self)
         return draw("impact.overview", self, times)
+
+    def summary(self, title: str = "") -> Summary:
+        """Table of the impact and its warnings, which `print` and notebooks show; of several impacts their ranges."""
+        from restitution.impact.summary import of_impact, of_impacts
+
+        return of_impacts(self, title) if np.shape(self.status) else of_impact(self, title)
+
+    @property
+    def _short(self) -> str:
+        if np.shape(self.status):
+            return f"{np.size(self.status)} impacts"
+        time, force = in_words(float(self.contact_time), "s"), in_words(float(self.max_force), "N")
+        return f"e = {self.restitution_coefficient:.6g}, T = {time}, F_max = {force}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers by name, in SI, with the energy budget and the validity report."""

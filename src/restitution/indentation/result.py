@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import finite, whole
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
+from restitution.display import Shown, Summary, in_words, of_values
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
@@ -31,6 +32,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius")
+
+_ROWS = (
+    ("largest force", "max_force", "F_max", "N"),
+    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
+    ("largest contact radius", "max_contact_radius", "a_max", "m"),
+    ("contact grows until", "turning_time", "t_m", "s"),
+    ("contact ends at", "contact_end_time", "t_end", "s"),
+    ("depth at the end of contact", "residual_indentation_depth", "d_end", "m"),
+    ("work of the indenter", "work", "W", "J"),
+)
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _MOST_PANELS = 4000
@@ -75,8 +86,8 @@ _MESSAGES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class IndentationResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class IndentationResult(Shown):
     """Indentation under a prescribed depth or force; SI units.
 
     Attributes
@@ -222,6 +233,20 @@ class IndentationResult:
     def warnings(self) -> list[str]:
         """Messages of the assumptions that are doubtful."""
         return self.validity.warnings
+
+    def summary(self, title: str = "") -> Summary:
+        """Table of the indentation and its warnings, which `print` and notebooks show."""
+        values: list[tuple[str, str, float, str]] = []
+        for words, name, symbol, unit in _ROWS:
+            value = float(getattr(self, name))
+            values.append((words, symbol, value if math.isfinite(value) else math.nan, unit))
+        lines = (f"prescribed {self.prescribed}, {self.status.message}, rtol {self.rtol:g}",)
+        return Summary(title or "Indentation", of_values(values), lines, warnings=self.warnings)
+
+    @property
+    def _short(self) -> str:
+        depth = in_words(self.max_indentation_depth, "m")
+        return f"F_max = {in_words(self.max_force, 'N')}, d_max = {depth}, {self.status.name}"
 
     def plot(self) -> Figure:
         """Figure of the indentation: force, depth and contact radius over time, force over depth."""

@@ -19,6 +19,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, whole_file
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Body, Impact, collision, two_bodies
+from restitution.impact.window import require_known
 from restitution.law.nodes import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -160,13 +161,15 @@ class ContactLaw:
 
         return advance
 
-    def reduced(self, terms: int = 2) -> ContactLaw:
+    def reduced(self, terms: int = 2, *, extrapolate: bool = False) -> ContactLaw:
         """Law with fewer terms, which takes less time and memory.
 
         Parameters
         ----------
         terms : int
             Largest number of terms, >= 1: Maxwell branches, and the parallel dashpot if there is one.
+        extrapolate : bool
+            Whether the impacts may lie beyond the times for which the material is known.
 
         Returns
         -------
@@ -178,7 +181,8 @@ class ContactLaw:
         Raises
         ------
         InputError
-            If `terms` is below 1, or the body of an impact does not rebound.
+            If `terms` is below 1, the impacts lie outside the window of the material, or the body of one does not
+            rebound.
 
         Notes
         -----
@@ -196,6 +200,7 @@ class ContactLaw:
         (1, True)
         """
         whole("terms", terms)
+        require_known(self.impact, extrapolate=extrapolate)
         if len(self._branches) <= terms:
             return self
         from restitution.law.reduction import reduced_series
@@ -238,7 +243,7 @@ class ContactLaw:
         paragraphs = [
             f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
             f"Profile: {self.impact.profile!r}.",
-            *(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
+            *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
             "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Loading again before separation "
             "is an MDR approximation. Beyond the largest depth the force is NaN.",
@@ -372,4 +377,7 @@ def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
 def _provenance(material: Material) -> str:
     """Return the name of a material, its source and what is assumed beyond it."""
     parts = (material.name, material.source, material.assumptions)
-    return "; ".join(part for part in parts if part) or "without name or source"
+    stated = "; ".join(part for part in parts if part) or "without name or source"
+    if material.window is None:
+        return stated
+    return f"{stated}; known for times from {material.window[0]:.4g} to {material.window[1]:.4g} s"

@@ -105,7 +105,7 @@ def shear_from_tension(
     roots = secular_roots(equilibrium - 9.0 * bulk, 0.0, own.branch_moduli[::-1], own.relaxation_times[::-1])
     moduli = 27.0 * bulk * (bulk / roots.slopes)
     lowest = 3.0 * bulk * equilibrium / (9.0 * bulk - equilibrium)
-    return PronySeries(lowest, moduli[::-1], roots.times[::-1]).simplified()
+    return PronySeries(lowest, moduli[::-1], roots.times[::-1]).simplified().known_within(tension.window)
 
 
 def tension_from_shear(

@@ -224,6 +224,7 @@ def fit_prony(
             break
     times, moduli = problem.reduced(times, moduli, allowed)
     series = PronySeries(float(moduli[0]), moduli[1:], times)
+    series = series.known_within(problem.window)
     found = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
     for doubtful, line in (
         (not found.n_terms, "no relaxation is seen in the data; the fit is a constant"),

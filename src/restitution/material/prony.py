@@ -120,6 +120,19 @@ class PronySeries:
         return series
 
     @property
+    def window(self) -> tuple[float, float] | None:
+        """Shortest and longest time [s] of the data to which the series was fitted; None without data."""
+        return self.__dict__.get("_window")
+
+    def known_within(self, window: tuple[float, float] | None) -> PronySeries:
+        """The same series, known for times [s] within a window; a material that is made from it keeps the window."""
+        series = PronySeries.from_checked(
+            self.equilibrium_modulus, self.branch_moduli, self.relaxation_times, self.parallel_viscosity
+        )
+        series.__dict__["_window"] = window
+        return series
+
+    @property
     def n_branches(self) -> int:
         """Number of branches as given, those with zero modulus included."""
         return self.branch_moduli.size
@@ -260,7 +273,8 @@ class PronySeries:
                 keep = moduli > _NEGLIGIBLE * self.carson_transform(1.0 / times)
         times, where = np.unique(times[keep], return_inverse=True)
         moduli = np.bincount(where, moduli[keep], times.size).astype(np.float64)
-        return PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
+        made = PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
+        return made if self.window is None else made.known_within(self.window)
 
     def scaled(self, factor: float, *, time_factor: float = 1.0) -> PronySeries:
         """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
@@ -276,7 +290,10 @@ class PronySeries:
         with np.errstate(over="ignore"):
             moduli, times = self.branch_moduli * factor, self.relaxation_times * stretch
         viscosity = self.parallel_viscosity * factor * stretch
-        return PronySeries(self.equilibrium_modulus * factor, moduli, times, parallel_viscosity=viscosity)
+        made = PronySeries(self.equilibrium_modulus * factor, moduli, times, parallel_viscosity=viscosity)
+        if self.window is None:
+            return made
+        return made.known_within((self.window[0] * stretch, self.window[1] * stretch))
 
     def _key(self) -> tuple[float, float, bytes, bytes]:
         # Adding 0.0 makes one of the two zeros.

@@ -50,7 +50,8 @@ class Material:
     source, assumptions
         Source of the numbers, and assumptions made beyond it.
     window
-        Shortest and longest time [s] for which the moduli hold, at `temperature`.
+        Shortest and longest time [s] for which the moduli hold, at `temperature`; by default those of the data to
+        which the series were fitted.
     undetermined
         Constants of the material that the data behind it do not determine, such as ``("equilibrium_modulus",)``;
         results warn of them. Without a `window`, the data contain no time and no force.
@@ -109,7 +110,7 @@ class Material:
             temperature = check_single("temperature", temperature)
         elif shift is not None:
             temperature = shift.reference_temperature
-        window = None if window is None else time_window(window)
+        window = _common_window(shear, bulk) if window is None else time_window(window)
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
         self.__dict__.update(source=source, window=window, assumptions=assumptions, derivation=derivation)
         self.__dict__.update(undetermined=_names("undetermined", undetermined))
@@ -233,6 +234,12 @@ def time_window(window: tuple[float, float]) -> tuple[float, float]:
     if low >= high:
         raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
     return low, high
+
+
+def _common_window(*moduli: PronySeries | float) -> tuple[float, float] | None:
+    """Times [s] for which all series that come from data are known; None without data."""
+    windows = [one.window for one in moduli if isinstance(one, PronySeries) and one.window is not None]
+    return (max(low for low, _ in windows), min(high for _, high in windows)) if windows else None
 
 
 def _series(name: str, value: Any) -> PronySeries:

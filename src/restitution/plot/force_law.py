@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from restitution.display import scaled_unit
 from restitution.plot import style
-from restitution.plot.labels import scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

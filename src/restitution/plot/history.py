@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from restitution.display import in_words, scaled_unit
 from restitution.errors import InputError
 from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
-from restitution.plot.labels import in_words, quantity_label, scaled_unit
+from restitution.plot.labels import quantity_label
 from restitution.quantities import HISTORY
 
 if TYPE_CHECKING:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.display import in_words, scaled_unit
 from restitution.errors import InputError
 from restitution.plot import style
-from restitution.plot.labels import RESTITUTION, in_words, quantity_label, scaled, scaled_unit
+from restitution.plot.labels import RESTITUTION, quantity_label, scaled
 from restitution.quantities import HISTORY, INPUTS, MODULI, OUTPUTS
 
 if TYPE_CHECKING:

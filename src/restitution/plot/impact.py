@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from math import isfinite
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from restitution.display import in_words, scaled_unit
 from restitution.errors import InputError
 from restitution.plot import style
 from restitution.plot.history import (
@@ -18,7 +20,9 @@ from restitution.plot.history import (
     force_indentation,
     force_time,
 )
-from restitution.plot.labels import in_words, scaled_unit
+from restitution.plot.labels import quantity_label
+from restitution.plot.lines import markers
+from restitution.quantities import BODY, INPUTS, OUTPUTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +40,9 @@ _FLIGHT_POINTS = 40
 _RIM = 0.03
 # If the edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
 _LAST = 1.0 - 1e-6
+# Panels of several impacts; an abscissa that spans so much is logarithmic.
+_OF_SEVERAL = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
+_DECADE = 10.0
 _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
 
@@ -88,6 +95,43 @@ def overview(
         e, duration = float(result.restitution_coefficient), in_words(float(result.contact_time), "s")
         numbers = rf"$e = {e:.4g}$,  contact time {duration}"
         return style.finish(page, f"{title}\n{numbers}" if title else numbers)
+
+
+def of_several(result: ImpactResult) -> Figure:
+    """Draw e, contact time, depth and force of several impacts over their velocity, or over what varies instead.
+
+    Where more than one number varies the points have no line.
+    """
+    shape, given = np.shape(result.status), result.impact
+    impacts = given if isinstance(given, list) else [given]
+    columns = {name: [np.asarray(getattr(one, name), dtype=np.float64) for one in impacts] for name in BODY}
+    inputs = {
+        name: np.stack(values) if isinstance(given, list) else np.broadcast_to(values[0], shape).ravel()
+        for name, values in columns.items()
+    }
+    varied = [name for name, values in inputs.items() if np.unique(values).size > 1]
+    name = next((name for name in ("velocity", *varied) if name in varied), "")
+    x = inputs[name] if name else np.arange(1.0, np.prod(shape) + 1.0)
+    alone = dict.fromkeys(BODY, 1.0) | {"external_force": 0.0, "impedance": inf}
+    profiles = isinstance(given, list) or replace(given, **alone).shape != ()
+    order = np.argsort(x, kind="stable")
+    factor, unit = scaled_unit(x, INPUTS[name].unit) if name else (1.0, "")
+    look: dict[str, Any] = (
+        {"linestyle": "", "marker": "o", "markersize": 3} if profiles or len(varied) > 1 else markers(x.size)
+    )
+    with style.context():
+        page, axes = style.panels("AB;CD", height=5.0)
+        for ax, output in zip(axes, _OF_SEVERAL, strict=True):
+            values = np.asarray(getattr(result, output), dtype=np.float64).ravel()[order]
+            values = np.where(np.isfinite(values), values, np.nan)
+            scale = scaled_unit(values, OUTPUTS[output].unit)
+            ax.plot(factor * x[order], scale.factor * values, color=style.BLUE, **look)
+            if x.min() > 0.0 and x.max() >= _DECADE * x.min():
+                ax.set_xscale("log")
+            abscissa = quantity_label(name, unit) if name else "number of the impact"
+            style.labelled(ax, abscissa, quantity_label(output, scale.unit))
+        axes[0].set_ylim(0.0, 1.05)
+        return style.finish(page)
 
 
 def instants(result: ImpactResult) -> Array:

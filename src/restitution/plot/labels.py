@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.display import ScaledUnit, scaled_unit
 from restitution.quantities import HISTORY, INPUTS, MODULI, OUTPUTS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-
-_PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 RESTITUTION = "restitution_coefficient"
 
@@ -23,53 +22,6 @@ _LOG_SPAN = 30.0
 
 # An axis that spans more than this has no prefix: "1e-6 to 1 MPa s" would be hard to read.
 _PREFIX_SPAN = 2000.0
-
-
-class ScaledUnit(NamedTuple):
-    """A unit with its prefix, and the factor that takes SI values to it."""
-
-    factor: float
-    unit: str
-
-
-def scaled_unit(values: Any, unit: str) -> ScaledUnit:
-    """Return the prefixed unit in which the largest finite one of `values` lies in [1, 1000).
-
-    A unit with an exponent, K, rad and the empty unit of a plain number have no prefix; masses are in g up to 1 kg.
-
-    Examples
-    --------
-    >>> scaled_unit([0.0, -0.0032], "m")
-    ScaledUnit(factor=1000.0, unit='mm')
-    >>> scaled_unit(2.5e4, "N").unit
-    'kN'
-    """
-    if unit in ("", "K", "rad") or "^" in unit:
-        return ScaledUnit(1.0, unit)
-    array = np.abs(np.asarray(values, dtype=np.float64))
-    array = array[np.isfinite(array)]
-    largest = float(array.max()) if array.size else 0.0
-    if unit == "kg":
-        if largest >= 1.0:
-            return ScaledUnit(1.0, "kg")
-        factor, prefixed = scaled_unit(largest * 1e3, "g")
-        return ScaledUnit(1e3 * factor, prefixed)
-    # The small addend prevents a smaller unit for 0.999999999999, a rounded one.
-    power = 3 * int(np.floor((np.log10(largest) + 1e-9) / 3)) if largest > 0 else 0
-    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
-    return ScaledUnit(10.0**-power, _PREFIXES[power] + unit)
-
-
-def in_words(value: float, unit: str) -> str:
-    """Return a number with four digits and its prefixed unit.
-
-    Examples
-    --------
-    >>> in_words(0.00123456, "s")
-    '1.235 ms'
-    """
-    factor, prefixed = scaled_unit(value, unit)
-    return f"{value * factor:.4g} {prefixed}"
 
 
 def quantity_label(name: str, unit: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.display import scaled_unit
 from restitution.errors import InputError
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.isotherms import Curve, Isotherms, MasterCurve
@@ -15,7 +16,6 @@ from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
 from restitution.material.viscoelastic import Material, reduced_modulus
 from restitution.plot import style
-from restitution.plot.labels import scaled_unit
 from restitution.quantities import MODULI
 
 if TYPE_CHECKING:

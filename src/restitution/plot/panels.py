@@ -88,7 +88,7 @@ def map_levels(output: xr.DataArray) -> MapLevels:
     if finite.size == 0:
         return MapLevels(np.empty(0), 0.0, 1.0, factor, values.label, logarithmic)
     levels = _levels(output.name, finite, logarithmic)
-    low, high = (0.0, 1.0) if output.name == RESTITUTION else (float(finite.min()), float(finite.max()))
+    low, high = float(finite.min()), float(finite.max())
     if logarithmic:
         levels, low, high = np.log10(levels), float(np.log10(low)), float(np.log10(high))
     return MapLevels(levels, low, high, factor, values.label, logarithmic)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from restitution.display import scaled_unit
 from restitution.plot import style
-from restitution.plot.labels import quantity_label, scaled_unit
+from restitution.plot.labels import quantity_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

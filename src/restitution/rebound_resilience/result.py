@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.display import Shown, Summary, Table, celsius
 from restitution.material.viscoelastic import Material
 from restitution.pictures import draw
 from restitution.quantities import INPUTS, MODULI, OUTPUTS, Dimension, Quantity
@@ -41,7 +42,7 @@ _TREND = "R is a trend: rebound tests are at the edge of small strain, and the s
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Resilience:
+class Resilience(Shown):
     """Rebound resilience of a material in a standard test; made by `resilience`.
 
     The arrays have the shape (n_temperature, n_base), or (n_base,) without temperatures.
@@ -148,8 +149,20 @@ class Resilience:
             f"{one.velocity:.3g} m/s, pad of {1e3 * one.thickness:.4g} mm"
         )
 
-    def __repr__(self) -> str:
-        return f"{self.heading}\n{self.table.to_string()}"
+    def summary(self, title: str = "") -> Summary:
+        """Table over temperature and base, sources and warnings, which `print` and notebooks show."""
+        table = self.table.reset_index()
+        if self.temperature is not None:
+            table["temperature"] = [celsius(kelvin) for kelvin in table["temperature"]]
+        rows = [tuple(map(str, row)) for row in table.itertuples(index=False)]
+        heads = tuple("temperature [°C]" if name == "temperature" else str(name) for name in table.columns)
+        sources = [
+            f"{name}: {text.partition(': ')[2]} [{text.partition(':')[0]}]"
+            for name, text in self.standard.sources.items()
+        ]
+        return Summary(title or self.heading, Table(heads, rows), sources, warnings=self.warnings)
 
-    def _repr_html_(self) -> str:
-        return f"<p>{self.heading}</p>{self.table.to_html()}"
+    @property
+    def _short(self) -> str:
+        values = ", ".join(f"{value:.4g} %" for value in self.rebound_resilience.ravel()[:4])
+        return f"{self.standard.name}: {values}{', ...' if self.rebound_resilience.size > 4 else ''}"

@@ -17,6 +17,7 @@ from restitution.impact.batch import Batch
 from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
+from restitution.impact.window import require_known
 from restitution.surrogates.evaluation import Pieces
 from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Surrogate, velocity_range
 
@@ -51,6 +52,7 @@ def surrogate(
     velocity: tuple[float, float] = (1e-3, 10.0),
     rtol: float = 1e-6,
     *,
+    extrapolate: bool = False,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Surrogate:
@@ -64,6 +66,8 @@ def surrogate(
         Lowest and highest impact velocity v0 [m/s], > 0.
     rtol : float
         Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2.
+    extrapolate : bool
+        Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     workers : int, optional
         Number of threads, by default that of the cores. The result does not depend on it.
     progress : callable, optional
@@ -78,7 +82,8 @@ def surrogate(
     Raises
     ------
     InputError
-        If a number is out of range, or the body does not separate at a velocity of the range.
+        If a number is out of range, the contacts lie outside the window of the material, or the body does not separate
+        at a velocity of the range.
     SolverError
         If a solve fails, or if 512 pieces, or one of 1/4096 of the range, miss the tolerance. The message has the
         velocity and the error.
@@ -101,6 +106,7 @@ def surrogate(
     shape = replace(impact, velocity=1.0).shape
     if shape:
         raise InputError("impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity")
+    require_known(impact, (low, high), extrapolate=extrapolate)
     accuracy = max(_FINER * tolerance, _FINEST)
     share = _SOLVER_SHARE * accuracy
     reports: list[validity.Validity] = []

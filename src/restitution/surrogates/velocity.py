@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import finite, one_of, positive, within
+from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
 from restitution.files import path_of, whole_file
 from restitution.pictures import draw
@@ -39,12 +40,15 @@ DEEPEST = 12
 _FORMAT = "restitution surrogate over velocity"
 _FORMAT_VERSION = 2
 _SERIES = "chebyshev_coefficients_of_log"
+_HEADS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
+# Velocities of the table that is shown.
+_ROWS = 5
 # The logarithm of another mathematical library may differ in the last bits.
 _ROUNDING = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
-class Surrogate:
+@dataclass(frozen=True, eq=False, repr=False)
+class Surrogate(Shown):
     """Outputs of an impact as functions of its velocity, by interpolation; made by `surrogate`.
 
     Called with a velocity or an array of them [m/s], it returns the restitution coefficient.
@@ -90,6 +94,23 @@ class Surrogate:
     def warnings(self) -> list[str]:
         """Messages of the assumptions of the theory that are doubtful within the range."""
         return self.validity.warnings
+
+    def summary(self, title: str = "", velocity: Any = None) -> Summary:
+        """Table at some velocities [m/s], errors and warnings, which `print` and notebooks show."""
+        low, high = self.velocity
+        speeds = np.clip(np.geomspace(low, high, _ROWS), low, high) if velocity is None else np.atleast_1d(velocity)
+        values = (self._evaluate(name, np.asarray(speeds, dtype=np.float64)) for name in OUTPUTS)
+        rows = [tuple(f"{value:.8g}" for value in row) for row in zip(speeds, *values, strict=True)]
+        pieces = self.pieces.edges.size - 1
+        span = f"{low:g} to {high:g} m/s in {pieces} piece{'s' * (pieces > 1)}, rtol {self.rtol:g}"
+        errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in self.error.items())
+        heading = f"{title or 'Surrogate'}: {span}"
+        table = Table(_HEADS, rows) if rows else None
+        return Summary(heading, table, (f"largest error: {errors}",), warnings=self.warnings)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.velocity[0]:g} to {self.velocity[1]:g} m/s, error of e {self.error[OUTPUTS[0]]:.1e}"
 
     def __call__(self, velocity: Any) -> Any:
         """Restitution coefficient e at a velocity or an array of them [m/s]."""
@@ -213,10 +234,10 @@ class Surrogate:
 
 
 def velocity_range(velocity: Any) -> tuple[float, float]:
-    """Return the ends of a range of velocities [m/s], checked."""
-    checked = np.asarray(check("velocity", velocity))
-    if checked.shape != (2,) or checked[0] >= checked[1]:
-        raise InputError("velocity", velocity, "must be the lowest and the highest, in this order")
+    """Return the ends of a range of velocities [m/s], checked, the lowest first."""
+    checked = np.sort(np.atleast_1d(check("velocity", velocity)), axis=None)
+    if checked.shape != (2,) or checked[0] == checked[1]:
+        raise InputError("velocity", velocity, "must be the lowest and the highest, which differ")
     return float(checked[0]), float(checked[1])
 
 

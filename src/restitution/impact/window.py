@@ -1,0 +1,134 @@
+"""Refusal of contacts at times for which the materials are not known, with the velocities that are admissible."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution import validity
+from restitution.errors import ABSENT, InputError
+from restitution.impact.batch import Batch
+from restitution.impact.problem import Impact
+from restitution.validity import Check, Numbers, Validity
+
+Array = NDArray[np.float64]
+
+WAY_OUT = "--extrapolate (in Python extrapolate=True) goes beyond"
+
+# Times need few digits.
+_RTOL = 1e-6
+# Decades around the given velocities in which admissible ones are searched, points of a search, and rounds of it: the
+# last step is then 10^(24/48/16^3), a hundredth of a per cent.
+_DECADES, _POINTS, _ROUNDS = 12, 49, 3
+_SLOWEST, _FASTEST = 1e-9, 1e5  # m/s
+
+
+def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapolate: bool = False) -> None:
+    """Raise if contacts last longer, or begin faster, than the times for which the materials are known.
+
+    The contacts are those of an impact, or of all its bodies at other velocities [m/s].
+    """
+    if extrapolate or impact.contact.window is None:
+        return
+    given = np.unique(np.asarray(impact.velocity if velocity is None else velocity, dtype=np.float64))
+    check = validity_of(impact if velocity is None else _at(impact, given))["window"]
+    if not check.exceeded:
+        return
+    found = admissible_velocities(impact, given)
+    wanted = "must be another, but no velocity is admissible" if found is None else f"must be {_range(*found)} m/s"
+    ends = [float(f"{end:.6g}") for end in (given[0], given[-1])]
+    raise _error(check, "velocity", ends if given.size > 1 else ends[0], f"{wanted}; ", "m/s")
+
+
+def validity_of(impact: Impact) -> Validity:
+    """Report on the worst of the contacts of an impact, from a solution of few digits."""
+    return validity.report(_numbers(impact))
+
+
+def require_known_times(check: Check, *, extrapolate: bool = False) -> None:
+    """Raise if the check of a window is exceeded, where a velocity is no way out."""
+    if check.exceeded and not extrapolate:
+        raise _error(check, "window", ABSENT, "")
+
+
+def _error(check: Check, field: str, value: Any, wanted: str, unit: str = "") -> InputError:
+    return InputError(field, value, f"{wanted}{check.message.removeprefix('window: ')}; {WAY_OUT}", unit)
+
+
+def admissible_velocities(impact: Impact, near: ArrayLike) -> tuple[float, float] | None:
+    """Lowest and highest velocity [m/s] whose contacts lie within the window of the materials, nearest to some.
+
+    An end is 0 or infinite where no limit was found within twelve decades; None if there is no such velocity.
+    """
+    ends = np.log([np.min(near), np.max(near)])
+    reach = _DECADES * math.log(10.0)
+    slowest, fastest = min(ends[0], math.log(_SLOWEST)), max(ends[1], math.log(_FASTEST))
+    speeds = np.linspace(max(ends[0] - reach, slowest), min(ends[1] + reach, fastest), _POINTS)
+    # The window may be narrower than the grid: the least excess is refined first.
+    ratio = _ratios(impact, speeds)
+    for _ in range(_ROUNDS):
+        if np.any(ratio <= 1.0) or not np.any(np.isfinite(ratio)):
+            break
+        best = int(np.nanargmin(ratio))
+        speeds = np.linspace(speeds[max(best - 1, 0)], speeds[min(best + 1, speeds.size - 1)], _POINTS)
+        ratio = _ratios(impact, speeds)
+    inside = np.less_equal(ratio, 1.0)
+    good = np.flatnonzero(inside)
+    if not good.size:
+        return None
+    start = good[np.argmin(np.abs(speeds[good] - ends.mean()))]
+    bad = np.flatnonzero(~inside)
+    below, above = bad[bad < start], bad[bad > start]
+    low = _edge(impact, speeds[below[-1] + 1], speeds[below[-1]]) if below.size else 0.0
+    high = _edge(impact, speeds[above[0] - 1], speeds[above[0]]) if above.size else math.inf
+    return low, high
+
+
+def _edge(impact: Impact, good: float, bad: float) -> float:
+    """Last admissible velocity [m/s] between logarithms of an admissible one and of one that is not."""
+    for _ in range(_ROUNDS):
+        between = np.linspace(good, bad, 17)
+        outside = np.flatnonzero(~np.less_equal(_ratios(impact, between), 1.0))
+        first = int(outside[0]) if outside.size else 16
+        if first == 0:
+            break
+        good, bad = float(between[first - 1]), float(between[first])
+    return math.exp(good)
+
+
+def _ratios(impact: Impact, log_velocity: Array) -> Array:
+    """Ratio of the window for each velocity, the worst of all impacts; NaN where one is not solved."""
+    return _numbers(_at(impact, np.exp(log_velocity))).window_ratio.reshape(log_velocity.size, -1).max(axis=1)
+
+
+def _at(impact: Impact, velocity: Array) -> Impact:
+    """All bodies of an impact at each of some velocities [m/s]."""
+    others = replace(impact, velocity=1.0).shape
+    return replace(impact, velocity=velocity.reshape(-1, *(1,) * len(others)))
+
+
+def _numbers(impact: Impact) -> Numbers:
+    """Numbers of the report for the contacts of an impact."""
+    solved = Batch.from_impact(impact).solve(_RTOL)
+    columns = {name: solved[name].reshape(impact.shape) for name in validity.COLUMNS}
+    return validity.numbers(impact.contact, **columns, velocity=impact.velocity, mass=impact.mass)
+
+
+def _range(low: float, high: float) -> str:
+    """A range in words, with ends of three digits within it."""
+    bottom, top = _rounded(low, up=True), _rounded(high, up=False)
+    if low and high < math.inf:
+        return f"in [{bottom:g}, {top:g}]"
+    return f">= {bottom:g}" if low else f"<= {top:g}"
+
+
+def _rounded(value: float, *, up: bool) -> float:
+    """A number with three digits that is not below another one, or not above it."""
+    if value in (0.0, math.inf):
+        return value
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return (math.ceil if up else math.floor)(value / step * (1.0 + (-1e-9 if up else 1e-9))) * step
