@@ -78,4 +78,9 @@ class Session:
                 kind = min(waiting, key=lambda kind: waiting[kind][0])
                 # The newest request of the kind when its turn comes.
                 work = loop.run_in_executor(_POOLS[quick], lambda kind=kind: messages.answer(waiting.pop(kind)[1]))
-                await self._websocket.send_text(await work)
+                try:
+                    answer = await work
+                except Exception as error:
+                    # The request is gone, and the others must still be answered.
+                    answer = json.dumps(messages.failure(None, kind, error))
+                await self._websocket.send_text(answer)
