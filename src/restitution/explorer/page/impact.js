@@ -12,7 +12,7 @@ import { svgOfScenes } from "./svg.js";
 import { convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
-  "poisson_ratio", "instantaneous_poisson_ratio", "loss_tangent"];
+  "instantaneous_poisson_ratio", "loss_tangent"];
 const MOTION = ["time", "indentation_depth", "contact_radius", "force"];
 const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
