@@ -55,7 +55,8 @@ def python(state: Mapping[str, Any]) -> str:
         if value := getattr(problem, name):
             arguments[name] = value
     fractional = case.sections.needs_window
-    lines = ["import restitution as rs", "", f"material = {_material(content['material'], problem.material, fractional)}"]
+    material = _material(content["material"], problem.material, fractional)
+    lines = ["import restitution as rs", "", f"material = {material}"]
     within = ".within(window)" if fractional else ""
     impact = f"rs.Impact(material{within}, {_profile(content['profile'], problem.profile)}, {_keywords(arguments)})"
     lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")

@@ -34,6 +34,7 @@ FILE_KEYS = frozenset({"file", "terms", "shift"})
 # A case file of the page has no long tables.
 _LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
+_ZERO_CELSIUS = 273.15
 
 Question = dict[str, Any]
 
@@ -151,9 +152,9 @@ def _material(path: Path, given: State, answers: Mapping[str, str]) -> dict[str,
     made = read_sections(_File, path, {"material": section | told}).material
     material = made.build()
     if isinstance(about, Isotherms):
-        kelvin = material.temperature or 0.0
-        notes.append(f"the moduli are those at {kelvin - 273.15:.4g} °C")
-        questions = [one | {"value": f"{kelvin - 273.15:.4g} degC"} if one is _TEMPERATURE else one for one in questions]
+        celsius = f"{(material.temperature or 0.0) - _ZERO_CELSIUS:.4g}"
+        notes.append(f"the moduli are those at {celsius} °C")
+        questions = [one | {"value": f"{celsius} degC"} if one is _TEMPERATURE else one for one in questions]
     for key in ("shear", "bulk"):
         count = getattr(getattr(material, key), "n_branches", 0)
         if count > MOST_TERMS:

@@ -32,7 +32,7 @@ export class BounceTab {
     const x = [0.5, most + 0.5];
     const dots = (shown) => ({ ...shown, ranges: { x }, x: { ...shown.x, whole: true }, marks: shown.curves.filter((curve) => curve.colour === "accent").flatMap(({ x, y }) =>
       x.slice(0, 60).map((one, n) => ({ x: one, y: y[n], colour: "accent" })).filter((mark) => mark.y !== null)) });
-    const series = dots(picture(sets("bounces"), "bounce", [{ name: "restitution_coefficient" }], outputs));
+    const series = dots(picture(sets("bounces"), "bounce", [{ name: "restitution_coefficient" }], outputs, { words: "e" }));
     // A bounce that ends the series by capture is a dot, and no part of the curve.
     for (const curve of series.curves) if (curve.y.at(-1) === 0) curve.y = curve.y.with(-1, null);
     this.series.show({ ...series, ranges: { x, y: [0, 1] } });

@@ -2,7 +2,7 @@
 import { element } from "./inputs.js";
 
 const LETTERS = { nu: "ν", eta: "η", tau: "τ", log: "log" };
-const PARTS = /\^\(([^()]*)\)|\^(-?\d+)|\be([+-]\d+)\b|(\d(?:\.\d+)?)e([+-]\d+)|\b(E\*|[A-Za-z]|nu|eta|tau|log)(_[a-z]+|_?\d+|inf)?(?:_(inc|0))?(?![A-Za-z])/g;
+const PARTS = /\^\(([^()]*)\)|\^(-?\d+)|\be([+-]\d+)\b|(\d(?:\.\d+)?)e([+-]\d+)|(?<![A-Za-z_])(E\*|[A-Za-z]|nu|eta|tau|log)(_[a-z]+|_?\d+|inf)?(?:_(inc|0))?(?![A-Za-z])/g;
 // Words of one letter that are no symbols.
 const WORDS = new Set(["a", "A", "I"]);
 
@@ -12,15 +12,17 @@ export function formula(text) {
   for (const found of text.matchAll(PARTS)) {
     const [whole, group, power, , digits, exponent, base, below, further] = found;
     if (base && !below && !further && WORDS.has(base)) continue;
-    parts.push(text.slice(end, found.index));
+    parts.push(minus(text.slice(end, found.index)));
     end = found.index + whole.length;
     if (group ?? power) parts.push(element("sup", {}, (group ?? power).replace("-", "−")));
     else if (digits) parts.push(`${digits}·10`, element("sup", {}, String(Number(exponent)).replace("-", "−")));
     else if (base) parts.push(...symbol(base, [below, further]));
     else parts.push(whole);
   }
-  return [...parts, text.slice(end)];
+  return [...parts, minus(text.slice(end))];
 }
+
+const minus = (text) => text.replace(/(^|[\s(=])-(?=\d)/g, "$1−");
 
 function symbol(base, below) {
   const lowered = below.filter(Boolean).map((one) => one.replace("_", "").replace(/^inf$/, "∞")).join(", ");

@@ -125,7 +125,7 @@ export class ImpactTab {
     const { outputs } = this.app.schema;
     const sets = this.sets("velocity", "velocity");
     if (!sets.length) return;
-    const shown = picture(sets, "velocity", [{ name: "restitution_coefficient" }], outputs, { xLog: true });
+    const shown = picture(sets, "velocity", [{ name: "restitution_coefficient" }], outputs, { xLog: true, words: "e" });
     const doubtful = this.velocities?.curves.velocity.doubtful ?? [];
     const own = shown.curves.findIndex((curve) => curve.colour === "accent");
     if (own >= 0) shown.curves.splice(own, 1, ...parted(shown.curves[own], doubtful));

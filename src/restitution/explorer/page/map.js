@@ -104,7 +104,7 @@ export function planePicture(paper, nu, marks = [], levels = LEVELS) {
     bands: { image },
     marks: [...dots, ...marks],
     x: { label: "p₂ = G∞/G₁", short: "p₂", log: true },
-    y: { label: "p₃, dimensionless viscosity", short: "p₃", log: true },
+    y: { label: "p₃", log: true },
     columns: () => [
       { name: "p2", unit: "", values: Array.from(values, (_, n) => P2[n % P2.length]) },
       { name: "p3", unit: "", values: Array.from(values, (_, n) => P3[Math.floor(n / P2.length)]) },

@@ -69,7 +69,7 @@ export class PaperTab {
     if (known) curves.push(curve(nu, { width: 2.6, label: `the present ν = ${digits(nu, 4)} (instantaneous ${digits(instantaneousPoissonRatio(nu, p2), 3)})` }));
     const e = known ? paper.restitution(nu, p2, p3) : NaN;
     panel.show({ curves, marks: Number.isFinite(e) ? [{ x: p3, y: e, colour: "accent" }] : [],
-      x: { label: "p₃, dimensionless viscosity", log: true }, y: { label: "restitution coefficient e", short: "e" },
+      x: { label: "p₃", log: true }, y: { label: "e" },
       ranges: { x: [P3[0], P3.at(-1)], y: [0, 1] },
       note: "The numbers at the curves are Poisson ratios. Dashed: the instantaneous Poisson ratio is negative.",
       columns: [{ name: "p3", unit: "", values: [...FINE] }, ...curves.map((one, n) => ({ name: `e at nu = ${ratios[n] ?? nu}`, unit: "", values: [...one.y] }))],
