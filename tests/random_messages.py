@@ -1,5 +1,6 @@
 """Random messages for the socket: requests with random inputs, damaged ones, and no requests at all."""
 
+import base64
 import json
 import random
 from typing import Any
@@ -59,7 +60,12 @@ def request(rng: random.Random, number: int) -> dict[str, Any]:
         text = (
             text if rng.random() < 0.5 else text[:place] + rng.choice((",", "\n", "x", "9", "-", '"')) + text[place:]
         )
-        found |= {"name": rng.choice(("a.csv", "b.toml", "", "../c", "d\n.inp")), "text": text}
+        data = base64.b64encode(text.encode("utf-8", "replace")).decode()
+        found["files"] = [{"name": rng.choice(("a.csv", "b.toml", "", "../c", "d\n.inp")), "data": data}]
+        if rng.random() < 0.2:
+            found["files"].append({"name": rng.choice(("e.csv", "../f", "/etc/passwd", "dropped.toml")), "data": data})
+        if rng.random() < 0.5:
+            found["answers"] = {"deformation": rng.choice(("shear", "tension", "torsion", ""))}
     if kind == "download":
         found["what"] = rng.choice(("case", "indentation", "python", "else", None))
     return found
@@ -69,7 +75,7 @@ def message(rng: random.Random, number: int) -> str:
     """A random message, damaged now and then."""
     found = request(rng, number)
     if rng.random() < 0.05:
-        found[rng.choice(("id", "kind", "state", "name", "text", "what"))] = rng.choice(ODD)
+        found[rng.choice(("id", "kind", "state", "files", "answers", "what"))] = rng.choice(ODD)
     text = json.dumps(found)
     if rng.random() < 0.05:
         place = rng.randrange(len(text))

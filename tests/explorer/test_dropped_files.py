@@ -1,6 +1,8 @@
 """Files that are dropped onto the page: tables of materials and case files, good and bad."""
 
+import base64
 import json
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +31,12 @@ DMA = table(
 RELAXATION = table(TIMES, 1e-6 * SERIES.relaxation_modulus(TIMES), names="t,G", units="s,MPa")
 
 
-def dropped(text: str, name: str = "data.csv", **further: Any) -> dict[str, Any]:
-    return dropped_files.read({"name": name, "text": text, "state": {"bulk": "incompressible"}} | further)
+def dropped(
+    content: str | bytes, name: str = "data.csv", *others: tuple[str, bytes], **further: Any
+) -> dict[str, Any]:
+    content = content.encode("utf-8", "replace") if isinstance(content, str) else content
+    files = [{"name": one, "data": base64.b64encode(data).decode()} for one, data in ((name, content), *others)]
+    return dropped_files.read({"files": files, "state": {"bulk": "incompressible"}} | further)
 
 
 @pytest.mark.parametrize("text", [DMA, RELAXATION], ids=["dynamic", "relaxation"])
@@ -86,13 +92,14 @@ def test_a_dropped_table_gives_the_restitution_of_the_command_line(tmp_path):
 def test_the_deformation_of_a_table_counts():
     text = RELAXATION.replace("t,G", "t,modulus")
     state = {"bulk": "poisson_ratio", "material.poisson_ratio": 0.5}
-    shear = dropped(text, state=state)["state"]
-    tension = dropped(text, state=state, deformation="tension")["state"]
+    shear, tension = (
+        dropped(text, state=state, answers={"deformation": one})["state"] for one in ("shear", "tension")
+    )
     # E = 3 G where incompressible.
     key = "material.shear.equilibrium_modulus"
     assert tension[key] == pytest.approx(shear[key] / 3.0, rel=1e-9)
     with pytest.raises(rs.InputError, match="deformation"):
-        dropped(text, deformation="torsion")
+        dropped(text, answers={"deformation": "torsion"})
 
 
 @pytest.mark.parametrize(
@@ -167,3 +174,121 @@ def test_nothing_is_left_of_a_dropped_file(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     dropped(DMA)
     assert list(Path(tmp_path).iterdir()) == []
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+EPOXY = (EXAMPLES / "epoxy.toml").read_bytes(), (EXAMPLES / "epoxy_prony.csv").read_bytes()
+
+
+def test_moduli_without_a_deformation_are_asked_for_and_not_guessed():
+    found = dropped(RELAXATION.replace("t,G", "t,modulus"))
+    assert "state" not in found
+    (question,) = found["questions"]
+    assert (question["key"], [value for value, _ in question["options"]]) == ("deformation", ["shear", "tension"])
+    assert not dropped(RELAXATION)["questions"]
+
+
+def test_a_case_and_the_table_that_it_names_are_dropped_together():
+    with pytest.raises(rs.InputError, match="drop both files together"):
+        dropped(EPOXY[0], "epoxy.toml")
+    found = dropped(EPOXY[0], "epoxy.toml", ("epoxy_prony.csv", EPOXY[1]))
+    expected = rs.read_case(EXAMPLES / "epoxy.toml").solve().restitution_coefficient
+    numbers = answers.impact(found["state"])["numbers"]
+    assert numbers["restitution_coefficient"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_terms_without_an_end_modulus_ask_for_it():
+    asked = [one["key"] for one in dropped(EPOXY[1], "epoxy_prony.csv")["questions"]]
+    assert asked == ["deformation", "instantaneous_modulus", "equilibrium_modulus"]
+    given = {"deformation": "shear", "instantaneous_modulus": "891 MPa", "equilibrium_modulus": "4.9 MPa"}
+    state = dropped(EPOXY[1], "epoxy_prony.csv", answers=given)["state"]
+    series = rs.read_case(EXAMPLES / "epoxy.toml").impact.material.shear
+    assert state["material.shear.equilibrium_modulus"] == pytest.approx(4.9e6, rel=1e-12)
+    np.testing.assert_allclose(state["material.shear.branch_moduli"], series.branch_moduli, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["../secret.csv", "/etc/passwd", "dropped.toml", ".hidden", "a/b.csv"])
+def test_a_second_file_has_a_plain_name(name):
+    with pytest.raises(rs.InputError, match="must be a plain name"):
+        dropped(EPOXY[0], "epoxy.toml", (name, EPOXY[1]))
+
+
+def test_a_workbook_is_read_as_on_the_command_line():
+    excel = pytest.importorskip("openpyxl")
+    book, written = excel.Workbook(), BytesIO()
+    for row in [line.split(",") for line in DMA.splitlines()]:
+        book.active.append([float(one) if one[0].isdigit() else one for one in row])
+    book.save(written)
+    assert dropped(written.getvalue(), "data.xlsx")["state"] == dropped(DMA)["state"]
+
+
+def shifted(temperatures: dict[float, float]) -> str:
+    """Sweeps of `SERIES` at temperatures [degC] with given shift factors, between the same frequencies."""
+    rows, omega = ["T,omega,G',G''", "degC,rad/s,MPa,MPa"], np.geomspace(0.1, 1e3, 25)
+    for temperature, factor in temperatures.items():
+        moduli = SERIES.storage_modulus(factor * omega), SERIES.loss_modulus(factor * omega)
+        rows += [f"{temperature},{w:.9g},{a / 1e6:.9g},{b / 1e6:.9g}" for w, a, b in zip(omega, *moduli, strict=True)]
+    return "\n".join(rows) + "\n"
+
+
+def test_the_temperature_of_a_master_curve_is_stated_and_can_be_set():
+    factors = {10.0: 10.0, 20.0: 1.0, 30.0: 0.1}
+    text = shifted(factors)
+    found = dropped(text)
+    assert any("the moduli are those at 20 °C" in note for note in found["notes"])
+    (question,) = found["questions"]
+    assert (question["key"], question["value"]) == ("temperature", "20 degC")
+    omega = np.geomspace(1.0, 100.0, 20)
+    for temperature, factor in factors.items():
+        one = dropped(text, answers={"temperature": f"{temperature} degC"})
+        assert any(f"the moduli are those at {temperature:g} °C" in note for note in one["notes"])
+        names = ("equilibrium_modulus", "branch_moduli", "relaxation_times")
+        series = rs.PronySeries(*(one["state"][f"material.shear.{name}"] for name in names))
+        # The fit is good to 1 %, and so is the shift.
+        wanted = SERIES.storage_modulus(factor * omega)
+        np.testing.assert_allclose(series.storage_modulus(omega), wanted, rtol=3e-2)
+
+
+def test_a_constant_poisson_ratio_is_stated():
+    found = dropped(DMA, state={"bulk": "poisson_ratio", "material.poisson_ratio": 0.45})
+    assert any("Poisson ratio 0.45 is constant in time" in note for note in found["notes"])
+    state = found["state"]
+    assert state["bulk"] == "series"
+    # nu = (3 K - 2 G)/(6 K + 2 G) at both ends of the time.
+    for name in ("equilibrium_modulus", "branch_moduli"):
+        K, G = (np.array(state[f"material.{part}.{name}"]) for part in ("bulk", "shear"))
+        np.testing.assert_allclose((3 * K - 2 * G) / (6 * K + 2 * G), 0.45, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [{}, {"material.model": "fractional_zener"}, {"profile.type": "cone", "prescribed": "force"},
+     {"material.model": "library"}, {"indentation.shape": "hold"}, {"indentation.shape": "sine_arch"}],
+)  # fmt: skip
+def test_the_case_of_an_indentation_opens_again(state):
+    text = download({"what": "indentation", "state": state})["text"]
+    found = dropped(text, "indentation.toml")
+    assert found["state"]["page.tab"] == "indentation"
+    expected = answers.indentation(state)["numbers"]
+    assert answers.indentation(found["state"])["numbers"] == expected
+    names: dict[str, Any] = {}
+    exec(download({"what": "indentation python", "state": state})["text"], names)
+    # A fractional material has another number of terms in the program.
+    assert names["result"].max_force == pytest.approx(expected["max_force"], rel=1e-4)
+
+
+def test_the_size_of_the_target_is_that_of_the_case():
+    text = download({"what": "case", "state": {}})["text"].replace("[impact]", "[impact]\nbody_size = '1 mm'")
+    found = dropped(text, "a.toml")
+    assert found["state"]["impact.body_size"] == 1e-3
+    (check,) = (one for one in answers.impact(found["state"])["validity"] if one["kind"] == "half_space")
+    assert check["state"] == "doubtful"
+    again = download({"what": "case", "state": found["state"]})["text"]
+    assert "body_size = 0.001" in again
+    assert "body_size=0.001" in download({"what": "python", "state": found["state"]})["text"]
+
+
+def test_a_case_file_of_many_tables_is_refused_before_it_is_read():
+    text = "".join(f"[a{n}]\n" for n in range(100_000))
+    with pytest.raises(rs.InputError, match="a case file must have at most 65536"):
+        dropped(text, "a.toml")

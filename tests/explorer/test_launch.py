@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,6 +15,8 @@ import restitution as rs
 from restitution.cli.main import app
 from restitution.explorer import answers, launch, paper
 from restitution.explorer.downloads import download
+from restitution.paper import claims, reproduction
+from restitution.paper.computation import Computation
 from sockets import get, opened
 
 TEXT = download({"what": "case", "state": {"impact.velocity": 0.123}})["text"]
@@ -92,8 +95,15 @@ def test_the_static_build_takes_no_case(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_claims_of_the_paper_hold():
-    assert [claim["holds"] for claim in paper.answer()["claims"]] == [True] * 7
+def test_the_claims_are_those_of_the_reproduction():
+    shown = {claim["name"]: claim for claim in paper.answer()["claims"]}
+    assert [claim["holds"] for claim in shown.values()] == [True] * 7
+    for claim in (claims.large_near_half(Computation(reproduction.DEFAULT_SEED)), claims.stiffer()):
+        assert shown[claim.name]["finding"] == claim.finding
+    # The page of the documentation is that of the same run.
+    page = (Path(__file__).parents[2] / "docs" / "_static" / "claims.md").read_text()
+    for claim in shown.values():
+        assert claim["finding"] in page
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 import random_messages as fuzz
 import restitution as rs
-from restitution.explorer import answers, messages, session
+from restitution.explorer import answers, messages, server, session
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
 from sockets import get, opened
@@ -32,14 +32,26 @@ def test_the_page_needs_the_token(running):
 
 def test_tokens_are_random():
     servers = [listen(port=0) for _ in range(3)]
-    for server in servers:
-        server.listener.close()
-    assert len({server.access.token for server in servers}) == 3
-    assert all(len(server.access.token) >= 22 for server in servers)
+    for one in servers:
+        one.listener.close()
+    assert len({one.access.token for one in servers}) == 3
+    assert all(len(one.access.token) >= 22 for one in servers)
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example", "evil.example:{port}", "localhost.evil.example", "", "[", "127.0.0.1.nip.io"]
+    "host",
+    [
+        "evil.com@127.0.0.1",
+        "evil.com@127.0.0.1:{port}",
+        "127.0.0.1/x",
+        "127.0.0.1?x",
+        "evil.example",
+        "evil.example:{port}",
+        "localhost.evil.example",
+        "",
+        "[",
+        "127.0.0.1.nip.io",
+    ],
 )
 def test_other_names_of_this_machine_are_refused(running, host):
     host = host.format(port=running.port)
@@ -304,7 +316,7 @@ def test_eight_pages_are_answered(running):
 @pytest.mark.parametrize(
     "message",
     ["", "{", "[]", "null", "1", '"impact"', "{}", '{"kind": 1}', '{"kind": "other"}', '{"kind": "impact", "state": []}',
-     '{"id": [1], "kind": "impact"}', '{"id": NaN, "kind": "impact"}', '{"kind": "impact", "state": {"impact.velocity": Infinity}}',
+     '{"id": [1], "kind": "impact"}', '{"id": 1e999, "kind": "impact"}', '{"id": -1e999, "kind": "impact", "state": {}}', '{"id": NaN, "kind": "impact"}', '{"kind": "impact", "state": {"impact.velocity": Infinity}}',
      "[" * 20_000, '{"a":' * 20_000, "9" * 20_000, b"\x00\xff"],
     ids=lambda message: str(message)[:20],
 )  # fmt: skip
@@ -399,3 +411,52 @@ def test_hosts_and_ports_that_do_not_exist_are_refused():
         listen(port=70000)
     with pytest.raises(rs.InputError, match=r"^host = "):
         listen(host="no such host", port=0)
+
+
+def test_an_answer_that_cannot_be_written_ends_no_session(ask, monkeypatch):
+    monkeypatch.setitem(messages._KINDS, "impact", lambda _: {"numbers": float("inf")})
+    assert messages.BUG in ask("impact")["error"]
+    monkeypatch.undo()
+    assert ask("impact")["ok"]
+
+
+def test_a_task_that_fails_answers_and_goes_on(running, monkeypatch):
+    true = messages.answer
+
+    def fail_once(request):
+        if request.id == 1:
+            raise RecursionError("too deep")
+        return true(request)
+
+    monkeypatch.setattr(messages, "answer", fail_once)
+    with opened(running) as page:
+        page.send(json.dumps({"id": 1, "kind": "impact"}))
+        answer = json.loads(page.recv(timeout=20))
+        assert answer["id"] == 1
+        assert messages.BUG in answer["error"]
+        page.send(json.dumps({"id": 2, "kind": "impact"}))
+        assert json.loads(page.recv(timeout=20))["ok"]
+
+
+@pytest.mark.parametrize("query", ["token=a&token={token}", "token={token}&token=a", "token={token}&token={token}"])
+def test_an_address_has_one_token(running, query):
+    query = query.format(token=running.access.token)
+    assert get(running, f"/?{query}").status == 403
+    with pytest.raises(InvalidStatus), opened(running, address=f"ws://127.0.0.1:{running.port}/ws?{query}"):
+        pass
+
+
+def test_no_more_sockets_than_allowed_are_served(running, monkeypatch):
+    monkeypatch.setattr(server, "MOST_SOCKETS", 2)
+    with opened(running), opened(running):
+        with pytest.raises(InvalidStatus), opened(running):
+            pass
+        assert get(running, f"/?token={running.access.token}").status == 200
+    until = time.monotonic() + 20
+    while time.monotonic() < until:
+        try:
+            with opened(running):
+                return
+        except InvalidStatus:
+            time.sleep(0.05)
+    raise AssertionError("a socket that closed still counts")

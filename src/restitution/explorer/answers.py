@@ -56,6 +56,7 @@ _FRACTIONAL = 1e-4
 # Decades of time on each side of the contact time, and points of a curve of moduli.
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
+_WEIGHT = "the weight presses in each of these contacts; the tab Impact leaves it out, so its e differs"
 _MORE = f"a series ends after {_MOST_BOUNCES} bounces or {0.5 * TIME_LIMIT:g} s of work; the body would bounce on"
 # Points of all flights of a series, and least number of one.
 _FLIGHT_POINTS, _LEAST_POINTS = 400, 17
@@ -254,6 +255,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
         "numbers": plain(numbers),
         "status": {"name": str(found.ended), "message": message},
         "warnings": found.warnings,
+        "notes": [_WEIGHT],
         "curves": {"bounces": columns, "flight": _flight(found)},
     }
 

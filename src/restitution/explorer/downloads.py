@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
+from restitution.case.material import is_fractional
 from restitution.checks import one_of
 from restitution.contact.geometry import Geometry
 from restitution.explorer.answers import case_of, indentation_case
@@ -18,10 +19,12 @@ from restitution.material.prony import PronySeries
 
 def download(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the name, type and text of a file that states the case of a request."""
-    what = one_of("what", content.get("what"), ("case", "indentation", "python"))
+    what = one_of("what", content.get("what"), ("case", "indentation", "python", "indentation python"))
     state = content.get("state", {})
     if what == "python":
         return {"name": "impact.py", "type": "text/x-python", "text": python(state)}
+    if what == "indentation python":
+        return {"name": "indentation.py", "type": "text/x-python", "text": indentation_python(state)}
     # What the page shows can be read again.
     _ = case_of(state) if what == "case" else indentation_case(state)
     table = case_content(state) if what == "case" else indentation_content(state)
@@ -47,28 +50,51 @@ def python(state: Mapping[str, Any]) -> str:
     case = case_of(state)
     content = case_content(state)
     problem = case.impact
-    kind = Geometry.registered[content["profile"]["type"]]
-    names = {*constants_of(kind), *content["profile"]} - {"type"}
-    given = {name: getattr(problem.profile, name) for name in sorted(names)}
     arguments = {"mass": problem.mass, "velocity": problem.velocity}
-    if problem.external_force:
-        arguments["external_force"] = problem.external_force
-    lines = ["import restitution as rs", "", f"material = {_material(content['material'], case)}"]
-    within = ".within(window)" if case.sections.needs_window else ""
-    impact = f"rs.Impact(material{within}, rs.{kind.__name__}({_keywords(given)}), {_keywords(arguments)})"
+    for name in ("external_force", "body_size"):
+        if value := getattr(problem, name):
+            arguments[name] = value
+    fractional = case.sections.needs_window
+    material = _material(content["material"], problem.material, fractional)
+    lines = ["import restitution as rs", "", f"material = {material}"]
+    within = ".within(window)" if fractional else ""
+    impact = f"rs.Impact(material{within}, {_profile(content['profile'], problem.profile)}, {_keywords(arguments)})"
     lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")
     return "\n".join([*lines, "result = rs.solve(impact)", "print(result)", "print(result.validity)", ""])
 
 
-def _material(section: Mapping[str, Any], case: Any) -> str:
+def indentation_python(state: Mapping[str, Any]) -> str:
+    """Return the text of a program that solves the indentation of a state."""
+    case, content = indentation_case(state), indentation_content(state)
+    course = dict(content["indentation"])
+    shape, largest = course.pop("shape"), course.pop(case.prescribed)
+    needs_window = is_fractional(content["material"])
+    material = _material(content["material"], case.material, needs_window)
+    if needs_window:
+        material += f".within({tuple(cast('Any', case.material.window))!r})"
+    arguments = ", ".join([repr(largest), _keywords(course)])
+    lines = [
+        "import restitution as rs", "", f"material = {material}",
+        f"profile = {_profile(content['profile'], case.profile)}", f"{case.prescribed} = rs.{shape}({arguments})",
+        f"result = rs.indent(material, profile, {case.prescribed}={case.prescribed})", "print(result)", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _profile(section: Mapping[str, Any], profile: Geometry) -> str:
+    kind = Geometry.registered[section["type"]]
+    names = {*constants_of(kind), *section} - {"type"}
+    return f"rs.{kind.__name__}({_keywords({name: getattr(profile, name) for name in sorted(names)})})"
+
+
+def _material(section: Mapping[str, Any], material: Any, needs_window: bool) -> str:
     if "library" in section:
         found = f"rs.library.get({section['library']!r})"
         return f"{found}.at({section['temperature']!r})" if "temperature" in section else found
-    material = case.impact.material
     density = "" if material.density is None else f", density={material.density!r}"
     bulk: Any = material.bulk
     bulk = bulk if isinstance(bulk, float) or not bulk.is_elastic else bulk.equilibrium_modulus
-    if case.sections.needs_window:
+    if needs_window:
         names = constants_of(getattr(fractional, section["model"])).keys() & section.keys()
         model = f"rs.{section['model']}({_keywords({name: section[name] for name in section if name in names})})"
         return f"rs.FractionalMaterial({model}, {_python_value(bulk)}{density})"

@@ -1,32 +1,42 @@
-"""Files that are dropped onto the page: tables of a material, and case files."""
+"""Files that are dropped onto the page: tables of a material, and case files with the tables that they name."""
 
 from __future__ import annotations
 
+import base64
+import binascii
 import tempfile
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from restitution.case.impact import Case, CaseFile, notes_on
+from restitution.case.indentation import IndentationFile, read_indentation
 from restitution.case.material import FileSection
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
 from restitution.explorer.inputs import MOST_TERMS, inputs
-from restitution.explorer.state import State, flat, of_case, of_material, one_line, settled
+from restitution.explorer.state import State, flat, of_case, of_indentation, of_material, one_line, settled
+from restitution.material.deck import PronyTerms, ViscoelasticDeck
 from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.readers import parse
+from restitution.material.isotherms import Isotherms
+from restitution.material.readers import read_material
 from restitution.material.viscoelastic import Material
 
 LONGEST = 1_000_000
-"""Most characters of a file."""
+"""Most bytes of all files of a message."""
 
 FILE_KEYS = frozenset({"file", "terms", "shift"})
 """Keys of a case file that may name another file, which would be one of the server."""
 
+# A case file of the page has no long tables.
+_LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
+_ZERO_CELSIUS = 273.15
+
+Question = dict[str, Any]
 
 
 class _File(Section):
@@ -36,73 +46,147 @@ class _File(Section):
 
 
 def read(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state that a file describes, and what it holds in one line."""
-    name, text = content.get("name"), content.get("text")
-    if not isinstance(name, str) or not isinstance(text, str):
-        raise InputError("file", wanted="must have a name and a text")
-    name = " ".join(name.split())[:_LONGEST_NAME] or "file"
-    if len(text) > LONGEST:
-        raise InputError(name, wanted=f"has {len(text)} characters: must have at most {LONGEST}")
+    """Return the state that files describe, what they hold in one line, and what the page has to ask.
+
+    The content has `files`, each with a name and its bytes in base64, the `state` of the page, and the `answers` to
+    the questions. The first file is that of the case or of the material. A question without an answer on which the
+    numbers depend leaves out the state.
+    """
+    names, files = _files(content.get("files"))
+    name, answers = names[0], content.get("answers", {})
+    if not isinstance(answers, dict) or not all(isinstance(one, str) for one in answers.values()):
+        raise InputError("answers", wanted="must be texts")
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RestitutionWarning)
         path = Path(folder, "dropped.toml" if name.lower().endswith(".toml") else "dropped.txt")
-        path.write_bytes(text.encode("utf-8", "replace"))
+        for one, data in zip([path.name, *names[1:]], files, strict=True):
+            Path(folder, one).write_bytes(data)
         try:
-            state, words, notes = _case(path) if path.suffix == ".toml" else _material(path, text, content)
-            _ = settled(state)
+            if path.suffix == ".toml":
+                found = _case(path, set(names[1:]))
+            else:
+                found = _material(path, settled(content.get("state", {})), answers)
+            if "state" in found:
+                _ = settled(found["state"])
         except InputError as error:
             raise InputError("", wanted=_named(one_line(error), path, name)) from None
-    notes = [_named(note, path, name) for note in [*notes, *(str(one.message) for one in caught)]]
-    # The paper's numbers would hide the material.
-    return {"state": state | {"entry": "constants"}, "words": f"{name}: {words}", "notes": list(dict.fromkeys(notes))}
+    notes = [_named(note, path, name) for note in [*found["notes"], *(str(one.message) for one in caught)]]
+    return found | {"words": f"{name}: {found['words']}", "notes": list(dict.fromkeys(notes))}
+
+
+def _files(given: Any) -> tuple[list[str], list[bytes]]:
+    """Names and contents of the files of a message; a name has no folder."""
+    if not isinstance(given, list) or not 0 < len(given) <= _MOST_FILES or not all(isinstance(g, dict) for g in given):
+        raise InputError("files", wanted=f"must be a list of 1 to {_MOST_FILES} files")
+    names: list[str] = []
+    contents: list[bytes] = []
+    for one in given:
+        name, data = one.get("name"), one.get("data")
+        if not isinstance(name, str) or not isinstance(data, str):
+            raise InputError("file", wanted="must have a name and its bytes in base64")
+        try:
+            contents.append(base64.b64decode(data, validate=True))
+        except (binascii.Error, ValueError):
+            raise InputError("file", wanted="must have its bytes in base64") from None
+        names.append(" ".join(name.split())[:_LONGEST_NAME] or "file")
+    for name in names[1:]:
+        if Path(name).name != name or not name.isprintable() or name.startswith(("dropped.", ".")):
+            raise InputError("file", name, "must be a plain name")
+    if (size := sum(map(len, contents))) > LONGEST:
+        raise InputError(names[0], wanted=f"has {size} bytes: must have at most {LONGEST}")
+    return names, contents
 
 
 def _named(line: str, path: Path, name: str) -> str:
     """Return a line that names the dropped file in place of the copy."""
     for text in (f"{path}: ", str(path), path.name):
         line = line.replace(text, f"{name}: " if text.endswith(": ") else name)
+    line = line.replace(f"{path.parent}/", "")
     return line if line.startswith(name) else f"{name}: {line}"
 
 
-def _case(path: Path) -> tuple[State, str, list[str]]:
-    """State of a case file, which must name no other file."""
+def _case(path: Path, dropped: set[str]) -> dict[str, Any]:
+    """State of a case file of an impact or an indentation, which names no file but those that were dropped with it."""
+    if (size := path.stat().st_size) > _LONGEST_CASE:
+        raise InputError("", wanted=f"has {size} bytes: a case file must have at most {_LONGEST_CASE}")
     content = read_toml(path)
     for key, value in flat(content).items():
-        if key.rpartition(".")[2] in FILE_KEYS:
-            raise InputError(key, value, "names another file, which the page has not; drop that file instead")
-    sections = read_sections(CaseFile, path, content)
-    case = Case(path, sections.title, sections.build(), {}, sections)
-    return of_case(case), f"case file{'' if case.title is None else f', {case.title[:_LONGEST_NAME]}'}", []
+        if key.rpartition(".")[2] in FILE_KEYS and value not in dropped:
+            raise InputError(key, value, "names another file, which the page has not; drop both files together")
+    if "indentation" in content:
+        sections = read_sections(IndentationFile, path, content)
+        state, title = of_indentation(read_indentation(path), sections), sections.title
+    else:
+        sections = read_sections(CaseFile, path, content)
+        state, title = of_case(Case(path, sections.title, sections.build(), {}, sections)), sections.title
+    words = f"case file{'' if title is None else f', {title[:_LONGEST_NAME]}'}"
+    # The paper's numbers would hide the material.
+    return {"state": state | {"entry": "constants"}, "words": words, "notes": [], "questions": []}
 
 
-def _material(path: Path, text: str, content: Mapping[str, Any]) -> tuple[State, str, list[str]]:
-    """State of the material in a table or in the deck of a solver."""
-    about = parse(text, str(path))
+_DEFORMATION: Question = {
+    "key": "deformation", "words": "The moduli are those of", "options": [["shear", "shear"], ["tension", "tension"]],
+}  # fmt: skip
+_ENDS: list[Question] = [
+    {"key": "instantaneous_modulus", "words": "Instantaneous modulus, with its unit"},
+    {"key": "equilibrium_modulus", "words": "Equilibrium modulus, with its unit"},
+]
+_TEMPERATURE: Question = {"key": "temperature", "words": "Temperature, with its unit"}
+
+
+def _material(path: Path, given: State, answers: Mapping[str, str]) -> dict[str, Any]:
+    """State of the material in a table or in the deck of a solver, and the questions that the file leaves open."""
+    about = read_material(path)
     notes = [*getattr(about, "notes", ()), *_thinned(about, path)]
+    questions = _questions(about)
+    told = {one["key"]: answers[one["key"]].strip() for one in questions if answers.get(one["key"], "").strip()}
+    open_questions = [one for one in questions if one["key"] not in told and one["key"] != "temperature"]
+    if open_questions and not (set(told) & {"instantaneous_modulus", "equilibrium_modulus"}):
+        return {"questions": questions, "words": "is not used yet, as it does not state everything", "notes": notes}
     section: dict[str, Any] = {"file": path.name}
-    given = settled(content.get("state", {}))
-    if type(about).__name__ != "ViscoelasticDeck":
+    if not isinstance(about, ViscoelasticDeck):
         bulk = "bulk_modulus" if "material.bulk_modulus" in given else "poisson_ratio"
         section[bulk] = given.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
-        section["deformation"] = getattr(about, "deformation", None) or content.get("deformation", "shear")
-    made = read_sections(_File, path, {"material": section}).material
+        if bulk == "poisson_ratio" and section[bulk] < 0.5:
+            notes.append(f"the Poisson ratio {section[bulk]:g} is constant in time; a bulk modulus is the alternative")
+    made = read_sections(_File, path, {"material": section | told}).material
     material = made.build()
+    if isinstance(about, Isotherms):
+        celsius = f"{(material.temperature or 0.0) - _ZERO_CELSIUS:.4g}"
+        notes.append(f"the moduli are those at {celsius} °C")
+        questions = [one | {"value": f"{celsius} degC"} if one is _TEMPERATURE else one for one in questions]
     for key in ("shear", "bulk"):
         count = getattr(getattr(material, key), "n_branches", 0)
         if count > MOST_TERMS:
             raise InputError("", wanted=f"has {count} terms in {key}: must have at most {MOST_TERMS}")
-    state = of_material(material)
-    return state, _words(made, material), [*notes, *notes_on(material, None)]
+    # The paper's numbers would hide the material.
+    state = of_material(material) | {"entry": "constants"}
+    notes += notes_on(material, None)
+    return {"state": state, "words": _words(made, material), "notes": notes, "questions": questions}
 
 
-def _thinned(data: Any, path: Path) -> list[str]:
+def _questions(about: Any) -> list[Question]:
+    """What a file of a material does not state and the command line asks for, and what may be chosen afterwards."""
+    found: list[Question] = []
+    if not isinstance(about, ViscoelasticDeck) and getattr(about, "deformation", None) is None:
+        found.append(_DEFORMATION)
+    ends = getattr(about, "instantaneous_modulus", None), getattr(about, "equilibrium_modulus", None)
+    if isinstance(about, PronyTerms) and about.relative and ends == (None, None):
+        found += _ENDS
+    return [*found, _TEMPERATURE] if isinstance(about, Isotherms) else found
+
+
+def _thinned(data: Any, path: Path) -> Sequence[str]:
     """Write a table with more rows than a fit has time for anew, with fewer, and return a note of it."""
     columns = [values for values in vars(data).values() if isinstance(values, np.ndarray)]
     if not isinstance(data, RelaxationTable | DynamicTable) or columns[0].size <= _MOST_ROWS:
         return []
     x = columns[0]
     rows = np.unique(np.searchsorted(x[:-1], np.geomspace(x[x > 0.0][0], x[-1], _MOST_ROWS)))
-    header = "time,modulus\ns,Pa" if len(columns) == 2 else "omega,storage modulus,loss modulus\nrad/s,Pa,Pa"
+    letter = {"shear": "G", "tension": "E"}.get(str(data.deformation))
+    header = (f"time,{letter or 'modulus'}\ns,Pa" if len(columns) == 2
+              else f"omega,{letter}',{letter}''\nrad/s,Pa,Pa" if letter
+              else "omega,storage modulus,loss modulus\nrad/s,Pa,Pa")  # fmt: skip
     np.savetxt(path, np.transpose(columns)[rows], delimiter=",", header=header, comments="")
     return [f"{rows.size} of its {x.size} rows are used, evenly over the logarithm of time or frequency"]
 

@@ -46,13 +46,22 @@ When = Mapping[str, Sequence[str]]
 
 
 class Slider(NamedTuple):
-    """Range of a slider; its step is in decades on a logarithmic scale, else in the unit of the quantity."""
+    """Range of a slider; its step is in decades on a logarithmic scale, else in the unit of the quantity.
+
+    The scale of the Poisson ratio, "poisson", is linear up to 0.4 and logarithmic in 0.5 - nu from there on, as a
+    nearly incompressible material depends on 0.5 - nu.
+    """
 
     low: float
     high: float
     default: float
     step: float = 0.02
-    logarithmic: bool = True
+    scale: str = "log"
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the scale has decades."""
+        return self.scale == "log"
 
 
 class Option(NamedTuple):
@@ -129,8 +138,8 @@ class Input:
         about |= describe(self.quantity) | {"words": self.words, "least": least, "most": most}
         if self.slider is None:
             return about | {"most_items": MOST_TERMS}
-        scale = "log" if self.slider.logarithmic else "linear"
-        return about | {"scale": scale, "low": self.slider.low, "high": self.slider.high, "step": self.slider.step}
+        slider = self.slider
+        return about | {"scale": slider.scale, "low": slider.low, "high": slider.high, "step": slider.step}
 
 
 _LETTERS = {
@@ -157,32 +166,33 @@ _BY_DIMENSION: dict[Dimension, Slider] = {
     MASS: Slider(1e-9, 1e2, 0.033),
     DENSITY: Slider(1e1, 2e4, 1100.0),
     VELOCITY: Slider(1e-3, 1e1, 0.3),
-    ACCELERATION: Slider(0.1, 30.0, 9.80665, 0.1, False),
+    ACCELERATION: Slider(0.1, 30.0, 9.80665, 0.1, "linear"),
     FORCE: Slider(1e-12, 1e3, 1e-8),
-    ANGLE: Slider(0.1, 1.5, 1.2, 0.01, False),
-    TEMPERATURE: Slider(200.0, 450.0, 298.15, 1.0, False),
+    ANGLE: Slider(0.1, 1.5, 1.2, 0.01, "linear"),
+    TEMPERATURE: Slider(200.0, 450.0, 298.15, 1.0, "linear"),
     NUMBER: Slider(1e-3, 1e3, 1.0),
 }
 _BY_KEY: dict[str, Slider] = {
     "material.branch_modulus": Slider(1e2, 1e12, 1e8),
-    "material.poisson_ratio": Slider(-1.0, 0.5, 0.49, 0.005, False),
+    "material.poisson_ratio": Slider(-1.0, 0.5, 0.49, 0.01, "poisson"),
     "material.bulk_modulus": Slider(1e2, 1e13, 2e9),
     "material.coefficient": Slider(1e2, 1e12, 1e6),
-    "material.exponent": Slider(0.05, 0.95, 0.2, 0.01, False),
+    "material.exponent": Slider(0.05, 0.95, 0.2, 0.01, "linear"),
     "material.shear.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
     "material.bulk.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
-    "groups.nu": Slider(-1.0, 0.5, 0.45, 0.005, False),
+    "groups.nu": Slider(-1.0, 0.5, 0.45, 0.01, "poisson"),
     "groups.p2": Slider(10.0 ** LOG_P2_RANGE[0], 10.0 ** LOG_P2_RANGE[1], 0.1),
     "groups.p3": Slider(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1], 1.0),
     "body.radius": Slider(1e-5, 1.0, 1e-2),
     "body.density": Slider(1e1, 2e4, 7850.0),
-    "profile.exponent": Slider(0.5, 10.0, 2.0, 0.1, False),
+    "profile.exponent": Slider(0.5, 10.0, 2.0, 0.1, "linear"),
     "profile.coefficient": Slider(1e-3, 1e9, 50.0),
-    "impact.external_force": Slider(0.0, 10.0, 0.0, 0.01, False),
+    "impact.external_force": Slider(0.0, 10.0, 0.0, 0.01, "linear"),
     "indentation.radius": Slider(1e-8, 1e-2, 2.5e-6),
     "indentation.depth": Slider(1e-9, 1e-2, 5e-7),
-    "indentation.loading_time": Slider(1e-4, 1e4, 1.0),
-    "indentation.unloading_time": Slider(1e-4, 1e4, 1.0),
+    "impact.body_size": Slider(1e-4, 1e1, 0.0),
+    "indentation.loading_time": Slider(1e-6, 1e4, 1e-4),
+    "indentation.unloading_time": Slider(1e-6, 1e4, 1e-4),
     "indentation.hold_time": Slider(1e-4, 1e4, 0.0),
     "indentation.duration": Slider(1e-4, 1e4, 1.0),
     "indentation.rise_time": Slider(1e-4, 1e4, 0.1),
@@ -250,6 +260,8 @@ def _groups() -> Iterator[Input]:
 
 def _series(part: str, words: str, when: When) -> Iterator[Input]:
     end, branches, times = (INPUTS[name] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
+    if part == "bulk":
+        end, branches = (one._replace(symbol=one.symbol.replace("G", "K")) for one in (end, branches))
     yield _number(f"material.{part}.equilibrium_modulus", "material", end, when, f"equilibrium modulus in {words}")
     for quantity, what in ((branches, "moduli"), (times, "relaxation times")):
         key = f"material.{part}.{quantity.name}"
@@ -310,6 +322,8 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("body.density", "body", INPUTS["density"], {"mass_from": ["density"]}, words)
     yield _number("impact.velocity", "impact", INPUTS["velocity"])
     yield _number("impact.external_force", "impact", INPUTS["external_force"], _CONSTANTS_ENTRY)
+    words = "smallest dimension of the target, 0 if unknown"
+    yield _number("impact.body_size", "impact", Quantity("body_size", LENGTH, words, low=0.0, open=False))
     yield _number("impact.gravity", "bounces", INPUTS["gravity"])
     yield from _indentation_inputs(round_bodies)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from restitution.checks import whole
 from restitution.errors import InputError
 from restitution.explorer import answers
-from restitution.explorer.server import Access, application
+from restitution.explorer.server import MOST_SOCKETS, Access, application
 
 if TYPE_CHECKING:
     from uvicorn import Server
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 PORT = 8737
 """Port of the command, unless another one is given."""
 
-# Bytes of a message, and connections at a time.
-_LARGEST, _SOCKETS = 4_000_000, 200
+# Bytes of a message, and connections at a time: some more than sockets, so that a page can still be loaded.
+_LARGEST, _CONNECTIONS = 4_000_000, MOST_SOCKETS + 56
 # Seconds that open sockets have to close.
 _CLOSING = 1
 _STARTING = 10.0
@@ -76,7 +76,7 @@ def listen(
     access = Access(host, framed, **({} if token is None else {"token": token}))
     config = Config(
         application(access, dict(state or {}), title), log_level="critical", access_log=False, server_header=False,
-        ws_max_size=_LARGEST, ws_max_queue=8, limit_concurrency=_SOCKETS, ws_per_message_deflate=False,
+        ws_max_size=_LARGEST, ws_max_queue=8, limit_concurrency=_CONNECTIONS, ws_per_message_deflate=False,
         timeout_graceful_shutdown=_CLOSING, lifespan="off",
     )  # fmt: skip
     return Running(access, listener.getsockname()[1], listener, Server(config))

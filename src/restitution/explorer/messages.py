@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import time
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -24,8 +25,8 @@ from restitution.quantities import BOUNCES, HISTORY, INPUTS, MODULI, OUTPUTS, VA
 LONGEST = 65_536
 """Most characters of a message without a file."""
 
-LONGEST_FILE_MESSAGE = LONGEST + 2 * dropped_files.LONGEST
-"""Most characters of a message with a file, in which a quotation mark or the end of a line takes two."""
+LONGEST_FILE_MESSAGE = LONGEST + (4 * dropped_files.LONGEST) // 3
+"""Most characters of a message with files, whose bytes are in base64."""
 
 BUG = "this is a mistake in the program; please report it"
 
@@ -52,7 +53,7 @@ def read(text: str | None) -> Request:
     if text is None:
         _refuse("must be text")
     if len(text) > LONGEST_FILE_MESSAGE:
-        _refuse(f"has {len(text)} characters: must have at most {dropped_files.LONGEST} of a file")
+        _refuse(f"has {len(text)} characters: must have at most {LONGEST_FILE_MESSAGE}")
     try:
         content = json.loads(text, parse_constant=lambda name: _refuse(f"{name} is no number"))
     except (ValueError, RecursionError) as error:
@@ -62,8 +63,8 @@ def read(text: str | None) -> Request:
     if not isinstance(content, dict):
         _refuse("must be an object")
     name, kind = content.get("id"), content.get("kind")
-    if isinstance(name, bool) or not isinstance(name, int | float | str | None) or len(str(name)) > _LONGEST_ID:
-        _refuse("must be a number or a short text", "id")
+    if not (name is None or _is_id(name)):
+        _refuse("must be a finite number or a short text", "id")
     if not isinstance(kind, str) or kind not in _KINDS:
         _refuse(f"must be one of {', '.join(_KINDS)}", "kind")
     if kind != "file" and len(text) > LONGEST:
@@ -79,8 +80,14 @@ def number_of(text: str | None) -> Any:
         found = json.loads(text or "")["id"]
     except (ValueError, RecursionError, KeyError, TypeError):
         return None
-    is_plain = isinstance(found, int | float | str) and len(str(found)) <= _LONGEST_ID and found == found
-    return found if is_plain and abs(0.0 if isinstance(found, str) else found) < 1e300 else None
+    return found if _is_id(found) else None
+
+
+def _is_id(value: Any) -> bool:
+    """Whether an answer can repeat a value as the number of its request."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str) or len(str(value)) > _LONGEST_ID:
+        return False
+    return isinstance(value, str) or math.isfinite(value)
 
 
 def answer(request: Request) -> str:
@@ -99,9 +106,17 @@ def answer(request: Request) -> str:
         reason = " ".join(str(error).split()) or type(error).__name__
         found = {"ok": False, "error": f"cannot be computed: {reason[:200]}", "field": None}
     except Exception as error:
-        what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
-        found = {"ok": False, "error": f"{what}; {BUG}", "field": None}
-    return json.dumps({"id": request.id, "kind": request.kind} | found, allow_nan=False, default=_doubles)
+        found = failure(request.id, request.kind, error)
+    try:
+        return json.dumps({"id": request.id, "kind": request.kind} | found, allow_nan=False, default=_doubles)
+    except (TypeError, ValueError) as error:
+        return json.dumps(failure(request.id, request.kind, error))
+
+
+def failure(number: int | float | str | None, kind: str, error: Exception) -> dict[str, Any]:
+    """Return the answer to a request that a mistake of the program ended."""
+    what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+    return {"id": number, "kind": kind, "ok": False, "error": f"{what}; {BUG}", "field": None}
 
 
 def _doubles(values: np.ndarray) -> dict[str, str]:

@@ -28,6 +28,7 @@ PRESETS: dict[str, tuple[str, dict[str, Any]]] = {
             "material.model": "standard_solid", "material.equilibrium_modulus": 300.0,
             "material.branch_modulus": 1200.0, "material.viscosity": 300.0, "material.poisson_ratio": 0.5,
             "bulk": "poisson_ratio", "indentation.radius": 2.5e-6, "indentation.depth": 5e-7,
+            "indentation.loading_time": 1.0, "indentation.unloading_time": 1.0,
         },
     ),
 }  # fmt: skip

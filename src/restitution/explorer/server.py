@@ -23,6 +23,9 @@ _TYPES = {
 INDEX = "index.html"
 INTERPOLANT = "interpolant.json"
 
+MOST_SOCKETS = 200
+"""Pages that are served at a time."""
+
 _REFUSED = 1008
 
 
@@ -56,9 +59,13 @@ class Access:
     def allows_host(self, header: str) -> bool:
         """Whether the header `Host` names this server."""
         try:
-            name = urlsplit(f"//{header}").hostname or ""
+            parts = urlsplit(f"//{header}")
         except ValueError:
             return False
+        # A user or a path before or after the name is no part of the header.
+        if not header.isprintable() or any(sign in header for sign in "@/?#\\ "):
+            return False
+        name = parts.hostname or ""
         if name in ("localhost", self.host.lower()):
             return True
         try:
@@ -74,9 +81,9 @@ class Access:
             return False
         return parts.scheme in ("http", "https") and parts.netloc.lower() == host.lower()
 
-    def allows_token(self, token: str) -> bool:
-        """Whether a token is the right one; takes the same time for all wrong ones."""
-        return secrets.compare_digest(token.encode(), self.token.encode())
+    def allows_tokens(self, tokens: list[str]) -> bool:
+        """Whether the tokens of an address are the right one alone; takes the same time for all wrong ones."""
+        return len(tokens) == 1 and secrets.compare_digest(tokens[0].encode(), self.token.encode())
 
     def headers(self, host: str) -> dict[str, str]:
         """Headers of every answer."""
@@ -110,7 +117,7 @@ def application(access: Access, state: State | None = None, title: str | None = 
     schema = messages.schema(state, title)
 
     async def page(request: Request) -> Response:
-        if not access.allows_token(request.query_params.get("token", "")):
+        if not access.allows_tokens(request.query_params.getlist("token")):
             return PlainTextResponse("the address has no valid token; open the one that the terminal shows\n", 403)
         return Response(served[INDEX], media_type=content_type(INDEX))
 
@@ -122,13 +129,20 @@ def application(access: Access, state: State | None = None, title: str | None = 
             return PlainTextResponse("no such file\n", 404)
         return Response(served[name], media_type=content_type(name))
 
+    opened: set[WebSocket] = set()
+
     async def socket(websocket: WebSocket) -> None:
         origin = websocket.headers.get("origin", "")
         right = access.allows_origin(origin, websocket.headers.get("host", ""))
-        if not (right and access.allows_token(websocket.query_params.get("token", ""))):
+        right = right and access.allows_tokens(websocket.query_params.getlist("token"))
+        if not right or len(opened) >= MOST_SOCKETS:
             await websocket.close(_REFUSED)
             return
-        await Session(websocket).run(schema)
+        opened.add(websocket)
+        try:
+            await Session(websocket).run(schema)
+        finally:
+            opened.discard(websocket)
 
     routes = [Route("/", page), Route("/static/{name}", static), WebSocketRoute("/ws", socket)]
     return Starlette(routes=routes, middleware=[Middleware(_Guard, access)])

@@ -77,5 +77,13 @@ class Session:
             while waiting:
                 kind = min(waiting, key=lambda kind: waiting[kind][0])
                 # The newest request of the kind when its turn comes.
-                work = loop.run_in_executor(_POOLS[quick], lambda kind=kind: messages.answer(waiting.pop(kind)[1]))
+                work = loop.run_in_executor(_POOLS[quick], lambda kind=kind: _answered(waiting.pop(kind)[1]))
                 await self._websocket.send_text(await work)
+
+
+def _answered(request: Request) -> str:
+    """Return the answer to a request, whatever happens: the requests after it must be answered too."""
+    try:
+        return messages.answer(request)
+    except Exception as error:
+        return json.dumps(messages.failure(request.id, request.kind, error))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:
+    from restitution.case.indentation import IndentationCase, IndentationFile
     from restitution.material.viscoelastic import Material
 
 State = dict[str, Any]
@@ -95,8 +96,9 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of the case file of an impact."""
     values = settled(state)
     content = {section: nested(values).get(section, {}) for section in ("body", "profile", "impact")}
-    if not content["impact"].get("external_force"):
-        content["impact"].pop("external_force", None)
+    for key in ("external_force", "body_size"):
+        if not content["impact"].get(key):
+            content["impact"].pop(key, None)
     return content | {"material": _material(values)}
 
 
@@ -147,16 +149,47 @@ def of_case(case: Case) -> State:
     values |= flat({"profile": written["profile"], "body": written["body"]})
     values["mass_from"] = "density" if "body.density" in values else "mass"
     values["impact.external_force"] = float(case.impact.external_force)
-    material = flat({"material": written["material"]})
+    values["impact.body_size"] = float(case.impact.body_size or 0.0)
+    return values | _of_section(written["material"], lambda: case.impact.material)
+
+
+def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
+    """Return the state of the case file of an indentation; refuse one that the page cannot show."""
+    indentation = sections.indentation
+    given = {
+        "counter_material": case.counter_material is not None,
+        "profile.thickness": sections.profile.on_layer,
+        "indentation": indentation.shape is None,
+    }
+    wanted = {"indentation": "must have a shape over time: the page shows no list of points"}
+    for key in filter(given.get, given):
+        raise InputError(key, wanted=wanted.get(key, f"{_NO_OTHER}; leave it out"))
+    written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
+    profile, course = written["profile"], written["indentation"]
+    course.pop("n_points", None)
+    values = flat({"profile": profile, "indentation": course})
+    if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
+        values["indentation.radius"] = values.pop("profile.radius")
+    if indentation.shape == "triangle":
+        values = {"indentation.unloading_time": course["loading_time"], "indentation.hold_time": 0.0} | values
+    if indentation.shape == "hold":
+        values.setdefault("indentation.rise_time", 0.0)
+    values["prescribed"] = case.prescribed
+    return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "indentation"}
+
+
+def _of_section(section: Mapping[str, Any], built: Callable[[], Material]) -> State:
+    """Return the state of the section of a material, or of the material if the page has not all of its keys."""
+    material = flat({"material": section})
     infinite = material.get("material.bulk_modulus") == math.inf
     if infinite:
         del material["material.bulk_modulus"]
     material.pop("material.name", None)
     bulk = "bulk_modulus" if "material.bulk_modulus" in material else "poisson_ratio"
     form = "library" if "material.library" in material else material.get("material.model")
-    found = values | material | {"material.model": form, "bulk": _INFINITE if infinite else bulk}
+    found = material | {"material.model": form, "bulk": _INFINITE if infinite else bulk}
     if form is None or not material.keys() <= inputs().keys() or not material.keys() <= settled(found).keys():
-        return values | of_material(case.impact.material)
+        return of_material(built())
     return found
 
 
@@ -180,6 +213,7 @@ def of_impact(impact: Impact) -> State:
         values[_SIDES] = impact.profile.sides
     for name in ("velocity", "external_force"):
         values[f"impact.{name}"] = float(getattr(impact, name))
+    values["impact.body_size"] = float(impact.body_size or 0.0)
     return values | {"body.mass": float(impact.mass)} | of_material(impact.material)
 
 

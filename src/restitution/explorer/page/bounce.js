@@ -1,7 +1,7 @@
 // The tab of a ball that bounces to rest.
 import { picture } from "./curves.js";
-import { element, sentence } from "./inputs.js";
-import { Numbers } from "./numbers.js";
+import { element } from "./inputs.js";
+import { Notes, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { phrase } from "./units.js";
 
@@ -13,8 +13,9 @@ export class BounceTab {
     this.flight.root.classList.add("wide");
     this.series = new Panel({ name: "bounces", title: "Restitution coefficient of each bounce" });
     this.heights = new Panel({ name: "heights", title: "Height after each bounce" });
-    this.note = element("ul", { className: "card notes" });
-    root.append(element("div", { className: "grid" }, this.flight.root, this.series.root, this.heights.root, this.note));
+    const grid = element("div", { className: "grid" }, this.flight.root, this.series.root, this.heights.root);
+    root.append(grid);
+    this.notes = new Notes(grid);
   }
 
   receive(answer) {
@@ -31,10 +32,11 @@ export class BounceTab {
     const x = [0.5, most + 0.5];
     const dots = (shown) => ({ ...shown, ranges: { x }, x: { ...shown.x, whole: true }, marks: shown.curves.filter((curve) => curve.colour === "accent").flatMap(({ x, y }) =>
       x.slice(0, 60).map((one, n) => ({ x: one, y: y[n], colour: "accent" })).filter((mark) => mark.y !== null)) });
-    this.series.show({ ...dots(picture(sets("bounces"), "bounce", [{ name: "restitution_coefficient" }], outputs)), ranges: { x, y: [0, 1] } });
+    const series = dots(picture(sets("bounces"), "bounce", [{ name: "restitution_coefficient" }], outputs, { words: "e" }));
+    // A bounce that ends the series by capture is a dot, and no part of the curve.
+    for (const curve of series.curves) if (curve.y.at(-1) === 0) curve.y = curve.y.with(-1, null);
+    this.series.show({ ...series, ranges: { x, y: [0, 1] } });
     this.heights.show(dots(picture(sets("bounces"), "bounce", [{ name: "height" }], outputs, { yLog: true, words: "height" })));
-    const words = [answer.status.message, ...(answer.warnings ?? [])].filter(Boolean);
-    this.note.replaceChildren(...words.map((one) => element("li", {}, sentence(one))));
-    this.note.hidden = !words.length;
+    this.notes.show(answer.warnings ?? [], [answer.status?.message, ...(answer.notes ?? [])]);
   }
 }

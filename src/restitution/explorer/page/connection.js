@@ -19,6 +19,7 @@ export class Connection {
     this.tries = 0;
     this.sent = new Map();
     this.waiting = new Map();
+    this.listen();
     this.open();
   }
 
@@ -31,12 +32,24 @@ export class Connection {
     this.socket = new WebSocket(address);
     this.socket.onopen = () => {
       this.opened = true;
+      this.news?.postMessage(location.search);
       this.tries = 0;
       this.report("open");
       for (const kind of this.waiting.keys()) this.next(kind);
     };
     this.socket.onmessage = (event) => this.answered(JSON.parse(event.data, decoded));
     this.socket.onclose = (event) => this.closed(event);
+  }
+
+  // A server that was started anew has another token. A page of the new address hands it to the pages of the old one:
+  // the browser passes it to pages of the same name and port alone, and keeps it nowhere.
+  listen() {
+    this.news = window.BroadcastChannel && new BroadcastChannel("restitution explorer");
+    if (!this.news) return;
+    this.news.onmessage = ({ data }) => {
+      const wanted = /^\?token=[\w-]+$/.test(data) && data !== location.search;
+      if (wanted && this.socket.readyState !== WebSocket.OPEN) location.replace(`${location.pathname}${data}${location.hash}`);
+    };
   }
 
   // What was on its way is asked again, unless something newer waits.

@@ -123,7 +123,7 @@ export class Figure {
   // A label that is longer than its axis is given by its symbol.
   label(key, em) {
     const { label, short } = this.options[key];
-    const room = key === "x" ? this.size.width - 4 * em : this.size.height - 4.5 * em;
+    const room = key === "x" ? this.size.width - 4 * em : this.size.height - 3 * em;
     return short && 0.5 * em * label.length > room ? short : label;
   }
 
@@ -164,7 +164,9 @@ export class Figure {
     }
     ctx.setLineDash([]);
     ctx.font = `${0.85 * palette.em * ratio}px ${palette.font}`;
-    const taken = [];
+    // Labels stay off the lines of the marks and off each other.
+    const taken = this.marks.filter((mark) => mark.y === undefined).map((mark) => ({
+      x: u.valToPos(mark.x, "x", true), y: bbox.top + bbox.height / 2, wide: 2 * ratio, high: bbox.height }));
     for (const curve of this.curves) if (curve.letter) this.letter(ctx, curve, palette, ratio, taken);
     ctx.restore();
     ctx.save();
@@ -199,9 +201,12 @@ export class Figure {
     const last = curve.x.length - 1;
     const free = ([x, y]) => x - wide > bbox.left && x + wide < bbox.left + bbox.width
       && y - high > bbox.top && y + high < bbox.top + bbox.height
-      && taken.every((one) => Math.abs(one.x - x) > one.wide + wide || Math.abs(one.y - y) > one.high + high);
-    curve.placed = SHARES.map((share) => Math.round(((curve.at ?? 0) + share + 1) % 1 * last)).find((n) =>
+      && taken.every((one) => Math.abs(one.x - x) > one.wide + 1.3 * wide || Math.abs(one.y - y) > one.high + 1.3 * high);
+    const places = SHARES.map((share) => Math.round(((curve.at ?? 0) + share + 1) % 1 * last)).filter((n) =>
       curve.y[n] !== null && free(this.place(curve.x[n], curve.y[n], true)));
+    // Curves over common places have their letters where the next one is farthest.
+    const gap = (n) => Math.min(...this.curves.filter((one) => one.apart && one !== curve).map((one) => Math.abs(one.y[n] - curve.y[n])));
+    curve.placed = curve.apart ? places.sort((a, b) => gap(b) - gap(a))[0] : places[0];
     if (curve.placed === undefined) return;
     const [x, y] = this.place(curve.x[curve.placed], curve.y[curve.placed], true);
     taken.push({ x, y, wide, high });

@@ -12,7 +12,7 @@ import { svgOfScenes } from "./svg.js";
 import { convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
-  "poisson_ratio", "instantaneous_poisson_ratio", "loss_tangent"];
+  "instantaneous_poisson_ratio", "loss_tangent"];
 const MOTION = ["time", "indentation_depth", "contact_radius", "force"];
 const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
@@ -125,7 +125,7 @@ export class ImpactTab {
     const { outputs } = this.app.schema;
     const sets = this.sets("velocity", "velocity");
     if (!sets.length) return;
-    const shown = picture(sets, "velocity", [{ name: "restitution_coefficient" }], outputs, { xLog: true });
+    const shown = picture(sets, "velocity", [{ name: "restitution_coefficient" }], outputs, { xLog: true, words: "e" });
     const doubtful = this.velocities?.curves.velocity.doubtful ?? [];
     const own = shown.curves.findIndex((curve) => curve.colour === "accent");
     if (own >= 0) shown.curves.splice(own, 1, ...parted(shown.curves[own], doubtful));

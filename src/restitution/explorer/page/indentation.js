@@ -1,7 +1,7 @@
 // The tab of a prescribed indentation: a triangle or a hold, as an atomic force microscope makes it.
 import { picture } from "./curves.js";
-import { element, sentence } from "./inputs.js";
-import { Numbers } from "./numbers.js";
+import { element } from "./inputs.js";
+import { Notes, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { phrase } from "./units.js";
 
@@ -15,8 +15,9 @@ export class IndentationTab {
     this.force = new Panel({ name: "force-time", title: "Force over time" });
     this.depth = new Panel({ name: "depth-time", title: "Depth over time" });
     this.radius = new Panel({ name: "radius-time", title: "Contact radius over time" });
-    this.note = element("ul", { className: "card notes" });
-    root.append(element("div", { className: "grid" }, this.loop.root, this.force.root, this.depth.root, this.radius.root, this.note));
+    const grid = element("div", { className: "grid" }, this.loop.root, this.force.root, this.depth.root, this.radius.root);
+    root.append(grid);
+    this.notes = new Notes(grid);
   }
 
   receive(answer) {
@@ -31,8 +32,6 @@ export class IndentationTab {
     this.depth.show({ ...picture(sets, "time", [{ name: "indentation_depth" }], outputs), summary: `The depth at separation is ${phrase(rest, outputs.max_indentation_depth)}.` });
     this.radius.root.hidden = !answer.curves.history.contact_radius.some((one) => one !== null);
     this.radius.show(picture(sets, "time", [{ name: "contact_radius" }], outputs));
-    const words = [answer.status?.message, ...(answer.warnings ?? [])].filter(Boolean);
-    this.note.replaceChildren(...words.map((one) => element("li", {}, sentence(one))));
-    this.note.hidden = !words.length;
+    this.notes.show(answer.warnings ?? [], [answer.status?.message, ...(answer.notes ?? [])]);
   }
 }

@@ -1,7 +1,20 @@
 // The controls, made from the schema: a slider and a number for each quantity, a list of choices, a list of numbers.
-import { convert, back, phrase, symbolNodes, unitFor, unitText } from "./units.js";
+import { convert, back, phrase, symbolNodes, systemName, typed, unitFor, unitText } from "./units.js";
 
 const CASE = ["material", "body", "impact"];
+// The scale of the Poisson ratio is linear up to here, and logarithmic in 0.5 - nu from here on.
+const LINEAR = 0.4;
+const REST = 0.5 - LINEAR;
+const NEAREST = 1e-5;
+const SCALES = {
+  linear: { to: (value) => value, from: (place, step) => Number((Math.round(place / step) * step).toPrecision(10)) },
+  log: { to: Math.log10, from: (place) => Number(Math.pow(10, place).toPrecision(4)) },
+  poisson: {
+    to: (value) => (value <= LINEAR ? value : LINEAR + REST * Math.log(REST / Math.max(0.5 - value, NEAREST))),
+    from: (place, step) => (place <= LINEAR ? SCALES.linear.from(place, step)
+      : Number((0.5 - Number((REST * Math.exp((LINEAR - place) / REST)).toPrecision(3))).toPrecision(12))),
+  },
+};
 const GROUPS = { impact: CASE, paper: CASE, bounce: [...CASE, "bounces"], indentation: ["material", "indentation"] };
 
 export class Inputs {
@@ -19,6 +32,10 @@ export class Inputs {
         const control = new make(input, state);
         this.controls.push(control);
         box.append(control.root);
+        if (input.key === "impact.gravity") {
+          this.controls.push(new HeightControl(schema, state));
+          box.append(this.controls.at(-1).root);
+        }
       }
       this.groups.push(box);
       root.append(box);
@@ -69,8 +86,12 @@ class Control {
     return true;
   }
 
+  get current() {
+    return this.state.get(this.input.key);
+  }
+
   refresh() {
-    const value = this.state.get(this.input.key);
+    const value = this.current;
     const key = `${value} ${JSON.stringify(unitFor(this.input, Array.isArray(value) ? value[0] : value))} ${this.available}`;
     if (key === this.seen) return;
     this.seen = key;
@@ -97,8 +118,9 @@ class NumberControl extends Control {
   constructor(input, state) {
     super(input, state);
     this.log = input.scale === "log";
-    this.low = this.log ? Math.log10(input.low) : input.low;
-    this.high = this.log ? Math.log10(input.high) : input.high;
+    this.scale = SCALES[input.scale];
+    this.low = this.scale.to(input.low);
+    this.high = this.scale.to(input.high);
     this.slider = element("input", { type: "range", id: this.id, min: this.low, max: this.high, step: "any" });
     this.field = element("input", { type: "text", inputMode: "decimal", id: `${this.id}-number`, autocomplete: "off", spellcheck: false });
     this.field.setAttribute("aria-label", `${sentence(input.words)}, as a number`);
@@ -114,7 +136,7 @@ class NumberControl extends Control {
   }
 
   position(value) {
-    return this.log ? Math.log10(Math.max(value, this.input.low)) : value;
+    return this.scale.to(this.log ? Math.max(value, this.input.low) : value);
   }
 
   // A position of the slider as a value of few digits; zero lies below the lowest one where it is allowed.
@@ -123,13 +145,12 @@ class NumberControl extends Control {
     const inside = Math.min(Math.max(position, this.low), this.high);
     if (inside === this.low) return this.input.low;
     if (inside === this.high) return this.input.high;
-    if (this.log) return Number(Math.pow(10, inside).toPrecision(4));
-    return Number((Math.round(inside / this.input.step) * this.input.step).toPrecision(10));
+    return this.scale.from(inside, this.input.step);
   }
 
   key(event) {
     const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
-    const value = this.state.get(this.input.key);
+    const value = this.current;
     const now = value === 0 && this.log ? this.low - this.input.step : this.position(value);
     if (steps !== undefined) this.put(this.value(now + steps * this.input.step), false);
     else if (event.key === "Home") this.put(this.input.least === 0 ? 0 : this.input.low, false);
@@ -142,19 +163,37 @@ class NumberControl extends Control {
     this.state.set({ [this.input.key]: value }, done);
   }
 
-  // A typed number is in the unit beside it, which stays the same while it is typed.
+  // A typed number is in the unit beside it, unless it has its own; either one stays until the value changes otherwise.
   typed() {
-    const value = back(Number(this.field.value.trim().replace("−", "-").replace(",", ".")), this.shownUnit);
+    const found = typed(this.field.value, this.input, this.shownUnit);
     const { least = -Infinity, most = Infinity } = this.input;
-    if (this.field.value.trim() === "" || !Number.isFinite(value)) this.fault("Write a number.", true);
-    else if (value < least || value > most) {
+    if (!found) {
+      const unit = unitText(this.shownUnit.unit);
+      this.fault(unit ? `Write a number, or a number with a unit such as ${unit}.` : "Write a number.", true);
+      return;
+    }
+    const value = Number(found.value.toPrecision(12));
+    if (value < least || value > most) {
       this.fault(`Must be from ${phrase(least, this.input)} to ${phrase(most, this.input)}.`, true);
-    } else this.put(Number(value.toPrecision(12)), true);
+      return;
+    }
+    this.kept = { value, unit: found.unit, system: systemName() };
+    this.seen = null;
+    this.put(value, true);
+  }
+
+  // Zero has no size to choose a unit by.
+  unitOf(value) {
+    if (this.kept?.system !== systemName()) this.kept = null;
+    if (this.kept?.value === value || (this.kept && value === 0)) return this.kept.unit;
+    const unit = unitFor(this.input, value);
+    this.kept = { value, unit, system: systemName() };
+    return unit;
   }
 
   update() {
-    const value = this.state.get(this.input.key);
-    this.shownUnit = unitFor(this.input, value);
+    const value = this.current;
+    this.shownUnit = this.unitOf(value);
     const text = editable(convert(value, this.shownUnit));
     this.slider.value = this.position(value);
     this.slider.style.setProperty("--share", `${(100 * (this.position(value) - this.low)) / (this.high - this.low)}%`);
@@ -162,6 +201,26 @@ class NumberControl extends Control {
     this.slider.setAttribute("aria-valuetext", unit ? `${text} ${unit}` : text);
     if (document.activeElement !== this.field || Number(this.field.value) !== Number(text)) this.field.value = text;
     this.unit.textContent = unit;
+  }
+}
+
+// The height from which a body falls to have the velocity of the impact: another way to set the velocity.
+class HeightControl extends NumberControl {
+  constructor(schema, state) {
+    const { low, high, least, most } = schema.inputs.find((one) => one.key === "impact.velocity");
+    const { words, symbol, dimension, unit } = schema.outputs.drop_height;
+    const height = (velocity, gravity = 9.80665) => velocity ** 2 / (2 * gravity);
+    super({ key: "drop_height", type: "number", group: "bounces", scale: "log", step: 0.02, default: height(low), words, symbol, dimension, unit,
+      low: height(low), high: height(high), least: height(least, 30), most: height(most, 0.1) }, state);
+    this.height = height;
+  }
+
+  get current() {
+    return this.height(this.state.get("impact.velocity"), this.state.get("impact.gravity"));
+  }
+
+  put(value, done) {
+    this.state.set({ "impact.velocity": Number(Math.sqrt(2 * value * this.state.get("impact.gravity")).toPrecision(12)) }, done);
   }
 }
 
@@ -211,7 +270,10 @@ class ListControl extends Control {
 
   update() {
     const values = this.state.get(this.input.key) ?? [];
-    this.listUnit = unitFor(this.input, Math.max(0, ...values.map(Math.abs)));
+    // A prefix that suits the largest number would hide the size of the smallest one.
+    const sizes = values.map(Math.abs).filter(Boolean);
+    const wide = sizes.length && Math.max(...sizes) > 1e3 * Math.min(...sizes);
+    this.listUnit = unitFor(this.input, wide || !sizes.length ? 1 : Math.max(...sizes));
     if (document.activeElement !== this.field) this.field.value = values.map((value) => editable(convert(value, this.listUnit))).join("  ");
     const unit = unitText(this.listUnit.unit);
     this.field.setAttribute("aria-label", `${sentence(this.input.words)}, list of numbers${unit ? ` in ${unit}` : ""}`);

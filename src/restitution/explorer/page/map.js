@@ -3,6 +3,7 @@ import { colours } from "./theme.js";
 
 const P2 = logspace(-3, 1, 81);
 export const P3 = logspace(-2, 2, 81);
+const FEWEST = 6;
 const LEVELS = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
 
 export function logspace(low, high, count) {
@@ -64,7 +65,8 @@ function chains(values, level) {
       chain.push(points.get(here));
       here = ends.get(here).find((one) => !used.has(one));
     }
-    if (chain.length > 1) made.push({ x: chain.map(([x]) => x), y: chain.map(([, y]) => y) });
+    // A piece of a few cells of the plane is no line that a reader could follow.
+    if (chain.length > FEWEST) made.push({ x: chain.map(([x]) => x), y: chain.map(([, y]) => y) });
   }
   return made;
 }
@@ -102,7 +104,7 @@ export function planePicture(paper, nu, marks = [], levels = LEVELS) {
     bands: { image },
     marks: [...dots, ...marks],
     x: { label: "p₂ = G∞/G₁", short: "p₂", log: true },
-    y: { label: "p₃, dimensionless viscosity", short: "p₃", log: true },
+    y: { label: "p₃", log: true },
     columns: () => [
       { name: "p2", unit: "", values: Array.from(values, (_, n) => P2[n % P2.length]) },
       { name: "p3", unit: "", values: Array.from(values, (_, n) => P3[Math.floor(n / P2.length)]) },

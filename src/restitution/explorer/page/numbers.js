@@ -4,6 +4,9 @@ import { superscript, symbolNodes, withUnit } from "./units.js";
 
 const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"], note: ["i", "note"] };
 
+// Numbers of a standard solid alone.
+const WHERE_KNOWN = new Set(["p2", "p3"]);
+
 export class Numbers {
   constructor(root, names, outputs) {
     this.outputs = outputs;
@@ -24,8 +27,8 @@ export class Numbers {
   show(numbers) {
     for (const [name, { tile, value }] of this.tiles) {
       const found = numbers[name];
-      tile.hidden = found === undefined;
-      if (found === undefined) continue;
+      tile.hidden = found === undefined || (found === null && WHERE_KNOWN.has(name));
+      if (tile.hidden) continue;
       const { text, unit } = withUnit(found, this.outputs[name] ?? { unit: "" });
       if (value.dataset.value === String(found ?? "") && value.shown === text + unit) continue;
       value.dataset.value = found ?? "";
@@ -55,6 +58,20 @@ export class Assumptions {
     this.list.replaceChildren(
       ...validity.map((one) => row(one.state, withTitle(one), one.state === "doubtful" ? one.advice : "", one.kind)),
       ...notes.map((note) => row("note", note)));
+  }
+}
+
+// Doubts and notes of a tab that has no list of all assumptions, in the same form.
+export class Notes {
+  constructor(root) {
+    this.box = element("ul", { className: "card notes assumptions" });
+    root.append(this.box);
+  }
+
+  show(warnings, notes) {
+    const rows = [...warnings.map((one) => row("doubtful", one)), ...notes.filter(Boolean).map((one) => row("note", one))];
+    this.box.replaceChildren(...rows);
+    this.box.hidden = !rows.length;
   }
 }
 

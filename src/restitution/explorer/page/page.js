@@ -62,6 +62,10 @@ class App {
     };
     // The request goes out before the page changes.
     this.state.onChange(() => this.changed());
+    addEventListener("hashchange", () => {
+      $("address-message").hidden = true;
+      this.showIgnored();
+    });
     this.inputs = new Inputs(schema, this.state, $("settings"));
     if (LIVE) {
       this.files = new Dropped(this, $("open-file"), $("file-message"));
@@ -71,6 +75,7 @@ class App {
       });
     }
     bindTools(this);
+    this.showIgnored();
     onTheme(() => this.redraw());
     this.changed();
   }
@@ -168,8 +173,19 @@ class App {
     const box = $("problem");
     box.hidden = !bad;
     if (bad && box.textContent !== bad.error) box.textContent = bad.error;
-    $(`view-${this.tab}`).classList.toggle("stale", Boolean(bad));
+    // Without a server, numbers may be those of other inputs.
+    const gone = document.documentElement.dataset.connection ?? "open";
+    $(`view-${this.tab}`).classList.toggle("stale", Boolean(bad) || gone !== "open");
     this.inputs.fault(bad?.field, bad?.error ?? "");
+  }
+
+  // Words of an address that are no input are named.
+  showIgnored() {
+    const { ignored } = this.state;
+    if (!ignored.length) return;
+    const words = `The address has what the page cannot read, and leaves it out: ${ignored.slice(0, 5).join(", ")}${ignored.length > 5 ? ", …" : ""}.`;
+    $("address-message").textContent = words;
+    $("address-message").hidden = false;
   }
 
   // The numbers of the tab in the table of pinned settings and in the strip; `numbers` is null where none are there.
@@ -186,11 +202,12 @@ class App {
     const words = {
       open: "",
       closed: "The server does not answer. The page tries again; the pictures show the last answers.",
-      refused: "The server does not answer this page. If it was started anew, open the address that the terminal shows.",
+      refused: "The server does not answer this page. If it was started anew, open the address that the terminal shows: this page then goes on if its name and port are the same.",
     }[word];
     box.textContent = words;
     box.hidden = !words;
     document.documentElement.dataset.connection = word;
+    if (this.inputs) this.showProblem();
   }
 }
 

@@ -1,4 +1,5 @@
 // The tab of the paper: its figures over the three numbers, with the present point, and its claims.
+import { formula } from "./formula.js";
 import { element } from "./inputs.js";
 import { instantaneousPoissonRatio } from "./interpolant.js";
 import { logspace, P3, planePicture } from "./map.js";
@@ -25,9 +26,10 @@ export class PaperTab {
     for (const name of ["5", "6"]) this.p2[name] = answer.figures[name].p2;
     this.claims.replaceChildren(element("h3", {}, "Claims of the paper"),
       element("ol", {}, ...answer.claims.map((claim) => element("li", {},
-        element("q", {}, claim.statement), element("p", {},
+        element("q", {}, ...formula(claim.statement)), element("p", {},
           element("span", { className: `sign ${claim.holds ? "ok" : "doubtful"}`, ariaHidden: "true" }, claim.holds ? "✓" : "!"),
-          element("strong", {}, claim.holds ? " Confirmed. " : " Not confirmed. "), claim.finding)))),
+          element("strong", {}, claim.holds ? " Confirmed. " : " Not confirmed. "), ...formula(claim.finding))))),
+      element("p", { className: "note" }, "These are the numbers that \"restitution reproduce\" writes."),
       element("p", { className: "note" }, answer.references ?? ""));
     this.draw();
   }
@@ -59,15 +61,15 @@ export class PaperTab {
     panel.heading.textContent = `Figure ${name}: restitution coefficient over p₃ at p₂ = ${p2}`;
     const ratios = this.answer.poisson_ratios;
     const curve = (ratio, style) => ({ x: FINE, y: Float64Array.from(FINE, (one) => paper.restitution(ratio, p2, one)), ...style });
-    const curves = ratios.map((ratio, n) => {
+    const curves = ratios.map((ratio) => {
       const glass = instantaneousPoissonRatio(ratio, p2);
       return curve(ratio, { colour: "pinned", width: glass < 0 ? 1 : 2, dash: glass < 0 ? "dashed" : "solid",
-        letter: String(ratio).replace("-", "−"), at: (0.8 * n) / ratios.length - 0.35 });
+        letter: String(ratio).replace("-", "−"), apart: true });
     });
     if (known) curves.push(curve(nu, { width: 2.6, label: `the present ν = ${digits(nu, 4)} (instantaneous ${digits(instantaneousPoissonRatio(nu, p2), 3)})` }));
     const e = known ? paper.restitution(nu, p2, p3) : NaN;
     panel.show({ curves, marks: Number.isFinite(e) ? [{ x: p3, y: e, colour: "accent" }] : [],
-      x: { label: "p₃, dimensionless viscosity", log: true }, y: { label: "restitution coefficient e", short: "e" },
+      x: { label: "p₃", log: true }, y: { label: "e" },
       ranges: { x: [P3[0], P3.at(-1)], y: [0, 1] },
       note: "The numbers at the curves are Poisson ratios. Dashed: the instantaneous Poisson ratio is negative.",
       columns: [{ name: "p3", unit: "", values: [...FINE] }, ...curves.map((one, n) => ({ name: `e at nu = ${ratios[n] ?? nu}`, unit: "", values: [...one.y] }))],

@@ -19,13 +19,15 @@ export class State {
     addEventListener("hashchange", () => this.moved());
   }
 
-  // An address without a state is the case of the command line.
+  // An address without a state is the case of the command line. What cannot be read stands in `ignored`.
   read(hash) {
     const given = [...new URLSearchParams(hash.replace(/^#/, ""))];
     const values = { ...this.defaults, ...(given.length ? {} : this.given) };
+    this.ignored = [];
     for (const [key, text] of given) {
       const value = this.parse(key, text);
       if (value !== undefined) values[key] = value;
+      else this.ignored.push(`${key}=${text}`.slice(0, 100));
     }
     return this.settled(values);
   }
@@ -34,8 +36,11 @@ export class State {
     if (key.startsWith("page.")) return text;
     const input = this.byKey.get(key);
     if (!input) return undefined;
-    if (input.type === "choice") return text;
-    if (input.type === "list") return text ? text.split(",").map(Number) : [];
+    if (input.type === "choice") return input.options.some((option) => option.value === text) ? text : undefined;
+    if (input.type === "list") {
+      const values = text ? text.split(",").map(Number) : [];
+      return values.every(Number.isFinite) ? values : undefined;
+    }
     const value = Number(text);
     return text !== "" && Number.isFinite(value) ? value : undefined;
   }

@@ -63,8 +63,9 @@ export function bindTools(app) {
     };
     app.backend.ask("download", { what, state: state.case() });
   };
+  const program = () => (app.tab === "indentation" ? "indentation python" : "python");
   const further = () => (app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}))\n` : "");
-  $("copy-python").addEventListener("click", () => fetched("python", ({ text }) => copy($("copy-python"), text + further())));
+  $("copy-python").addEventListener("click", () => fetched(program(), ({ text }) => copy($("copy-python"), text + further())));
   $("download-case").addEventListener("click", () => {
     fetched(app.tab === "indentation" ? "indentation" : "case", ({ name, type, text }) => download(name, type, text));
   });
@@ -76,8 +77,6 @@ export function bindTools(app) {
     if ($("redo").disabled === state.canRedo) $("redo").disabled = !state.canRedo;
     const units = state.get("page.units") ?? "SI";
     if ($("units").value !== units) $("units").value = units;
-    // The program is that of an impact.
-    $("copy-python").hidden = app.tab === "indentation";
   };
   state.onChange(update);
   update();

@@ -50,6 +50,29 @@ function massUnit(value, own) {
 export const convert = (value, unit) => value * unit.factor + (unit.offset ?? 0);
 export const back = (shown, unit) => (shown - (unit.offset ?? 0)) / unit.factor;
 
+// A text such as "20 kPa" as {value in SI, unit}, where a number alone has the unit that is shown; else null.
+export function typed(text, quantity, shown) {
+  const [, number, name] = text.trim().replace("−", "-").match(/^([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*(.*)$/i) ?? [];
+  const value = Number(number?.replace(",", "."));
+  const unit = name ? unitNamed(name, quantity) : shown;
+  return number && Number.isFinite(value) && unit ? { value: back(value, unit), unit } : null;
+}
+
+// A unit of any system by its name, or one of SI with a prefix.
+function unitNamed(name, quantity) {
+  const plainly = (unit) => unit.replaceAll("µ", "u").replaceAll(/[\s·*]/g, "").replaceAll("²", "2").replaceAll("³", "3").replace("^", "");
+  const wanted = plainly(name);
+  const ofSystems = Object.values(systems).map((one) => one[quantity.dimension]).filter(Boolean);
+  const own = { unit: quantity.unit ?? "", factor: 1, offset: 0 };
+  const [base] = [systems.SI?.[quantity.dimension] ?? own];
+  const prefixed = PREFIXED.has(base.unit)
+    ? PREFIXES.map(([power, prefix]) => ({ unit: prefix + base.unit, factor: base.factor / Math.pow(10, power) })) : [];
+  const masses = base.unit === "kg" ? [1e-9, 1e-6, 1e-3, 1].map((size) => massUnit(size, base)) : [];
+  return [own, ...ofSystems, ...prefixed, ...masses].find((one) => one.unit && plainly(one.unit) === wanted) ?? null;
+}
+
+export const systemName = () => system;
+
 // A number with a few digits, with a true minus sign and no trailing zeros that mean nothing.
 export function digits(value, count = 4) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
