@@ -83,7 +83,7 @@ def test_missing_metadata_are_asked_for_by_the_names_of_the_arguments(monkeypatc
         (read,) = rs.read_curves("gel.txt", profile=TIP, **given)
         assert read().spring_constant == 0.1
         assert np.array_equal(read().force, FORCE)
-    with pytest.raises(rs.InputError, match="spring_constant = 0.2: must be given once"):
+    with pytest.raises(rs.InputError, match=r"spring_constant = 0\.2: must be given once"):
         rs.read_curves("gel.txt", profile=TIP, spring_constant=0.2, metadata={"spring constant": 0.1})
 
 

@@ -125,7 +125,10 @@ class IndentationCurve(Observations):
         tip, kinks = self.depth, np.empty(0)
         if self.spring_constant is not None:
             free = self.depth < touch.depth - 0.1 * (touch.depth - self.depth.min())
-            tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
+            with np.errstate(over="ignore"):
+                tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
+            if not np.ptp(tip) < _WIDEST:
+                raise InputError("spring_constant", self.spring_constant, "is too small for the force", "N/m")
             base = straight_lines(self.time, self.depth, kinks)
             kinks = base.time if base.noise == 0.0 else kinks
             touch = first_touch(self.time, tip, self.force, exponent)
@@ -136,7 +139,7 @@ class IndentationCurve(Observations):
             warnings.warn(RestitutionWarning("smoothing", message), stacklevel=2)
         self.lines = rising_and_falling(lines, touch.depth)
         self._set_nuisance(touch.depth, touch.noise)
-        deviations = (noise or Noise()).of("force", self.force, float(np.ptp(self.force)))
+        deviations = Noise.given(noise).of("force", self.force, float(np.ptp(self.force)))
         self.scaled = deviations is None
         floor = 1e-6 * float(np.ptp(self.force))
         self.deviations = np.full(self.size, max(touch.noise, floor)) if deviations is None else deviations

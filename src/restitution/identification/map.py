@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution import checks
 from restitution.checks import whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.arguments import parameters
@@ -112,8 +113,16 @@ def identify_map(
     >>> print(found["equilibrium_modulus"].values.round(-1))
     [ 50. 100.]
     """
-    items = list(curves)
-    dimensions = (len(items),) if shape is None else tuple(whole("shape", n) for n in shape)
+    items = checks.items("curves", curves, "must be curves, or functions that return one")
+    grid = (
+        [len(items)]
+        if shape is None
+        else checks.items("shape", shape, "must be the numbers of places along each axis")
+    )
+    dimensions = tuple(whole("shape", n) for n in grid) if items else ()
+    whole("workers", workers)
+    if not isinstance(progress, bool):
+        checks.function("progress", progress, "must be True, False, or a function of the curves done and of all", 2)
     if not items or math.prod(dimensions) != len(items):
         raise InputError("shape", dimensions, f"must be that of {len(items)} curves")
     space = parameters(
