@@ -41,7 +41,7 @@ class Tabulated(Profile, case_name="tabulated"):
 
     Raises
     ------
-    InputError
+    ValueError
         If the table is not valid (shape, NaN, order, sign), if it is flat or becomes so flat that the contact would
         not be a full circle (g falls), or if a method is called for a place beyond the end of the table.
 
@@ -88,7 +88,7 @@ class Tabulated(Profile, case_name="tabulated"):
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             wanted = "g(x) must rise for the contact to be a full circle; smooth or thin the table"
-            raise InputError("f", wanted=f"rises too little beyond r = {falls_at:g} m: {wanted}")
+            raise InputError("", wanted=f"f rises too little beyond r = {falls_at:g} m: {wanted}")
         for name, value in made.items():
             object.__setattr__(self, name, value)
 
@@ -157,14 +157,14 @@ class Tabulated(Profile, case_name="tabulated"):
     def _inside(self, name: str, radius: Array) -> Array:
         if np.any(radius > self.r[-1]):
             worst = float(np.max(radius))
-            raise InputError(name, worst, f"must be <= {self.r[-1]:g} m, where the table ends", "m")
+            raise InputError("", wanted=f"{name} = {worst:g} m: must be <= {self.r[-1]:g} m, where the table ends")
         return radius
 
     def _inverse(self, depth: Array) -> Array:
         """Return flat y with g = depth, by Newton's method kept inside a bracket."""
         if np.any(depth > self.max_depth):
             worst = float(np.max(depth))
-            raise InputError("depth", worst, f"must be <= {self.max_depth:g} m, where the table ends", "m")
+            raise InputError("", wanted=f"depth = {worst:g} m: must be <= {self.max_depth:g} m, where the table ends")
         depth = np.maximum(depth, 0.0).ravel()
         y_known, depth_known = self._samples
         upper = np.clip(np.searchsorted(depth_known, depth), 1, len(y_known) - 1)
@@ -223,25 +223,27 @@ def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
 def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
     radii, heights = np.asarray(finite("r", r, "m")), np.asarray(finite("f", f, "m"))
     if radii.ndim != 1 or radii.shape != heights.shape or radii.size < 2:
-        wanted = f"of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
-        raise InputError("r, f", wanted=wanted)
+        raise InputError(
+            "", wanted=f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
+        )
     for name, values in (("r", radii), ("f", heights)):
         extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
         if np.any(extreme):
             i = int(np.argmax(extreme))
             raise InputError(name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,))
     if radii[0] != 0.0 or heights[0] != 0.0:
-        raise InputError("r[0], f[0]", (float(radii[0]), float(heights[0])), "must be 0, where the table starts", "m")
+        raise InputError(
+            "", wanted=f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0"
+        )
     for name, values, bad, rule in (
         ("r", radii, np.diff(radii) <= 0.0, "must rise strictly"),
         ("f", heights, np.diff(heights) < 0.0, "must never fall"),
     ):
         if np.any(bad):
             i = int(np.argmax(bad))
-            wanted = f"{rule}, and is {values[i]:g} m before"
-            raise InputError(name, float(values[i + 1]), wanted, "m", index=(i + 1,))
+            raise InputError("", wanted=f"{name}[{i + 1}] = {values[i + 1]:g} m after {values[i]:g} m: {name} {rule}")
     if heights[-1] == 0.0:
-        raise InputError("f", 0.0, "must rise; a flat face alone is a FlatPunch", "m")
+        raise InputError("", wanted="f = 0 m everywhere: must rise; a flat face alone is a FlatPunch")
     return radii, heights
 
 
