@@ -117,8 +117,8 @@ def read_observations(
 def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dict[str, Any]) -> Observations:
     if source.suffix.lower() == ".toml":
         raise InputError("", wanted="is a case file: must be a file of measured values")
-    if kind is not None:
-        checks.one_of("kind", kind, tuple(KINDS))
+    if kind is not None and checks.instance("kind", kind, str, "must be a name") not in KINDS:
+        raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 
     def moduli() -> Observations:
         return _made("moduli", [read_material(source)], deviations, given, source)

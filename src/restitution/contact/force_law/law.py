@@ -98,7 +98,8 @@ class ForceLaw(Geometry, case_name="force_law"):
 
     def __post_init__(self) -> None:
         depth, force = _columns(self.depth, self.force)
-        modulus = single("modulus", within("modulus", self.modulus, 1e-100, 1e100, "Pa"), "Pa")
+        modulus = single("modulus", CONSTANTS["youngs_modulus"].check(self.modulus, "modulus"), "Pa")
+        within("modulus", modulus, 1e-100, 1e100, "Pa")  # its quotients with forces do not overflow
         ratio = single("poisson_ratio", INPUTS["poisson_ratio"].check(self.poisson_ratio))
         if ratio == -1.0:
             raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
