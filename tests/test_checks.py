@@ -11,7 +11,8 @@ import unyt
 import xarray as xr
 from astropy import units as astropy_units
 
-from restitution import quantities
+import restitution as rs
+from restitution import checks, quantities
 from restitution.checks import between, finite, nonnegative, number, one_of, positive, whole, within
 from restitution.errors import InputError, InputTypeError
 
@@ -159,3 +160,55 @@ def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
         with pytest.raises(InputError) as caught:
             quantity.check(value)
         assert caught.value.field == quantity.name
+
+
+class Hostile:
+    """Object whose conversions raise anything."""
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("no array")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+    def __eq__(self, other):
+        raise RuntimeError("no comparison")
+
+    def __iter__(self):
+        raise RuntimeError("no iteration")
+
+    __hash__ = None
+
+
+@pytest.mark.parametrize(
+    "value", [np.array([1, 2]), [1.0, 2.0], Hostile(), {"a": 1}, None, np.timedelta64(1, "s"), float("nan")]
+)
+@pytest.mark.parametrize(
+    "check",
+    [
+        lambda value: one_of("x", value, ("raise", "warn")),
+        lambda value: whole("x", value),
+        lambda value: checks.truth("x", value),
+        lambda value: checks.function("x", value, "must be a function", 1),
+        lambda value: checks.instance("x", value, rs.Material, "must be a Material"),
+        lambda value: checks.pair("x", value, "must be a pair of texts") and checks.whole("x", value),
+        lambda value: checks.single_positive("x", value),
+        lambda value: quantities.known("x", value, ("a", "b")),
+    ],
+)
+def test_other_types_are_refused_in_one_line(check, value):
+    with pytest.raises(InputError) as caught:
+        check(value)
+    assert caught.value.field == "x"
+    assert "\n" not in str(caught.value)
+
+
+def test_a_function_takes_the_stated_number_of_arguments():
+    assert checks.function("f", len, "must be a function", 1) is len
+    with pytest.raises(InputError):
+        checks.function("f", lambda: 1, "must be a function", 1)
+
+
+def test_a_public_name_with_a_slip_is_advised():
+    with pytest.raises(AttributeError, match="did you mean solve"):
+        _ = rs.solv

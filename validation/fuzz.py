@@ -2,7 +2,8 @@
 
 Seeds are case files, sweeps, tables, decks and a saved surrogate. Each mutant is a seed with a few random changes; it
 runs in this process through the commands of `restitution`. A good end has the exit code 0, 2 or 3, with
-at least one line `error:` for 2 and 3. Any other end is a fault and is printed with the command that repeats it.
+at least one line `error:` for 2 and 3. Any other end is a fault and is printed with the text that repeats it, and so
+is a run beyond the limit of time, a warning of NumPy, and a growth of the memory of the process beyond 2 GB.
 
     python validation/fuzz.py --runs 3000 --seed 1 --out validation/fuzz.md
 """
@@ -15,7 +16,9 @@ import json
 import os
 import random
 import re
+import resource
 import signal
+import sys
 import tempfile
 import time
 import warnings
@@ -31,7 +34,9 @@ from restitution.cli.main import app
 from restitution.surrogates.velocity import content_hash
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-LIMIT = 20
+LIMIT = 30
+# Largest growth of the memory of the process in all runs [byte].
+MEMORY = 2_000_000_000
 SLOW = 2.0
 
 _SWEEP = ("sweep", "--out", "o.zarr")
@@ -234,6 +239,11 @@ def run(seed: Seed, text: str, limit: int = LIMIT) -> End:
     return End(code, seconds, fault[:300])
 
 
+def _peak() -> int:
+    """Largest memory of this process so far [byte]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
 def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[Seed, str, End]], float]:
     """Counts of ends by command, the faults, and the longest time [s] of a refusal."""
     rng = random.Random(seed)
@@ -251,10 +261,13 @@ def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[See
                 one = next(seed for seed in known if seed.command[0] == command)
                 if run(one, one.text, 600).code:
                     raise RuntimeError(f"the seed {one.name} of {command} does not work")
+            start = _peak()
             for _ in range(runs):
                 one = rng.choice(known)
                 text = mutant(one, rng)
                 end = run(one, text)
+                if _peak() - start > MEMORY and not end.fault:
+                    end, start = end._replace(fault=f"memory: {(_peak() - start) / 1e9:.1f} GB more"), _peak()
                 counts[one.command[0], end.code] += 1
                 if end.code == 2:
                     longest = max(longest, end.seconds)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -79,9 +80,10 @@ def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
         return np.array(plain, dtype=np.float64)
     except OverflowError:
         raise InputError(name, value, "must be a number that a double can hold") from None
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputTypeError):
-            raise
+    except InputTypeError:
+        raise
+    # The conversion of a foreign object may raise anything.
+    except Exception:
         raise InputTypeError(name, value, _NUMBER) from None
 
 
@@ -154,7 +156,8 @@ def between(name: str, value: Any, low: float, high: float, unit: str = "") -> N
 def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     """Return `value` as an int, refusing everything but whole numbers in [low, high]."""
     wanted = f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+    # NumPy counts spans of time among its integers.
+    if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, (int, np.integer)):
         raise InputTypeError(name, value, wanted)
     if value < low or (high is not None and value > high):
         raise InputError(name, int(value), wanted)
@@ -163,8 +166,61 @@ def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
 
 def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
     """Return `value` if it is one of the choices."""
-    if value not in choices:
-        *most, last = (f"'{choice}'" for choice in choices)
-        wanted = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
+    # The comparison of another object, such as an array, need not be true or false.
+    if isinstance(value, str) and value in choices:
+        return str(value)
+    *most, last = (f"'{choice}'" for choice in choices)
+    wanted = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
+    raise (InputError if isinstance(value, str) else InputTypeError)(name, value, wanted)
+
+
+def items(name: str, value: Any, wanted: str) -> list[Any]:
+    """Return the items of a sequence, refusing everything that is none, such as a number."""
+    if isinstance(value, (str, bytes, bytearray)):
+        raise InputTypeError(name, value, wanted)
+    try:
+        return list(value)
+    # The iteration of a foreign object may raise anything.
+    except Exception:
+        raise InputTypeError(name, value, wanted) from None
+
+
+def pair(name: str, value: Any, wanted: str) -> tuple[Any, Any]:
+    """Return the two items of a pair."""
+    found = items(name, value, wanted)
+    if len(found) != 2:
         raise InputError(name, value, wanted)
-    return str(value)
+    return found[0], found[1]
+
+
+def instance(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], wanted: str) -> Any:
+    """Return `value` if it is of the type, or one of the types."""
+    if not isinstance(value, kind):
+        raise InputTypeError(name, value, wanted)
+    return value
+
+
+def truth(name: str, value: Any) -> bool:
+    """Return `value` as True or False, refusing everything else."""
+    return bool(instance(name, value, (bool, np.bool_), "must be True or False"))
+
+
+def function(name: str, value: Any, wanted: str, n: int) -> Any:
+    """Return `value` if it can be called with `n` arguments."""
+    if not callable(value) or isinstance(value, type):
+        raise InputTypeError(name, value, wanted)
+    try:
+        inspect.signature(value).bind(*range(n))
+    except ValueError:  # some functions in C have no signature
+        pass
+    except TypeError:
+        raise InputTypeError(name, value, wanted) from None
+    return value
+
+
+def mapping(name: str, value: Any, wanted: str = "must be a mapping of names to values") -> dict[str, Any]:
+    """Return a mapping whose keys are names, empty for None."""
+    found = dict(instance(name, {} if value is None else value, Mapping, wanted))
+    for key in found:
+        instance(name, key, str, "must have names as keys")
+    return found

@@ -98,5 +98,15 @@ def shown_value(value: Any) -> str:
     """Return a value as one short line."""
     if isinstance(value, float):
         return f"{value:.6g}"
-    text = " ".join(repr(value).split())
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    try:
+        return cut(repr(value), _LONGEST)
+    # The object is of a foreign class, whose `repr` may raise anything.
+    except Exception:
+        return f"<{type(value).__name__}>"
+
+
+def cut(text: str, longest: int = 200) -> str:
+    """Return a text as one line of at most so many characters."""
+    # Only the part that may be shown is searched for blanks.
+    line = " ".join(text[: 20 * longest].split())
+    return line if len(line) <= longest else f"{line[: longest - 1]}…"

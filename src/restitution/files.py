@@ -54,6 +54,8 @@ def whole_file(path: Path | str) -> Generator[Path]:
     `OSError` names `path`.
     """
     path = Path(path)
+    if not path.name:
+        raise InputError("path", str(path), "must be the name of a file")
     # In the same folder, so that the last step is a rename. The random name keeps others from linking it beforehand.
     partial = path.with_name(f".{secrets.token_hex(8)}.part")
     flags = os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
@@ -129,6 +131,8 @@ def write_table(dataset: xr.Dataset, path: Path | str) -> Path:
     <BLANKLINE>
     """
     path = path_of(path)
+    if not hasattr(dataset, "data_vars"):
+        raise InputTypeError("dataset", dataset, "must be a Dataset")
     suffix = path.suffix.lower()
     if suffix not in TABLES:
         raise InputError("path", str(path), f"must end in {' or '.join(TABLES)}")

@@ -8,6 +8,9 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from threading import Event, Lock
 from typing import Any
 
+# Threads that more `workers` than processors may ask for.
+_MOST = 1024
+
 
 def on_threads(
     run: Callable[[Any], None],
@@ -31,7 +34,7 @@ def on_threads(
                 return
             run(task)
 
-    workers = workers or os.cpu_count() or 1
+    workers = min(workers or os.cpu_count() or 1, _MOST)
     with ThreadPoolExecutor(workers) as pool:
         try:
             # A future for each thread, not for each task: an interrupt while `wait` holds the locks of thousands of

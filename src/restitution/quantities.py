@@ -358,9 +358,8 @@ def input_attributes(name: str) -> dict[str, str]:
 
 def checked_outputs(names: Any) -> tuple[str, ...]:
     """Return names of outputs in the order of the registry, refusing those that are not known."""
-    if not isinstance(names, Iterable):
-        raise InputTypeError("outputs", names, "must be a sequence of names")
-    wanted = [known("outputs", name, SWEEP_OUTPUTS) for name in ([names] if isinstance(names, str) else names)]
+    listed = [names] if isinstance(names, str) else checks.items("outputs", names, "must be a sequence of names")
+    wanted = [known("outputs", name, SWEEP_OUTPUTS) for name in listed]
     if not wanted:
         raise InputError("outputs", wanted="must name at least one output")
     return tuple(name for name in SWEEP_OUTPUTS if name in wanted)
@@ -423,9 +422,11 @@ def _letters(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).casefold()
 
 
-def known(field: str, name: str, choices: Iterable[str]) -> str:
+def known(field: str, name: Any, choices: Iterable[str]) -> str:
     """Return a name if it is one of the choices; refuse it otherwise, and advise the nearest one."""
     names = list(choices)
+    if not isinstance(name, str):
+        raise InputTypeError(field, name, f"must be a name; known are {', '.join(names)}")
     if name in names:
         return name
     raise InputError(field, name, f"is not known; {advice(name, names)}")

@@ -144,6 +144,16 @@ def test_a_noisy_depth_is_replaced_with_a_warning():
         assert found[name].value == pytest.approx(value, rel=0.15)
 
 
+def test_the_warning_of_a_noisy_depth_is_one_for_all_curves():
+    texts = set()
+    for seed in range(3):
+        depth = DEPTH + np.random.default_rng(seed).normal(0.0, 1e-9 * (1 + seed), TIME.size)
+        with pytest.warns(RestitutionWarning) as caught:
+            rs.IndentationCurve(TIME, depth, noisy(5), profile=TIP, noise=NOISE, label=f"curve {seed}")
+        texts |= {str(one.message) for one in caught}
+    assert len(texts) == 1
+
+
 @pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(count):
     rng = np.random.default_rng(6)
@@ -194,6 +204,8 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
         ({"time": TIME, "depth": DEPTH, "force": FORCE[1:]}, {}, "equal length"),
         ({"time": TIME, "depth": DEPTH, "force": np.minimum(FORCE, 7e-10)}, {}, "saturated"),
         ({"time": TIME, "depth": DEPTH, "force": -noisy(9)}, {}, "push positive"),
+        ({"time": TIME, "depth": -DEPTH, "force": noisy(9)}, {}, "depth: falls.*-height"),
+        ({"time": TIME[:240], "depth": 2e-6 - DEPTH[:240], "force": noisy(9)[:240]}, {}, "depth: falls.*-height"),
         ({"time": TIME, "depth": TWICE, "force": np.maximum(TWICE - 4e-7, 0.0) ** 1.5}, {}, "more than one approach"),
         (changed("force", slice(300, 480), 2e-9), {}, "jumps"),
         ({"time": TIME, "depth": DEPTH * 0.0, "force": noisy(9)}, {}, "must change"),
@@ -208,6 +220,8 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
         "lengths",
         "saturated",
         "sign",
+        "falling",
+        "falling approach",
         "twice",
         "jump",
         "rest",

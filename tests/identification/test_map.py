@@ -7,6 +7,7 @@ import pytest
 
 import restitution as rs
 from restitution.errors import RestitutionWarning
+from restitution.identification import map as map_module
 from restitution.identification.map import MapStatus
 from restitution.indentation.block import IndentationBlock
 from restitution.material.columns import PronyColumns
@@ -131,3 +132,25 @@ def test_parameters_that_a_curve_does_not_determine_are_nan():
 def test_wrong_arguments_are_refused(items, options, message):
     with pytest.raises(rs.InputError, match=message):
         rs.identify_map(items, rs.standard_solid, fixed=FIXED, **options)
+
+
+def test_every_curve_without_a_fit_has_a_message(monkeypatch):
+    """One descent has no result, and one does not end, and the fits from other starts are refused."""
+    curves, _ = curves_of(4, 11)
+    own, again = map_module.Descent.found, map_module.estimate
+
+    def found(self):
+        fits = own(self)
+        fits.chi2[1], fits.ended[1:3] = np.inf, False
+        return fits
+
+    def estimate(observations, space):
+        if observations[0] in curves[1:3]:
+            raise rs.InputError("start", wanted="leads to no result")
+        return again(observations, space)
+
+    monkeypatch.setattr(map_module.Descent, "found", found)
+    monkeypatch.setattr(map_module, "estimate", estimate)
+    made = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
+    assert made["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
+    assert made["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]

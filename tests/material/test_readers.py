@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+import restitution as rs
 from restitution.errors import InputError
 from restitution.material.deck import PronyTerms, ViscoelasticDeck
 from restitution.material.fit import DynamicTable, RelaxationTable
@@ -448,3 +449,27 @@ def test_hostile_texts_are_refused_in_one_line(text):
         series()
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
+
+
+def test_a_file_is_refused_by_its_size_before_it_is_parsed(tmp_path, monkeypatch):
+    """Of a longer file only so much is read as is allowed."""
+    file = tmp_path / "long.csv"
+    file.write_text("t,E\ns,Pa\n" + "1.5,2\n" * 200)
+    monkeypatch.setattr("restitution.material.sheet._LARGEST", 1000)
+    for read in (rs.read_material, rs.read_observations):
+        with pytest.raises(rs.InputError, match=r"long.csv.*must have at most"):
+            read(file)
+
+
+def test_a_line_is_refused_by_its_length(tmp_path):
+    file = tmp_path / "wide.csv"
+    file.write_text("t,E\n" + "1.510," * 400_000)
+    with pytest.raises(rs.InputError, match=r"line 2: has 2400000 characters: must have at most 1000000"):
+        rs.read_material(file)
+
+
+def test_a_saved_surrogate_is_refused_by_its_size(tmp_path):
+    file = tmp_path / "s.json"
+    file.write_text(" " * 20_000_001)
+    with pytest.raises(rs.InputError, match="must have at most"):
+        rs.Surrogate.load(file)

@@ -16,8 +16,7 @@ from restitution.calibration.laws import Law, Setting, TypedLaw
 from restitution.calibration.result import Calibration, TypedParameter
 from restitution.calibration.snippet import heading, snippet
 from restitution.calibration.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
-from restitution.checks import one_of, whole, within
-from restitution.errors import InputError
+from restitution.checks import one_of, single, whole, within
 from restitution.impact.problem import Body, Impact
 
 TARGETS = (*LAWS, events.REBOUND)
@@ -104,11 +103,10 @@ def calibrate(
     if contact is not None:
         one_of("contact", contact, (PAIR, WALL))
     whole("points", points, 2, 10_000)
-    within("rtol", rtol, 1e-12, 1e-2)
+    single("rtol", within("rtol", rtol, 1e-12, 1e-2))
     law = LAWS.get(target)
     systems = law.units if law else ("si",)
-    if units not in systems:
-        raise InputError("units", units, f"must be {' or '.join(map(repr, systems))} for {target}")
+    one_of("units", units, systems)
     bodies = pair(problem, contact)
     wanted = collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     return _of_events(wanted) if law is None else _of_law(law, wanted, units)

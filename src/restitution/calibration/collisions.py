@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from restitution import quantities, validity
 from restitution.calibration.bodies import Pair, reduced_radius
-from restitution.checks import positive, within
+from restitution.checks import pair, positive, within
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
@@ -147,10 +147,9 @@ def _given(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array |
 
 def _measured(velocity: Any, restitution: Any) -> tuple[Array, Array]:
     """Return measured velocities [m/s] within the range, if there is one, in ascending order, and the coefficients."""
-    if len(restitution) != 2:
-        raise InputError("restitution", wanted="must be a number, or the velocities and the coefficients")
-    speeds = np.atleast_1d(quantities.check("velocity", restitution[0], "restitution[0]"))
-    values = np.atleast_1d(_coefficients("restitution[1]", restitution[1]))
+    columns = pair("restitution", restitution, "must be a number, or the velocities and the coefficients")
+    speeds = np.atleast_1d(quantities.check("velocity", columns[0], "restitution[0]"))
+    values = np.atleast_1d(_coefficients("restitution[1]", columns[1]))
     if speeds.shape != values.shape or speeds.ndim != 1 or np.unique(speeds).size < speeds.size:
         wanted = "must have two columns of one length, the velocities all different"
         raise InputError("restitution", wanted=wanted)

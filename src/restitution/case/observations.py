@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from restitution import checks
 from restitution.case.columns import in_si, open_sheet
 from restitution.errors import InputError
 from restitution.files import path_of
@@ -105,7 +106,8 @@ def read_observations(
     """
     source = path_of(path)
     try:
-        return _read(source, kind, dict(noise.deviations if isinstance(noise, Noise) else noise or {}), given)
+        deviations = dict(noise.deviations) if isinstance(noise, Noise) else checks.mapping("noise", noise)
+        return _read(source, kind, deviations, given)
     except FileError as error:
         raise InputError(error.field, wanted=error.wanted, where=str(source)) from None
     except InputError as error:
@@ -115,7 +117,7 @@ def read_observations(
 def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dict[str, Any]) -> Observations:
     if source.suffix.lower() == ".toml":
         raise InputError("", wanted="is a case file: must be a file of measured values")
-    if kind is not None and kind not in KINDS:
+    if kind is not None and checks.instance("kind", kind, str, "must be a name") not in KINDS:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 
     def moduli() -> Observations:

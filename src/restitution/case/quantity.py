@@ -118,7 +118,9 @@ def to_si(text: str, dimension: Dimension) -> float:
         sought = unit.dimensionality
         found = (one.article for one in _DIMENSIONS if registry.parse_units(one.unit).dimensionality == sought)
         what = next(found, f"a quantity of dimension {sought}")
-        raise InputError("", wanted=f"is {what}, not {dimension.article}; {dimension.advice}")
+        near = _near(name, dimension)
+        hint = f"did you mean {near}? " if near else ""
+        raise InputError("", wanted=f"is {what}, not {dimension.article}; {hint}{dimension.advice}")
     return float(registry.Quantity(number, unit).to(wanted).magnitude)
 
 
@@ -129,14 +131,21 @@ def _unit(text: str, dimension: Dimension) -> Any:
     try:
         return unit_registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
     except Exception:  # pint's parser lets errors of many unrelated types through
-        plain = [*_PLAIN.get(dimension, {}), *(_CELSIUS if dimension is TEMPERATURE else ())]
-        names = [name for name in plain if name in _COMMON] or plain
-        close = [name for name in names if name.lower() == text.lower()]
-        close = close or get_close_matches(text, names, 1, 0.6)
-        if not close:
+        near = _near(text, dimension) or " or ".join(get_close_matches(text, _usual(dimension), 1, 0.6))
+        if not near:
             raise refused from None
-        hint = f"did you mean {' or '.join(close)}? {dimension.advice}"
-        raise InputError("", wanted=f"unknown unit {text!r}, {hint}") from None
+        raise InputError("", wanted=f"unknown unit {text!r}, did you mean {near}? {dimension.advice}") from None
+
+
+def _usual(dimension: Dimension) -> list[str]:
+    """Units in which people give a quantity."""
+    plain = [*_PLAIN.get(dimension, {}), *(_CELSIUS if dimension is TEMPERATURE else ())]
+    return [name for name in plain if name in _COMMON] or plain
+
+
+def _near(text: str, dimension: Dimension) -> str:
+    """Usual units that differ from a text by capitals only."""
+    return " or ".join(name for name in _usual(dimension) if name.lower() == text.lower())
 
 
 def read(value: Any, quantity: Quantity) -> float:

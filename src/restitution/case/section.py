@@ -154,7 +154,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise CaseError(InputError("", wanted=wanted), where=path) from None
 
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open(encoding="utf-8-sig") as file:
+            text = file.read(_LARGEST_FILE + 1)
     except FileNotFoundError:
         fail("no such file")
     except IsADirectoryError:
@@ -164,7 +165,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except ValueError:
         fail("cannot be read: not a text file in UTF-8")
     if len(text) > _LARGEST_FILE:
-        fail(f"has {len(text)} characters: must have at most {_LARGEST_FILE}; give long tables as CSV files")
+        fail(f"is too long: must have at most {_LARGEST_FILE} characters; give long tables as CSV files")
     if deep := _DEEP_KEY.search(text):
         fail(f"line {text.count(chr(10), 0, deep.start()) + 1}: not valid TOML: a key of too many parts")
     try:

@@ -14,6 +14,7 @@ from restitution.case.impact import Case
 from restitution.case.indentation import IndentationCase
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
+from restitution.errors import InputTypeError
 from restitution.impact.bounces import Bounces
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -115,7 +116,7 @@ def citations(*subjects: Any) -> dict[str, list[str]]:
 
 @singledispatch
 def _reasons(subject: Any) -> Iterator[Reason]:
-    raise TypeError(f"subject = {subject!r}: must be an Impact, a result, a Case, a Material or a profile")
+    raise InputTypeError("subject", subject, "must be an Impact, a result, a Case, a Material or a profile")
 
 
 def _problem(method: str, *contacts: Impact | IndentationResult | IndentationCase) -> Iterator[Reason]:

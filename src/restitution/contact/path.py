@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import positive
+from restitution.checks import single_positive
 from restitution.contact.geometry import Array, Geometry, Kinks, as_array
 
 _DEGREE = 7
@@ -130,13 +130,13 @@ def path_table(
     >>> table.radius.shape, table.error < 1e-12
     ((4, 8), True)
     """
-    depth_max = float(positive("depth_max", depth_max, "m"))
-    rtol = float(positive("rtol", rtol))
+    depth_max = single_positive("depth_max", depth_max, "m")
+    rtol = single_positive("rtol", rtol)
     if depth_max > profile.max_depth:
         raise ValueError(f"depth_max = {depth_max:g} m: must be <= {profile.max_depth:g} m, {profile.end}")
     if np.ndim(profile.stiffness_radius(depth_max)):
         raise ValueError("profile: must have single numbers as parameters, because a path table describes one profile")
-    least = depth_max if depth_min is None else min(float(positive("depth_min", depth_min, "m")), depth_max)
+    least = depth_max if depth_min is None else min(single_positive("depth_min", depth_min, "m"), depth_max)
 
     kinks = significant_kinks(profile, depth_max, rtol)
     # Only over the depth itself are the places of kinks known.

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Numeric
+from restitution.checks import Numeric, finite
 from restitution.contact.geometry import Array, as_array, plain
 from restitution.contact.profile import Profile
 from restitution.quantities import INPUTS, NUMBER, Quantity
@@ -49,7 +49,8 @@ class Cone(Profile, case_name="cone"):
 
     @property
     def _slope(self) -> Numeric:
-        return plain(1.0 / np.tan(self.half_angle))
+        with np.errstate(all="ignore"):  # an impact of a cone that is too sharp for doubles fails in the kernel
+            return plain(1.0 / np.tan(self.half_angle))
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = r cot(alpha) [m]."""
@@ -82,7 +83,10 @@ def transform_factor(exponent: float) -> float:
     """Factor kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2), by which r^n transforms into kappa_n x^n."""
     if exponent < 300.0:
         return math.sqrt(math.pi) * math.gamma(0.5 * exponent + 1.0) / math.gamma(0.5 * (exponent + 1.0))
-    return math.sqrt(math.pi) * math.exp(math.lgamma(0.5 * exponent + 1.0) - math.lgamma(0.5 * (exponent + 1.0)))
+    # Expansion of the quotient for large arguments; the next term is below 2e-14.
+    w = 1.0 / exponent
+    series = 1.0 + 0.25 * w * (1.0 + 0.125 * w * (1.0 - 1.25 * w * (1.0 + 0.2625 * w)))
+    return math.sqrt(0.5 * math.pi * exponent) * series
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +127,9 @@ class PowerLaw(Profile, case_name="power_law"):
     def __post_init__(self) -> None:
         super().__post_init__()
         factor = np.vectorize(transform_factor, otypes=[np.float64])(self.exponent)
-        object.__setattr__(self, "_transformed", plain(factor * self.coefficient))
+        with np.errstate(over="ignore"):
+            transformed = finite("coefficient", factor * self.coefficient)
+        object.__setattr__(self, "_transformed", transformed)
 
     def shape(self, r: ArrayLike) -> Array:
         """Profile f = A r^n [m]."""
@@ -150,7 +156,8 @@ class PowerLaw(Profile, case_name="power_law"):
     @property
     def path_coefficient(self) -> Numeric:
         """Coefficient of a = c s^p: (kappa_n A)^(-1/n)."""
-        return plain(np.asarray(self._transformed) ** (-1.0 / np.asarray(self.exponent)))
+        with np.errstate(all="ignore"):  # an impact without a finite number fails in the kernel
+            return plain(np.asarray(self._transformed) ** (-1.0 / np.asarray(self.exponent)))
 
 
 @dataclass(frozen=True, eq=False)

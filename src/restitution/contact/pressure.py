@@ -13,7 +13,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import positive
+from restitution.checks import single_positive
 from restitution.contact.geometry import Array, as_array
 
 _DEGREE = 10
@@ -120,7 +120,7 @@ def line_function(
     >>> len(kinked.edges) - 1, round(kinked.integral, 12)
     (3, 0.58)
     """
-    extent, rtol = float(positive("extent", extent, "m")), float(positive("rtol", rtol))
+    extent, rtol = single_positive("extent", extent, "m"), single_positive("rtol", rtol)
     pending = _starting_cells(extent, breakpoints)
     done: list[tuple[Array, Array]] = []
     largest, n_cells = scale, 0

@@ -88,7 +88,7 @@ class Tabulated(Profile, case_name="tabulated"):
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             wanted = "g(x) must rise for the contact to be a full circle; smooth or thin the table"
-            raise ValueError(f"f rises too little beyond r = {falls_at:g} m: {wanted}")
+            raise InputError("", wanted=f"f rises too little beyond r = {falls_at:g} m: {wanted}")
         for name, value in made.items():
             object.__setattr__(self, name, value)
 
@@ -157,14 +157,14 @@ class Tabulated(Profile, case_name="tabulated"):
     def _inside(self, name: str, radius: Array) -> Array:
         if np.any(radius > self.r[-1]):
             worst = float(np.max(radius))
-            raise ValueError(f"{name} = {worst:g} m: must be <= {self.r[-1]:g} m, where the table ends")
+            raise InputError("", wanted=f"{name} = {worst:g} m: must be <= {self.r[-1]:g} m, where the table ends")
         return radius
 
     def _inverse(self, depth: Array) -> Array:
         """Return flat y with g = depth, by Newton's method kept inside a bracket."""
         if np.any(depth > self.max_depth):
             worst = float(np.max(depth))
-            raise ValueError(f"depth = {worst:g} m: must be <= {self.max_depth:g} m, where the table ends")
+            raise InputError("", wanted=f"depth = {worst:g} m: must be <= {self.max_depth:g} m, where the table ends")
         depth = np.maximum(depth, 0.0).ravel()
         y_known, depth_known = self._samples
         upper = np.clip(np.searchsorted(depth_known, depth), 1, len(y_known) - 1)
@@ -223,23 +223,27 @@ def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
 def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
     radii, heights = np.asarray(finite("r", r, "m")), np.asarray(finite("f", f, "m"))
     if radii.ndim != 1 or radii.shape != heights.shape or radii.size < 2:
-        raise ValueError(f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2")
+        raise InputError(
+            "", wanted=f"r, f of shapes {radii.shape}, {heights.shape}: must be two columns of equal length >= 2"
+        )
     for name, values in (("r", radii), ("f", heights)):
         extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
         if np.any(extreme):
             i = int(np.argmax(extreme))
             raise InputError(name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,))
     if radii[0] != 0.0 or heights[0] != 0.0:
-        raise ValueError(f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
+        raise InputError(
+            "", wanted=f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0"
+        )
     for name, values, bad, rule in (
         ("r", radii, np.diff(radii) <= 0.0, "must rise strictly"),
         ("f", heights, np.diff(heights) < 0.0, "must never fall"),
     ):
         if np.any(bad):
             i = int(np.argmax(bad))
-            raise ValueError(f"{name}[{i + 1}] = {values[i + 1]:g} m after {values[i]:g} m: {name} {rule}")
+            raise InputError("", wanted=f"{name}[{i + 1}] = {values[i + 1]:g} m after {values[i]:g} m: {name} {rule}")
     if heights[-1] == 0.0:
-        raise ValueError("f = 0 m everywhere: must rise; a flat face alone is a FlatPunch")
+        raise InputError("", wanted="f = 0 m everywhere: must rise; a flat face alone is a FlatPunch")
     return radii, heights
 
 

@@ -128,16 +128,19 @@ def parameter_names(model: Any, shift: Any = None) -> tuple[str, ...]:
 
 
 def _given(name: str, values: Any) -> dict[str, Any]:
-    if values is None:
-        return {}
-    if not isinstance(values, Mapping):
-        raise InputTypeError(name, values, "must be a dict with names of parameters as keys")
-    return dict(values)
+    return checks.mapping(name, values, "must be a dict with names of parameters as keys")
 
 
 def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
     """Function that returns the material, and its entry in the registry."""
     known = models.material_models()
+    try:
+        signed = isinstance(model, str) or bool(inspect.signature(model))
+    # A foreign object may raise anything.
+    except Exception:
+        signed = False
+    if not signed:
+        raise InputTypeError("model", model, "must be a function that returns a Material, or the name of a model")
     if isinstance(model, str):
         if model not in known:
             raise InputError("model", model, f"is not known; {advice(model, known)}")

@@ -162,7 +162,7 @@ class BounceTimes(Observations):
         density = checks.single_nonnegative("air_density", air_density, "kg/m^3")
         coefficient = checks.single_nonnegative("drag_coefficient", drag_coefficient)
         self.flight = Flight(self.gravity, self._drag(density, coefficient, "air_density"))
-        self._set_noise(noise or Noise())
+        self._set_noise(Noise.given(noise))
         longer = np.diff(self.intervals)
         if np.any(longer > (0.02 * self.intervals[:-1] if self.scaled else 15.0 * self._instants[1:-1])):
             place = int(np.argmax(longer)) + 2

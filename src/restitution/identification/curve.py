@@ -125,17 +125,21 @@ class IndentationCurve(Observations):
         tip, kinks = self.depth, np.empty(0)
         if self.spring_constant is not None:
             free = self.depth < touch.depth - 0.1 * (touch.depth - self.depth.min())
-            tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
+            with np.errstate(over="ignore"):
+                tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
+            if not np.ptp(tip) < _WIDEST:
+                raise InputError("spring_constant", self.spring_constant, "is too small for the force", "N/m")
             base = straight_lines(self.time, self.depth, kinks)
             kinks = base.time if base.noise == 0.0 else kinks
             touch = first_touch(self.time, tip, self.force, exponent)
         lines = straight_lines(self.time, tip, kinks)
         if lines.noise > 0.0 and self.spring_constant is None:
-            message = f"{label or 'depth'}: {lines.time.size - 1} straight lines replace the depth, which is noisy "
-            warnings.warn(RestitutionWarning("smoothing", message + f"({lines.noise:.2g} m)"), stacklevel=2)
+            # The same text for all curves of a map, which Python's filter shows once.
+            message = "straight lines replace the depth, which is noisy; see the attribute `lines` of the curve"
+            warnings.warn(RestitutionWarning("smoothing", message), stacklevel=2)
         self.lines = rising_and_falling(lines, touch.depth)
         self._set_nuisance(touch.depth, touch.noise)
-        deviations = (noise or Noise()).of("force", self.force, float(np.ptp(self.force)))
+        deviations = Noise.given(noise).of("force", self.force, float(np.ptp(self.force)))
         self.scaled = deviations is None
         floor = 1e-6 * float(np.ptp(self.force))
         self.deviations = np.full(self.size, max(touch.noise, floor)) if deviations is None else deviations
@@ -263,8 +267,13 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
 
 
 def _check_force(depth: Array, force: Array) -> None:
-    """Refuse a force of the wrong sign, one that jumps at rest, and one that is saturated."""
-    if force[np.argmax(depth)] <= np.median(force[:_FEWEST]):
+    """Refuse a depth or a force of the wrong sign, a force that jumps at rest, and one that is saturated."""
+    lowest, highest = np.argmin(depth), np.argmax(depth)
+    # The record begins without contact, far from its largest depth, and the push is largest there.
+    far = np.median(depth[:_FEWEST]) > 0.5 * (depth[lowest] + depth[highest])
+    if far and force[lowest] - force[highest] > 0.5 * np.ptp(force):
+        raise InputError("depth", wanted="falls during the approach: give -height")
+    if force[highest] <= np.median(force[:_FEWEST]):
         raise InputError("force", wanted="must be larger at the largest depth than at the start; is a push positive?")
     steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))

@@ -97,7 +97,9 @@ def _slopes(residuals: Residuals, points: Array, places: Places, values: Array, 
 
 
 def _squares(values: Array) -> Array:
-    return np.where(np.isfinite(values).all(axis=1), (values**2).sum(axis=1), np.inf)
+    # A sum that overflows is no minimum.
+    with np.errstate(over="ignore"):
+        return np.where(np.isfinite(values).all(axis=1), (values**2).sum(axis=1), np.inf)
 
 
 def _steps(normal: Array, gradient: Array, damping: Array) -> tuple[Array, Array]:

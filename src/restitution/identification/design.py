@@ -239,8 +239,12 @@ def design(
     >>> int(plan.repeats.sum()), plan.gains[0.003] > 10.0
     (6, True)
     """
-    count = checks.whole("n", n)
+    count = checks.whole("n", n, 1, 100_000)
     checks.one_of("criterion", criterion, ("E", "D"))
+    checks.instance("candidates", candidates, Mapping, "must be a mapping of names to values")
+    fixed = checks.items("fixed", fixed, "must be the names of parameters")
+    for name in fixed:
+        checks.instance("fixed", name, str, "must hold names of parameters")
     impacts, radius = _grid(candidates)
     space, theta, before = _at_guess(model_at_guess, fixed)
     window = window_around(impacts.predicted(space.columns(theta[None], (1e-12, 1e7)))["contact_time"])
@@ -248,7 +252,7 @@ def design(
     def columns(coordinates: Array) -> MaterialColumns:
         return space.columns(coordinates, (window.low, window.high))
 
-    noise = noise or Noise(restitution_coefficient="1 %", contact_time="1 %")
+    noise = Noise(restitution_coefficient="1 %", contact_time="1 %") if noise is None else Noise.given(noise)
     values, jacobian = sensitivities(impacts, columns, theta, noise)
     possible = np.all(np.isfinite(jacobian), axis=(1, 2))
     if not np.any(possible):

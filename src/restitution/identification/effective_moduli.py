@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import instance
 from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
 from restitution.identification.observations import hollow_balls
@@ -176,6 +177,9 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
     >>> rs.effective_moduli(balls).loss_tangent.round(3)
     array([0.182, 0.202])
     """
+    from restitution.identification.rebounds import Rebounds
+
+    instance("rebounds", rebounds, Rebounds, "must be Rebounds")
     if rebounds.counter_material is not None:
         wanted = "must be rigid: the formulas give the modulus of the contact of both bodies; use identify"
         raise InputError("counter_material", wanted=wanted)

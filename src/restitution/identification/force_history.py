@@ -129,7 +129,7 @@ class ForceHistory(Observations):
         self._pulse = pulse = _pulse_of(name, unit, self.time, values, self.profile)
         self._name, self._unit, self._factor = name, unit, 1.0 if acceleration is None else self.mass
         self._check_size()
-        self._set_noise(noise or Noise(), values)
+        self._set_noise(Noise.given(noise), values)
         self.measured = values * self._factor
         share = float(np.median(self._deviations)) / (pulse.height * self._factor * math.sqrt(pulse.samples))
         share = 0.01 if self.scaled else share
@@ -275,7 +275,9 @@ def profile_of(radius: Any, profile: Any) -> Geometry:
 def rising(name: str, value: Any, unit: str) -> Array:
     """Return finite numbers of shape (n,); refuse numbers that are not ascending."""
     values = np.atleast_1d(checks.finite(name, value, unit))
-    falls = np.flatnonzero(np.diff(values, axis=-1) <= 0.0) if values.ndim == 1 else np.zeros(1, dtype=int)
+    if values.ndim != 1:
+        raise InputError(name, wanted=f"must be one column, not of shape {values.shape}")
+    falls = np.flatnonzero(np.diff(values) <= 0.0)
     if falls.size:
         place = int(falls[0]) + 1
         raise InputError(name, float(values.flat[place]), "must be ascending", unit, index=(place,))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import one_of, whole
+from restitution.checks import function, one_of, truth, whole
 from restitution.errors import InputError
 from restitution.identification.arguments import SPECTRUM, parameters
 from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
@@ -109,6 +109,8 @@ def identify(
     1.0
     """
     one_of("loss", loss, _LOSSES)
+    if profiles is not None:
+        truth("profiles", profiles)
     sets = _observations(data)
     if isinstance(model, str) and model == SPECTRUM:
         from restitution.identification.spectrum import spectrum
@@ -125,6 +127,8 @@ def identify(
         bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
         if bulk and bulk[0] not in space.prior:
             raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
+    if progress is not None:
+        function("progress", progress, "must be a function of the steps done and of all", 2)
     report = progress or (lambda done, steps: None)
     uncertainty = Uncertainty(estimate(sets, space, loss))
     found = _estimates(uncertainty, profiles, report)

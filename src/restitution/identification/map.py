@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution import checks
 from restitution.checks import whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.arguments import parameters
@@ -37,6 +38,8 @@ _CHUNK = 64
 _SEEDS = 5
 # A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
 _POOR = 2.0
+# Messages of curves that were not reached, and of those whose descent ends without a minimum.
+_INTERRUPTED, _NO_REASON = "interrupted before this curve", "the descent finds no minimum; give start or bounds"
 
 
 class MapStatus(IntEnum):
@@ -110,8 +113,16 @@ def identify_map(
     >>> print(found["equilibrium_modulus"].values.round(-1))
     [ 50. 100.]
     """
-    items = list(curves)
-    dimensions = (len(items),) if shape is None else tuple(whole("shape", n) for n in shape)
+    items = checks.items("curves", curves, "must be curves, or functions that return one")
+    grid = (
+        [len(items)]
+        if shape is None
+        else checks.items("shape", shape, "must be the numbers of places along each axis")
+    )
+    dimensions = tuple(whole("shape", n) for n in grid) if items else ()
+    whole("workers", workers)
+    if not isinstance(progress, bool):
+        checks.function("progress", progress, "must be True, False, or a function of the curves done and of all", 2)
     if not items or math.prod(dimensions) != len(items):
         raise InputError("shape", dimensions, f"must be that of {len(items)} curves")
     space = parameters(
@@ -133,8 +144,8 @@ def identify_map(
         for alike in _alike(ready):
             own = [ready[n] for n in alike]
             found = Descent(own, seed, space).found()
-            _improved(found, own, space)
-            table.enter(np.array(places)[alike], found)
+            reasons = _improved(found, own, space)
+            table.enter(np.array(places)[alike], found, reasons)
 
     try:
         on_threads(run, range(0, len(items), _CHUNK), workers, lambda: report(table.done))
@@ -152,7 +163,7 @@ class _Table:
         self._values, self._errors = np.full((2, size, len(space.free) + 1), np.nan)
         self._chi2, self._reduced = np.full((2, size), np.nan)
         self._status = np.full(size, MapStatus.NOT_DONE, dtype=np.int8)
-        self._message = np.full(size, "", dtype=object)
+        self._message = np.full(size, _INTERRUPTED, dtype=object)
 
     @property
     def done(self) -> int:
@@ -163,8 +174,8 @@ class _Table:
         """Enter a curve that was refused."""
         self._status[place], self._message[place] = MapStatus.REFUSED, message
 
-    def enter(self, places: Places, found: CurveFits) -> None:
-        """Enter the fits of the curves at these places."""
+    def enter(self, places: Places, found: CurveFits, reasons: Mapping[int, str]) -> None:
+        """Enter the fits of the curves at these places, with the reasons why some of them failed."""
         fitted = np.isfinite(found.chi2)
         width = quantile(0.95)
         status = np.where(found.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
@@ -178,7 +189,11 @@ class _Table:
             column[places, -1] = np.where(fitted, numbers[:, -1] * found.units, np.nan)
         self._chi2[places] = np.where(fitted, found.chi2, np.nan)
         self._reduced[places] = np.where(fitted, found.chi2 / found.freedom, np.nan)
-        self._status[places] = np.where(fitted, status, MapStatus.NO_FIT)
+        status = np.where(fitted, status, MapStatus.NO_FIT)
+        self._status[places] = status
+        self._message[places] = [
+            reasons.get(n, _NO_REASON) if one != MapStatus.FITTED else "" for n, one in enumerate(status)
+        ]
 
     def dataset(self, shape: tuple[int, ...]) -> xarray.Dataset:
         """All results over the grid of places."""
@@ -197,7 +212,7 @@ class _Table:
         meanings = " ".join(one.name.lower() for one in MapStatus)
         flags = {"flag_values": [int(one) for one in MapStatus], "flag_meanings": meanings}
         columns["status"] = self._status, {"long_name": "status of the fit", **flags}
-        columns["message"] = self._message.astype(str), {"long_name": "why the curve was refused"}
+        columns["message"] = self._message.astype(str), {"long_name": "why the curve has no fit"}
         return xr.Dataset({name: (names, data.reshape(shape), about) for name, (data, about) in columns.items()})
 
 
@@ -235,14 +250,16 @@ def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
     return groups
 
 
-def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameters) -> None:
-    """Fit curves whose chi2 is far above that of the others again, from their own starts."""
+def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameters) -> dict[int, str]:
+    """Fit curves whose chi2 is far above that of the others again, from their own starts; the reasons of failures."""
+    reasons: dict[int, str] = {}
     reduced = found.chi2 / found.freedom
     usual = np.median(reduced[np.isfinite(reduced)]) if np.isfinite(reduced).any() else 0.0
     for n in np.flatnonzero(~found.ended | ~(reduced < _POOR * usual)):
         try:
             own = Uncertainty(estimate([curves[n]], space))
-        except InputError:
+        except InputError as error:
+            reasons[int(n)] = str(error)
             continue
         problem, fit = own.estimation.problem, own.estimation.fit
         chi2 = fit.cost * problem.factors[0] ** 2
@@ -251,6 +268,7 @@ def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameter
             z = fit.coordinates
             found.bound[n] = (z - problem.low < EDGE) | (problem.high - z < EDGE)
             found.ended[n] = True
+    return reasons
 
 
 def _progress(wanted: bool | Callable[[int, int], None], total: int) -> Callable[[int], None]:

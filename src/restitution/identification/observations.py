@@ -42,6 +42,11 @@ class Noise:
     def __init__(self, **deviations: Any) -> None:
         self.deviations: Mapping[str, Any] = dict(deviations)
 
+    @staticmethod
+    def given(noise: Any) -> Noise:
+        """Return a noise, or none at all for None; other types are refused."""
+        return Noise() if noise is None else checks.instance("noise", noise, Noise, "must be a Noise")
+
     def of(self, name: str, values: Array, scale: Array | float | None = None) -> Array | None:
         """Standard deviations of values in SI, shape (n,); None if unknown.
 

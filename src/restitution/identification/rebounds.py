@@ -103,8 +103,9 @@ class Rebounds(Observations):
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
-        self.label, self.noise = label, noise or Noise()
-        if not (counter_material is None or counter_material == "same" or isinstance(counter_material, Material)):
+        self.label, self.noise = label, Noise.given(noise)
+        named = isinstance(counter_material, str) and counter_material == "same"
+        if not (counter_material is None or named or isinstance(counter_material, Material)):
             raise InputTypeError("counter_material", counter_material, 'must be a Material or "same"')
         self.counter_material = counter_material
         given: dict[str, Any] = {

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import nonnegative, single, whole
+from restitution.checks import function, nonnegative, single, truth, whole
 from restitution.display import Shown, Summary, in_words
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
@@ -224,7 +224,9 @@ def bounces(
     if impact.shape:
         raise InputError("impact", wanted=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
-    if with_weight and math.isfinite(impact.impedance):
+    if stop is not None:
+        function("stop", stop, "must be a function without arguments", 0)
+    if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
         wanted = "must be False where the target has an impedance, as the weight would drive such a target for ever"
         raise InputError("with_weight", with_weight, wanted)
     g = check_single("gravity", gravity)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import positive, whole
+from restitution.checks import single_positive, whole
 from restitution.contact.profile import as_profile
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
@@ -137,7 +137,7 @@ def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundat
     whole("n_elements", n_elements, _FEWEST, _MOST)
     if impact.shape != ():
         raise InputError("impact.shape", impact.shape, "must be () for the method of elements: a single impact")
-    given = None if time_step is None else float(positive("time_step", time_step, "s"))
+    given = None if time_step is None else single_positive("time_step", time_step, "s")
     foundation = _Foundation(impact)
     sizes = foundation.measure(n_elements)
     step = min(sizes.fitting_step(n_elements), 0.5 * sizes.limit) if given is None else given

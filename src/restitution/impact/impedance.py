@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Numeric, positive
+from restitution.checks import Numeric, finite, positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.viscoelastic import Material
 from restitution.quantities import check
@@ -50,7 +50,10 @@ def plate_impedance(material: Material, thickness: Any) -> Numeric:
     modulus, density = _stiffness(material)
     nu = material.instantaneous_poisson_ratio
     # Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2)))
-    return 8.0 * (density * modulus / (12.0 * (1.0 - nu * nu))) ** 0.5 * check("thickness", thickness) ** 2
+    size = np.asarray(check("thickness", thickness))
+    with np.errstate(over="ignore"):
+        found = 8.0 * (density * modulus / (12.0 * (1.0 - nu * nu))) ** 0.5 * size**2
+    return finite("impedance", found, "kg/s")
 
 
 def rod_impedance(material: Material, area: Any) -> Numeric:

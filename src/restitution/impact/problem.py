@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import Numeric, nonnegative, positive_or_infinite
+from restitution.checks import Numeric, function, positive_or_infinite, single_nonnegative, truth
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import BALL_ON_TARGET, Contact
 from restitution.contact.geometry import Geometry
@@ -325,8 +325,10 @@ def drop(
         raise InputError("body.mass", body.mass, "must be finite for a body that falls", "kg")
     if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
         raise InputError("ground.mass", ground.mass, "must be infinite for ground that does not move", "kg")
-    impact = collision(body, ground, fall_velocity(fall, acceleration))
-    return replace(impact, external_force=impact.mass * acceleration) if with_weight else impact
+    with np.errstate(over="ignore"):  # an infinite velocity or weight is refused
+        impact = collision(body, ground, fall_velocity(fall, acceleration))
+        weight = impact.mass * acceleration
+    return replace(impact, external_force=weight) if truth("with_weight", with_weight) else impact
 
 
 def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
@@ -386,7 +388,8 @@ def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> I
     >>> print(result.impact.material.assumptions)
     34 Prony terms stand for the fractional model, relative error ...e-07
     """
-    longest = float(nonnegative("longest", longest, "s"))
+    longest = single_nonnegative("longest", longest, "s")
+    function("build", build, "must be a function of a window that returns an Impact", 1)
     impact, touches = _solved(build, _WIDE)
     for _ in range(_ROUNDS):
         window = window_around(touches, longest)

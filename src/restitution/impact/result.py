@@ -164,7 +164,8 @@ class ImpactResult(Shown):
         depth = np.maximum(self.residual_indentation_depth, 0.0)
         speed = np.asarray(self.rebound_velocity)
         push = 2.0 * self._column("external_force") * depth / self._column("mass")
-        with np.errstate(invalid="ignore", divide="ignore"):
+        # The squares of extreme velocities overflow or vanish.
+        with np.errstate(all="ignore"):
             arrives = np.sqrt(speed**2 - push)
             flight = np.where(speed > 0.0, 2.0 * depth / (speed + arrives), np.inf)
             time = self.contact_time + np.where(speed**2 >= push, flight, np.inf)
@@ -281,7 +282,7 @@ class ImpactResult(Shown):
 
     def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, NDArray[np.float64]]:
         """Columns of `sample` by name, which are quicker than a Dataset."""
-        checks.whole("n_points", n_points, 2)
+        checks.whole("n_points", n_points, 2, 10_000_000)
         solution = self._single("a history is")
         if isinstance(solution, Solution):
             trajectory = solution.at(solution.times(n_points) if times is None else times)

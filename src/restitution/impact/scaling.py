@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Numeric
+from restitution.checks import Numeric, instance
 from restitution.contact.rows import Rows, Samples, Tables
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
@@ -60,7 +60,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     >>> print(round(groups.p1, 12), groups.p2, groups.p3)
     0.3 0.1 2.0
     """
-    material = impact.material
+    material = instance("impact", impact, Impact, "must be an Impact").material
     shear, bulk = material.shear.simplified(), material.bulk
     reasons = [
         (impact.counter_material is not None, "both bodies deform"),
@@ -235,8 +235,9 @@ def table_block(
     """
     # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
     depth_unit, radius_unit = units
-    masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
-    impedances = impedances / radius_unit
+    with np.errstate(all="ignore"):  # a row that overflows here fails in the kernel
+        masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
+        impedances = impedances / radius_unit
     if isinstance(profile, Rows):
         samples, which, sampled = profile.samples, profile.which, profile.sampled[profile.which]
     else:

@@ -321,6 +321,8 @@ def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -
 def within_contact(times: ArrayLike, contact_time: float) -> Array:
     """Return times [s], shape (n,); refuse times outside the contact."""
     moments = np.atleast_1d(np.asarray(finite("times", times, "s"), dtype=np.float64))
+    if moments.ndim != 1:
+        raise InputError("times", wanted=f"must be one column, not of shape {moments.shape}")
     outside = (moments < 0.0) | (moments > contact_time * (1.0 + 1e-12))
     if np.any(outside):
         wanted = f"must be in [0, {contact_time:g}] s, the duration of contact"

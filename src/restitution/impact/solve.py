@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import one_of, whole
+from restitution.checks import function, items, one_of, single, whole
 from restitution.contact.profile import Profile
 from restitution.doubts import warn
 from restitution.errors import InputError, InputTypeError
@@ -111,9 +111,7 @@ def _as_list(impact: Any) -> list[Impact]:
         raise InputTypeError("impact", wanted=f"must be an Impact, not a {kind}; take its attribute impact")
     if isinstance(impact, Mapping):
         raise InputTypeError("impact", wanted="must be an Impact, not a dict; write Impact(**numbers)")
-    if not isinstance(impact, Iterable):
-        raise InputTypeError("impact", impact, "must be an Impact or a list of them")
-    impacts: list[Any] = list(impact)  # pyright: ignore[reportUnknownArgumentType]
+    impacts = items("impact", impact, "must be an Impact or a list of them")
     for n, one in enumerate(impacts):
         if not isinstance(one, Impact):
             raise InputTypeError("impact", one, "must be an Impact", index=(n,))
@@ -194,14 +192,14 @@ def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol
 
 
 def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: Any) -> None:
-    SOLVER_RTOL.check(rtol)
+    single("rtol", SOLVER_RTOL.check(rtol))
     one_of("method", method, ("exact", "elements", "reference"))
     if errors is not None:
         one_of("errors", errors, ("raise", "warn"))
     if workers is not None:
         whole("workers", workers)
-    if progress is not None and not callable(progress):
-        raise InputTypeError("progress", progress, "must be callable with (impacts done, all impacts)")
+    if progress is not None:
+        function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
 
 
 def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
@@ -219,7 +217,7 @@ def solve_exact(
     progress: Progress | None = None,
 ) -> ImpactResult:  # fmt: skip
     """Solve impacts by the exact method; see `solve`."""
-    SOLVER_RTOL.check(rtol)
+    single("rtol", SOLVER_RTOL.check(rtol))
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
     solution = None
     if shape or isinstance(impact, list):

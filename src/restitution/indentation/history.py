@@ -12,7 +12,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyroots, polyval, polyvander
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import finite, nonnegative, positive
+from restitution import checks
+from restitution.checks import finite, single_nonnegative, single_positive
 from restitution.errors import InputError
 from restitution.quantities import HISTORY
 
@@ -85,6 +86,7 @@ class History:
             If these are not two columns of equal length with ascending times.
         """
         t = np.atleast_1d(finite("time", time, "s"))
+        checks.instance("name", name, str, "must be the name of the values")
         v = np.atleast_1d(finite(name, values, UNITS.get(name, "")))
         if t.ndim != 1 or t.shape != v.shape or t.size < 2:
             wanted = f"must be two columns of equal length >= 2, not of shapes {t.shape}, {v.shape}"
@@ -121,6 +123,8 @@ class History:
             If the function is not finite, or not smooth between the times.
         """
         t = np.unique(np.atleast_1d(finite("time", time, "s")))
+        checks.function("function", function, "must be a function of time [s]", 1)
+        checks.instance("name", name, str, "must be the name of the values")
         if t.size < 2:
             raise InputError("time", wanted="must hold at least two times, between which the history is given")
         try:
@@ -266,7 +270,7 @@ def ramp(value: float, duration: float) -> History:
     >>> print(ramp(2e-6, 4.0)(1.0))
     5e-07
     """
-    peak, end = float(positive("value", value)), float(positive("duration", duration, "s"))
+    peak, end = single_positive("value", value), single_positive("duration", duration, "s")
     return History.from_points([0.0, end], [0.0, peak])
 
 
@@ -280,8 +284,8 @@ def hold(value: float, duration: float, *, rise_time: float = 0.0) -> History:
     >>> print(hold(2e-6, 10.0)([0.0, 5.0]))
     [2.e-06 2.e-06]
     """
-    peak, rest = float(positive("value", value)), float(positive("duration", duration, "s"))
-    rise = float(nonnegative("rise_time", rise_time, "s"))
+    peak, rest = single_positive("value", value), single_positive("duration", duration, "s")
+    rise = single_nonnegative("rise_time", rise_time, "s")
     return History.from_points([0.0, rise, rise + rest], [0.0, peak, peak])
 
 
@@ -306,9 +310,9 @@ def triangle(
     >>> print(triangle(1e-6, 1.0, hold_time=2.0)([0.5, 2.0, 3.5]))
     [5.e-07 1.e-06 5.e-07]
     """
-    top, up = float(positive("peak", peak)), float(positive("loading_time", loading_time, "s"))
-    down = up if unloading_time is None else float(positive("unloading_time", unloading_time, "s"))
-    rest = float(nonnegative("hold_time", hold_time, "s"))
+    top, up = single_positive("peak", peak), single_positive("loading_time", loading_time, "s")
+    down = up if unloading_time is None else single_positive("unloading_time", unloading_time, "s")
+    rest = single_nonnegative("hold_time", hold_time, "s")
     if rest == 0.0:
         return History.from_points([0.0, up, up + down], [0.0, top, 0.0])
     return History.from_points([0.0, up, up + rest, up + rest + down], [0.0, top, top, 0.0])
@@ -322,7 +326,7 @@ def sine_arch(peak: float, duration: float) -> History:
     >>> print(round(float(sine_arch(2e-6, 6.0)(1.0)), 15))
     1e-06
     """
-    top, end = float(positive("peak", peak)), float(positive("duration", duration, "s"))
+    top, end = single_positive("peak", peak), single_positive("duration", duration, "s")
     knots = np.linspace(0.0, end, 13)
     return History.from_function(lambda t: top * np.sin(math.pi * np.minimum(t, end - t) / end), knots)
 

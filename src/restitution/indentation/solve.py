@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import finite, positive, within
+from restitution.checks import finite, instance, single, single_positive, within
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
 from restitution.contact.path import path_table, scaled
@@ -103,13 +103,18 @@ def indent(
     >>> print(f"{result.max_force:.9g} N, contact ends at {result.contact_end_time:.6f} s")
     1.38541713e-09 N, contact ends at 1.407006 s
     """
+    # The store of contacts takes hashable arguments only.
+    instance("material", material, Material, "must be a Material")
+    instance("profile", profile, Geometry, "must be a Geometry, such as Parabola(radius)")
+    if counter_material is not None:
+        instance("counter_material", counter_material, Material, "must be a Material")
     contact = _contact(material, profile, counter_material)
     profile = contact.profile
     if np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", wanted="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
         raise InputError("depth, force", wanted="exactly one of the two must be given: depth= or force=")
-    rtol = float(within("rtol", rtol, 1e-11, 1e-2))
+    rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
     solution = Solution(contact, contact.reduced_modulus, prescribed, name, rtol)
@@ -152,7 +157,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
 
 def _step(name: str, value: float, time: ArrayLike | None) -> History:
     """One value, from the first time on."""
-    value = float(positive(name, value, UNITS[name]))
+    value = single_positive(name, value, UNITS[name])
     if time is None:
         raise InputError("time", wanted=f"must be given with {name} as a number, which is held from first to last")
     times = np.atleast_1d(finite("time", time, "s"))

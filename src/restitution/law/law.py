@@ -235,7 +235,7 @@ class ContactLaw:
         The header is a translation of the step of this package, with the same operations in the same order; both
         agree to rounding.
         """
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", str(name)):
+        if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", name):
             raise InputError("name", name, "must be lower-case letters, digits and underscores, a letter first")
         target = path_of(path)
         from restitution.law.c_header import header

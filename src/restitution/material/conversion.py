@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import finite, single, single_positive
+from restitution.checks import finite, instance, single, single_positive
 from restitution.errors import InputError
 from restitution.material.models import exactly_one
 from restitution.material.prony import PronySeries
@@ -90,6 +90,7 @@ def shear_from_tension(
     >>> shear_from_tension(PronySeries(9.0, [27.0], [1.0]), bulk_modulus=5.0)
     PronySeries(3.75, [56.25], [0.25])
     """
+    instance("tension", tension, PronySeries, "must be a PronySeries")
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
         return tension.scaled(1.0 / tension_factor(poisson_ratio)).simplified()
@@ -134,6 +135,7 @@ def tension_from_shear(
     >>> tension_from_shear(PronySeries(3.75, [56.25], [0.25]), bulk_modulus=5.0)
     PronySeries(9.0, [27.0], [1.0])
     """
+    instance("shear", shear, PronySeries, "must be a PronySeries")
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
         return shear.scaled(tension_factor(poisson_ratio)).simplified()

@@ -144,7 +144,11 @@ class ViscoelasticDeck:
             name = "youngs_modulus" if modulus is None else "poisson_ratio"
             raise InputError(name, wanted="must be given, as the deck lacks it", where=self.source)
         shear = check_single("youngs_modulus", modulus) / tension_factor(ratio)
-        bulk = shear * bulk_factor(ratio)
+        with np.errstate(over="ignore"):
+            bulk = shear * bulk_factor(ratio)
+        if math.isinf(bulk) and ratio < 0.5:
+            wanted = f"must be smaller: the bulk modulus overflows with a Poisson ratio of {ratio:g}"
+            raise InputError("youngs_modulus", modulus, wanted, "Pa", where=self.source)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
         times = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
         return Material(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_nonnegative, single_positive
+from restitution.checks import single_nonnegative, single_positive, truth
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
@@ -211,7 +211,7 @@ def fit_prony(
         raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
     allowed = single_positive("misfit", misfit)
     weights = single_positive("loss_weight", loss_weight), single_nonnegative("smoothing", smoothing)
-    problem = _Problem(data, liquid, *weights)
+    problem = _Problem(data, truth("liquid", liquid), *weights)
     *coarser, times = map(problem.grid, _DENSITIES)
     moduli = problem.solve(times)
     if problem.dynamic:  # a small loss must be fitted too

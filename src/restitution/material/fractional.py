@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, ParamSpec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative, positive, single
+from restitution.checks import items, nonnegative, positive, single, single_nonnegative
 from restitution.errors import InputError
 from restitution.material import models
 from restitution.material.conversion import static_bulk_modulus
@@ -295,7 +295,12 @@ class FractionalMaterial:
 
     def within(self, window: Window | tuple[float, float]) -> Material:
         """Material that holds within a window of time [s]; its `assumptions` contain the error."""
-        low, high, rtol = Window(*window)
+        wanted = "must be the shortest and the longest time [s], and perhaps a tolerance"
+        given = items("window", window, wanted)
+        if len(given) not in (2, 3):
+            raise InputError("window", window, wanted)
+        low, high, rtol = Window(*given)
+        rtol = single_nonnegative("window[2]", rtol)
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
         text = f"{material.shear.n_branches} Prony terms stand for the fractional model, relative error {error:.1e}"
         return replace(material, assumptions=text, derivation="fractional")

@@ -22,6 +22,8 @@ _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 # The names of the columns must stand within this number of lines.
 _HEADER_LINES = 300
+# Longest file [byte] and line. A cell of a table takes about ten times its length in memory.
+_LARGEST, _LONGEST_LINE = 20_000_000, 1_000_000
 
 
 class FileError(InputError):
@@ -88,13 +90,18 @@ class Sheet(NamedTuple):
 
 
 def read_bytes(path: Path) -> bytes:
-    """Content of a file."""
+    """Content of a file, which is refused by its size before all of it is read."""
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(_LARGEST + 1)
     except FileNotFoundError:
         raise FileError(str(path), 0, "no such file") from None
     except OSError as error:
         raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
+    if len(content) > _LARGEST:
+        wanted = f"is too long: must have at most {_LARGEST // 1_000_000} MB"
+        raise FileError(str(path), 0, wanted)
+    return content
 
 
 def is_workbook(content: bytes) -> bool:
@@ -141,6 +148,9 @@ def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda n
 
 def read_lines(source: str, lines: Sequence[Line], is_unit: _Test, is_name: _Test, mark: str = "") -> Sheet:
     """Table of named columns in some lines, as `read_sheet` finds it; an instrument's has a known separator."""
+    for n, line in lines:
+        if len(line) > _LONGEST_LINE:
+            raise FileError(source, n, f"has {len(line)} characters: must have at most {_LONGEST_LINE}")
     comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
     body = [line for line in lines if not line.text.startswith("#")]
     if not body:

@@ -10,7 +10,7 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import single_positive, within
+from restitution.checks import pair, single_positive, within
 from restitution.errors import InputError
 from restitution.quantities import check, check_single
 
@@ -51,7 +51,8 @@ class _Law(ABC):
             object.__setattr__(self, name, single_positive(name, getattr(self, name), unit))
         if self.temperature_range is None:
             return
-        low, high = (check_single("temperature", limit, "temperature_range") for limit in self.temperature_range)
+        ends = pair("temperature_range", self.temperature_range, "must be two temperatures [K]")
+        low, high = (check_single("temperature", limit, "temperature_range") for limit in ends)
         if not low <= self.reference_temperature <= high or low == high:
             wanted = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
             raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")

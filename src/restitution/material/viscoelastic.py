@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative, single_positive
+from restitution.checks import instance, nonnegative, pair, single_positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import (
     NOTHING,
@@ -106,6 +106,8 @@ class Material:
         incompressible = isinstance(bulk, int | float) and bulk == math.inf
         bulk = math.inf if incompressible else _series("bulk", bulk)
         density = None if density is None else check_single("density", density)
+        if shift is not None and not (hasattr(shift, "factor") and hasattr(shift, "reference_temperature")):
+            raise InputTypeError("shift", shift, "must be a shift law, such as WLF(reference_temperature, c1, c2)")
         if temperature is not None:
             temperature = check_single("temperature", temperature)
         elif shift is not None:
@@ -230,7 +232,7 @@ def _names(field: str, given: Any) -> tuple[str, ...] | None:
 
 def time_window(window: tuple[float, float]) -> tuple[float, float]:
     """Shortest and longest time [s] of a window, which must ascend."""
-    low, high = (single_positive("window", time, "s") for time in window)
+    low, high = (single_positive("window", time, "s") for time in pair("window", window, "must be two times [s]"))
     if low >= high:
         raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
     return low, high
@@ -275,7 +277,9 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
     >>> print(series.relaxation_times, series.branch_moduli)
     [1. 2.] [4.    3.375]
     """
+    instance("material", material, Material, "must be a Material")
     if counter_material is not None:
+        instance("counter_material", counter_material, Material, "must be a Material")
         return series_connection(reduced_modulus(material), reduced_modulus(counter_material))
     shear = material.shear.simplified()
     if not isinstance(material.bulk, PronySeries):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
+from restitution.checks import instance, items, mapping
 from restitution.errors import InputError, InputTypeError
 from restitution.plot import style
 from restitution.plot.labels import scaled
@@ -103,7 +104,13 @@ def plot_sweep(
     """
     if not hasattr(dataset, "data_vars"):
         raise InputTypeError("dataset", dataset, "must be a Dataset, as sweep and open_sweep return")
-    dataset = _selected(dataset, at or {})
+    dataset = _selected(dataset, mapping("at", at))
+    for name, axis in (("x", x), ("y", y)):
+        if axis is not None:
+            instance(name, axis, str, "must be the name of an axis")
+    if ax is not None and not hasattr(ax, "get_figure"):
+        raise InputTypeError("ax", ax, "must be axes of Matplotlib")
+    outputs = items("outputs", outputs, "must be names of outputs")
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     there = [str(name) for name in dataset.data_vars if name != "status"]
     for name in outputs:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import validity
-from restitution.checks import single_positive, within
+from restitution.checks import items, single, single_positive, within
 from restitution.contact.contact import Contact
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Base, Layer
@@ -97,10 +97,11 @@ def resilience(
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     test = STANDARDS[known("standard", standard, STANDARDS)]
-    bases = tuple(known("base", one, BASES) for one in ([base] if isinstance(base, str) else base or ()))
+    named = [base] if isinstance(base, str) else [] if base is None else items("base", base, "must be names of bases")
+    bases = tuple(known("base", one, BASES) for one in named)
     if base is not None and not bases:
         raise InputError("base", wanted="must name at least one")
-    within("rtol", rtol, 1e-12, 1e-2)
+    single("rtol", within("rtol", rtol, 1e-12, 1e-2))
     radius = test.radius if tip_radius is None else single_positive("tip_radius", tip_radius, "m")
     weighed = test.mass if mass is None else check_single("mass", mass)
     if radius is None or weighed is None:

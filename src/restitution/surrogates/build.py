@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
 from numpy.typing import NDArray
 
 from restitution import validity
-from restitution.checks import within
+from restitution.checks import function, single, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.exact import Progress
@@ -102,7 +102,9 @@ def surrogate(
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
     low, high = velocity_range(velocity)
-    tolerance = cast("float", within("rtol", rtol, 1e-10, 1e-2))
+    tolerance = single("rtol", within("rtol", rtol, 1e-10, 1e-2))
+    if progress is not None:
+        function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
     shape = replace(impact, velocity=1.0).shape
     if shape:
         raise InputError("impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity")

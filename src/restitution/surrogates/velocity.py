@@ -39,6 +39,7 @@ DEEPEST = 12
 
 _FORMAT = "restitution surrogate over velocity"
 _FORMAT_VERSION = 2
+_LARGEST = 20_000_000  # characters of a file
 _SERIES = "chebyshev_coefficients_of_log"
 _HEADS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 # Velocities of the table that is shown.
@@ -188,7 +189,13 @@ class Surrogate(Shown):
         """Surrogate from a file that `save` wrote, the same to the last bit; refuses a damaged or edited file."""
         path = path_of(path)
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            with path.open(encoding="utf-8") as file:
+                text = file.read(_LARGEST + 1)
+            if len(text) > _LARGEST:
+                raise InputError("", wanted=f"is too long: must have at most {_LARGEST} characters", where=str(path))
+            content = json.loads(text)
+        except InputError:
+            raise
         except (ValueError, RecursionError):
             raise InputError("", wanted="is not a JSON file", where=str(path)) from None
         if not isinstance(content, dict) or content.get("format") != _FORMAT:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from restitution.checks import one_of, whole
+from restitution.checks import function, instance, one_of, single, whole
 from restitution.doubts import Tally, messages, warn
 from restitution.errors import InputError, InputTypeError
 from restitution.files import TABLES, path_of
@@ -136,7 +136,10 @@ def sweep(
     if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):
         raise InputTypeError("axes", axes, "must be a dict from names to values")
     one_of("held", held, ("bulk_modulus", "poisson_ratio"))
-    SOLVER_RTOL.check(rtol)
+    single("rtol", SOLVER_RTOL.check(rtol))
+    instance("title", title, str, "must be a text")
+    if progress is not None:
+        function("progress", progress, "must be callable with (points done, all points)", 2)
     plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
     if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
         raise InputError("axes", wanted=f"must have {', '.join(sorted(missing))} where there is no base")

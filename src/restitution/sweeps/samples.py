@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import finite, one_of, positive, whole
+from restitution.checks import finite, one_of, positive, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import ALIASES, INPUTS, key_of
 from restitution.sweeps.grid import MOST_POINTS, Axis
@@ -62,7 +62,7 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        _ascending(finite("low", self.low), finite("high", self.high))
+        _ascending(single("low", finite("low", self.low)), single("high", finite("high", self.high)))
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
         """Return the quantiles of the shares."""
@@ -89,7 +89,7 @@ class LogUniform:
     high: float
 
     def __post_init__(self) -> None:
-        _ascending(positive("low", self.low), positive("high", self.high))
+        _ascending(single("low", positive("low", self.low)), single("high", positive("high", self.high)))
 
     def quantiles(self, shares: Array, low: float, high: float) -> Array:
         """Return the quantiles of the shares."""

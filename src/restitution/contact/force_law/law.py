@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import finite, single
+from restitution.checks import finite, single, within
 from restitution.contact.force_law.fit import ForceFit, fit_force
 from restitution.contact.geometry import Array, Geometry, as_array
 from restitution.errors import InputError, RestitutionWarning
@@ -99,6 +99,7 @@ class ForceLaw(Geometry, case_name="force_law"):
     def __post_init__(self) -> None:
         depth, force = _columns(self.depth, self.force)
         modulus = single("modulus", CONSTANTS["youngs_modulus"].check(self.modulus, "modulus"), "Pa")
+        within("modulus", modulus, 1e-100, 1e100, "Pa")  # its quotients with forces do not overflow
         ratio = single("poisson_ratio", INPUTS["poisson_ratio"].check(self.poisson_ratio))
         if ratio == -1.0:
             raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
