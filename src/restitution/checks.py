@@ -164,14 +164,14 @@ def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     return int(value)
 
 
-def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of the choices."""
+def one_of(name: str, value: Any, choices: Sequence[str], reason: str = "") -> str:
+    """Return `value` if it is one of the choices; a reason stands behind them in the error."""
     # The comparison of another object, such as an array, need not be true or false.
     if isinstance(value, str) and value in choices:
         return str(value)
     *most, last = (f"'{choice}'" for choice in choices)
     wanted = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
-    raise (InputError if isinstance(value, str) else InputTypeError)(name, value, wanted)
+    raise (InputError if isinstance(value, str) else InputTypeError)(name, value, wanted + reason)
 
 
 def items(name: str, value: Any, wanted: str) -> list[Any]:

@@ -281,7 +281,7 @@ def test_json_words_and_pictures(tmp_path):
         ({"restitution": 0.0}, "restitution = 0"),
         ({"restitution": ([1.0], [0.5, 0.6])}, "two columns"),
         ({"restitution": ([10.0], [0.5])}, "must contain a velocity"),
-        ({"units": "metal"}, "must be 'si' or 'cgs' or 'micro' or 'lj'"),
+        ({"units": "metal"}, "must be 'si', 'cgs', 'micro' or 'lj' for lammps-tsuji"),
         ({"units": "cgs", "target": "mercury-bshp"}, "must be 'si' for mercury-bshp"),
         ({"contact": "rope"}, "must be 'pair' or 'wall'"),
         ({"radius": 0.0}, "radius = 0 m"),

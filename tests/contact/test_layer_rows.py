@@ -38,8 +38,9 @@ def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
         s = np.sqrt(np.linspace(max(float(least[k]) / depth_unit, 0.01), 1.0, 40))
         radius, _, integral = evaluate(table, s)
         depth = np.minimum(s * s * depth_unit, layer.max_depth)
-        # The rounding of the depth at the end of a table, and the errors of both.
-        assert integral * depth_unit * radius_unit == pytest.approx(layer.force_integral_at_depth(depth), rel=2 * RTOL)
+        # The stated error of the table, and that of the layer with the rounding of the depth at the end.
+        bound = RTOL + max(RTOL, float(table.error_at(s[0] * s[0])))
+        assert integral * depth_unit * radius_unit == pytest.approx(layer.force_integral_at_depth(depth), rel=bound)
         exact = layer.stiffness_radius(depth)
         # Forces depend on the radius through its integral; at joints the radius alone has larger errors.
         assert np.max(np.abs(radius * radius_unit - exact)) <= (table.radius_error + 1e-9) * 3.0 * exact[-1]
@@ -59,8 +60,16 @@ def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed)
     rows = LayerRows(PROFILES[name], thickness, nu)
     least = np.full(90, 0.02) * rng.uniform(0.1, 1.0)
     made = rows.tables(np.full(90, 0.2), least, RTOL)
-    assert max(made.table.single(k).error_at(0.1) for k in range(90)) < 2.0 * RTOL
+    # Each table, and the last terms of the interpolation over ln h, which may be three times as large.
+    assert max(made.table.single(k).error_at(0.1) for k in range(90)) < 4.0 * RTOL
     compare(rows, made, least, rng.integers(0, 90, 2))
+
+
+def test_tables_that_are_interpolated_start_exactly_at_the_kinks():
+    rng = np.random.default_rng(0)
+    rows = LayerRows(PROFILES["joints"], 0.109375 * 2.0 ** rng.uniform(0.0, 1.0, 90), 0.5)
+    least = np.full(90, 0.02) * rng.uniform(0.1, 1.0)
+    compare(rows, rows.tables(np.full(90, 0.2), least, RTOL), least, range(0, 90, 6))
 
 
 @pytest.mark.parametrize("name", ["worn", "joints"])

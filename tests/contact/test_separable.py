@@ -377,4 +377,5 @@ def test_approaches_alone_have_the_contact_radii_of_whole_impacts(force):
         impact = rs.Impact(material, random_layer(rng), 1.0, velocity, external_force=force)
         batch = Batch.from_impact(impact, PronyColumns.stacked([reduced_modulus(material)]))
         known = batch.solve(1e-9)["max_contact_radius"]
-        np.testing.assert_array_equal(batch.max_contact_radii(1e-9), known)
+        # The tables of the approaches have a tolerance of their own, below that of the impacts.
+        np.testing.assert_allclose(batch.max_contact_radii(1e-9), known, rtol=1e-9)

@@ -106,7 +106,7 @@ def calibrate(
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))
     law = LAWS.get(target)
     systems = law.units if law else ("si",)
-    one_of("units", units, systems)
+    one_of("units", units, systems, f" for {target}")
     bodies = pair(problem, contact)
     wanted = collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     return _of_events(wanted) if law is None else _of_law(law, wanted, units)

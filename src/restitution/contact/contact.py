@@ -58,10 +58,10 @@ class Contact:
     diameters: tuple[Numeric, Numeric] = BALL_ON_TARGET
 
     def __post_init__(self) -> None:
-        _of_type("material", self.material, Material)
-        _of_type("profile", self.profile, Geometry)
+        of_type("material", self.material, Material)
+        of_type("profile", self.profile, Geometry)
         if self.counter_material is not None:
-            _of_type("counter_material", self.counter_material, Material)
+            of_type("counter_material", self.counter_material, Material)
         object.__setattr__(self, "profile", self.profile.between(self.material, self.counter_material))
         if self.body_size is not None:
             object.__setattr__(self, "body_size", single_positive("body_size", self.body_size, "m"))
@@ -102,7 +102,8 @@ def approximation(instantaneous: float, static: float) -> tuple[str, str]:
     return f"{text}then", "Expect errors of some 0.5 % of e, 4 % of the contact time and 10 % of the force."
 
 
-def _of_type(name: str, value: Any, kind: type) -> None:
+def of_type(name: str, value: Any, kind: type) -> None:
+    """Refuse what is not of the type, with the remedy for a fractional material."""
     if isinstance(value, FractionalMaterial):
         wanted = f"a fractional material holds within a window of time: {name}.within(window), or for_contact"
         raise InputTypeError(name, wanted=wanted)

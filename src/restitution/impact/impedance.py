@@ -51,9 +51,9 @@ def plate_impedance(material: Material, thickness: Any) -> Numeric:
     nu = material.instantaneous_poisson_ratio
     # Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2)))
     size = np.asarray(check("thickness", thickness))
-    with np.errstate(over="ignore"):
-        found = 8.0 * (density * modulus / (12.0 * (1.0 - nu * nu))) ** 0.5 * size**2
-    return finite("impedance", found, "kg/s")
+    with np.errstate(over="ignore", under="ignore"):
+        impedance = 8.0 * (density * modulus / (12.0 * (1.0 - nu * nu))) ** 0.5 * size**2
+    return check("impedance", impedance)
 
 
 def rod_impedance(material: Material, area: Any) -> Numeric:

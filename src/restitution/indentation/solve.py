@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import finite, instance, single, single_positive, within
-from restitution.contact.contact import Contact
+from restitution.checks import finite, single, single_positive, within
+from restitution.contact.contact import Contact, of_type
 from restitution.contact.geometry import Geometry
 from restitution.contact.path import path_table, scaled
 from restitution.contact.profile import Profile
@@ -104,10 +104,10 @@ def indent(
     1.38541713e-09 N, contact ends at 1.407006 s
     """
     # The store of contacts takes hashable arguments only.
-    instance("material", material, Material, "must be a Material")
-    instance("profile", profile, Geometry, "must be a Geometry, such as Parabola(radius)")
+    of_type("material", material, Material)
+    of_type("profile", profile, Geometry)
     if counter_material is not None:
-        instance("counter_material", counter_material, Material, "must be a Material")
+        of_type("counter_material", counter_material, Material)
     contact = _contact(material, profile, counter_material)
     profile = contact.profile
     if np.ndim(profile.stiffness_radius(0.0)):

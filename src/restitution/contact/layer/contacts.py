@@ -245,6 +245,9 @@ def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, floa
         product(matrix, one.reshape(x.size, -1)).reshape(wanted.size, *one.shape[1:])
         for one in (*table[:4], table.kinks, table.strengths)
     )
+    # Where a cell starts at a kink, rho = sqrt(s - origin) makes 1e-8 of a rounding of its start.
+    starts = np.all(table.origin == table.edges[:, :-1], axis=0)
+    origin[:, starts] = edges[:, :-1][:, starts]
     errors, error = (np.repeat(np.max(one, axis=0)[None], wanted.size, axis=0) for one in table[4:6])
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
