@@ -135,9 +135,13 @@ def test_far_and_near_quadrature_agree(kind, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(abel, "_FAR", 1e9)
             near_only = AbelTransform(flank)._integrated(y)
-        # Curvatures of noise and steps cancel in the slope, which only Newton's method needs.
-        error = np.abs(whole._integrated(y) - near_only) / np.max(np.abs(near_only), axis=0)
-        assert np.all(error <= [1e-12, 1e-10, 1e-12])
+        depth, slope, integral = np.max(np.abs(whole._integrated(y) - near_only), axis=0)
+        largest = np.max(near_only, axis=0)
+        assert depth < 1e-12 * largest[0]
+        assert integral < 1e-12 * largest[2]
+        # The rounding of a radius moves the slope by the largest curvature, at the ends of narrow noisy pieces.
+        curvature = np.abs(flank.derivative(2)(np.append(flank.x, 0.5 * (flank.x[1:] + flank.x[:-1])))).max()
+        assert slope < 1e-13 * (flank.derivative()(flank.x[0]) + curvature)
 
 
 @pytest.mark.slow
