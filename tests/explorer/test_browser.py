@@ -928,6 +928,7 @@ def test_numbers_are_grey_while_the_server_is_gone_and_come_back(browser):
     with serving(port=running.port) as again:
         assert again.access.token != running.access.token
         context.new_page().goto(again.address)
+        page.wait_for_url(lambda url: again.access.token in url)
         until(page, "!document.getElementById('view-impact').classList.contains('stale')")
         wait_for(page, "restitution_coefficient", rs.solve(ball(velocity=2.0)).restitution_coefficient)
         assert value_of(page, "impact.velocity") == 2.0
