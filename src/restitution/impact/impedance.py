@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Numeric, finite, positive
+from restitution.checks import Numeric, positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.viscoelastic import Material
 from restitution.quantities import check
