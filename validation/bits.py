@@ -2,21 +2,27 @@
 
 Each impact of an array is solved alone, in a list, in a shorter array, in another order and on 1 or 3 threads; all
 outputs must have the same bits. Then files of a store are damaged or exchanged; a reader must refuse the store or
-read the same numbers, and the same sweep must restore every byte.
+read the same numbers, and the same sweep must restore every byte. Sweeps are killed at random moments; the same
+sweep must end with the same bytes. Bits of saved surrogates are flipped; a surrogate must be refused or be the same.
 
-Usage: python validation/bits.py [--size 20] [--stores 40] [--seed 0]
+Usage: python validation/bits.py [--size 20] [--stores 40] [--kills 40] [--flips 3000] [--seed 0]
 """
 
 import argparse
 import random
 import shutil
+import signal
+import subprocess
+import sys
 import tempfile
+import time
 import warnings
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.console import Console
 from rich.progress import track
 
 import restitution as rs
@@ -31,6 +37,15 @@ NAMES = (
     "max_contact_radius",
 )
 ROWS = 30
+PROGRESS = Console(stderr=True)
+SWEEP = """
+import sys
+import restitution as rs
+ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
+axes = {"velocity": rs.Logarithmic(0.01, 0.1, 400), "mass": rs.Logarithmic(0.001, 0.01, 250)}
+print("begins", flush=True)
+rs.sweep(ball, axes, ["restitution_coefficient", "contact_time"], out=sys.argv[1], chunk=500)
+"""
 
 
 def draw_impacts(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
@@ -113,7 +128,7 @@ def damaged(seed: int, count: int) -> Counter[tuple[str, str]]:
         run(made)
         intact, contents = rs.open_sweep(made).load(), tree(made)
         files = [name for name in sorted(contents) if "/c/" in name or name.startswith("validity/")]
-        for kind in track(["flip", "truncate", "remove", "exchange"] * count, "stores"):
+        for kind in track(["flip", "truncate", "remove", "exchange"] * count, "stores", console=PROGRESS):
             shutil.copytree(made, out)
             name = rng.choice(files)
             content = bytearray(contents[name])
@@ -137,23 +152,77 @@ def damaged(seed: int, count: int) -> Counter[tuple[str, str]]:
     return ends
 
 
+def killed(seed: int, count: int) -> Counter[tuple[str, str]]:
+    """Count the sweeps that were killed in the middle, and whether the same sweep ended with the same bytes."""
+    rng, ends = random.Random(seed), Counter[tuple[str, str]]()
+    with tempfile.TemporaryDirectory() as folder:
+        made, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
+
+        def start(out: Path) -> subprocess.Popen[str]:
+            process = subprocess.Popen([sys.executable, "-c", SWEEP, str(out)], stdout=subprocess.PIPE, text=True)
+            assert process.stdout
+            process.stdout.readline()
+            return process
+
+        process, begin = start(made), time.monotonic()
+        process.wait()
+        duration, contents = time.monotonic() - begin, tree(made)
+        for kind in track(["kill -9", "Ctrl-C"] * (count // 2), "kills", console=PROGRESS):
+            process = start(out)
+            time.sleep(rng.uniform(0.0, 0.9 * duration))
+            process.send_signal(signal.SIGKILL if kind == "kill -9" else signal.SIGINT)
+            process.wait()
+            early = process.returncode != 0
+            process = start(out)
+            process.wait()
+            words = "the same bytes" if tree(out) == contents else "other bytes"
+            ends[kind, words + ("" if early else ", after its end")] += 1
+            shutil.rmtree(out)
+    return ends
+
+
+def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
+    """Count the flipped bits of a saved surrogate by what happened."""
+    rng, ends = random.Random(seed), Counter[tuple[str, str]]()
+    ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
+    made = rs.surrogate(ball, (0.01, 1.0))
+    known = made.sample(100)
+    with tempfile.TemporaryDirectory() as folder:
+        path = made.save(Path(folder) / "surrogate.json")
+        content = path.read_bytes()
+        for _ in track(range(count), "flips", console=PROGRESS):
+            changed = bytearray(content)
+            changed[rng.randrange(len(changed))] ^= 1 << rng.randrange(8)
+            path.write_bytes(changed)
+            try:
+                found = rs.Surrogate.load(path)
+                same = found.sample(100).identical(known) and found.velocity == made.velocity
+                ends["flip in a surrogate", "same numbers" if same else "silent"] += 1
+            except InputError:
+                ends["flip in a surrogate", "refused"] += 1
+    return ends
+
+
 def main() -> None:
     """Print a report."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", type=int, default=20, help="draws of all kinds of impacts")
     parser.add_argument("--stores", type=int, default=40, help="damages of each kind")
+    parser.add_argument("--kills", type=int, default=40, help="sweeps that are interrupted")
+    parser.add_argument("--flips", type=int, default=3000, help="flipped bits of a surrogate")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     warnings.simplefilter("ignore", RestitutionWarning)
     tried, differ = Counter[str](), Counter[str]()
-    for number in track(range(given.size), "bits"):
+    for number in track(range(given.size), "bits", console=PROGRESS):
         for total, found in zip((tried, differ), compared(given.seed, number), strict=True):
             total.update(found)
     print(f"Seed {given.seed}, {given.size} draws.\n\n| kind | compared | bits differ |\n|---|---|---|")
     for kind in tried:
         print(f"| {kind} | {tried[kind]:,} | {differ[kind]:,} |")
     print("\n| damage | what happened | count |\n|---|---|---|")
-    for (kind, end), n in sorted(damaged(given.seed, given.stores).items()):
+    ends = damaged(given.seed, given.stores) + killed(given.seed, given.kills) + flipped(given.seed, given.flips)
+    for (kind, end), n in sorted(ends.items()):
         print(f"| {kind} | {end} | {n} |")
 
 

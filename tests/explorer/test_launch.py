@@ -54,6 +54,18 @@ def test_a_notebook_takes_a_case_file_too(tmp_path, monkeypatch):
         rs.explore(height=-1)
 
 
+def test_the_case_of_an_indentation_opens_in_its_tab(tmp_path, monkeypatch):
+    monkeypatch.setattr(launch, "warm_up", lambda: None)
+    path = tmp_path / "gel.toml"
+    path.write_text(
+        'title = "A gel"\n' + download({"what": "indentation", "state": {"indentation.depth": 1.23e-7}})["text"]
+    )
+    with rs.explore(path) as page, opened(page._running) as socket:
+        assert socket.schema["title"] == "A gel"
+        assert socket.schema["state"]["page.tab"] == "indentation"
+        assert socket.schema["state"]["indentation.depth"] == 1.23e-7
+
+
 def test_missing_libraries_are_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     result = CliRunner().invoke(app, ["explore", "--no-browser"])

@@ -19,7 +19,9 @@ _LOCAL = ("127.0.0.1", "localhost", "::1")
 
 
 def explore(
-    case: Annotated[Path | None, argument("[CASE.toml]", "Case file from which the page starts.")] = None,
+    case: Annotated[
+        Path | None, argument("[CASE.toml]", "Case file, of an impact or an indentation, from which the page starts.")
+    ] = None,
     host: Annotated[
         str, option("Address to listen on. 0.0.0.0 opens the page to everyone who can reach this machine.")
     ] = "127.0.0.1",
@@ -40,14 +42,9 @@ def explore(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with user_input():
         from restitution.explorer.launch import PORT, listen, warm_up
-        from restitution.explorer.state import of_case
+        from restitution.explorer.state import of_file
 
-        state, title = {}, None
-        if case is not None:
-            from restitution.case.impact import read_case
-
-            problem = read_case(case)
-            state, title = of_case(problem), problem.title
+        state, title = ({}, None) if case is None else of_file(case)
         running = listen(state, title, host=host, port=PORT if port is None else port)
         with compilation():
             warm_up()

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from restitution.case.impact import Case, CaseFile, notes_on
-from restitution.case.indentation import IndentationFile, read_indentation
+from restitution.case.impact import notes_on
 from restitution.case.material import FileSection
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
 from restitution.explorer.inputs import MOST_TERMS, inputs
-from restitution.explorer.state import State, flat, of_case, of_indentation, of_material, one_line, settled
+from restitution.explorer.state import State, flat, of_file, of_material, one_line, settled
 from restitution.material.deck import PronyTerms, ViscoelasticDeck
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.isotherms import Isotherms
@@ -113,12 +112,7 @@ def _case(path: Path, dropped: set[str]) -> dict[str, Any]:
     for key, value in flat(content).items():
         if key.rpartition(".")[2] in FILE_KEYS and value not in dropped:
             raise InputError(key, value, "names another file, which the page has not; drop both files together")
-    if "indentation" in content:
-        sections = read_sections(IndentationFile, path, content)
-        state, title = of_indentation(read_indentation(path), sections), sections.title
-    else:
-        sections = read_sections(CaseFile, path, content)
-        state, title = of_case(Case(path, sections.title, sections.build(), {}, sections)), sections.title
+    state, title = of_file(path)
     words = f"case file{'' if title is None else f', {title[:_LONGEST_NAME]}'}"
     # The paper's numbers would hide the material.
     return {"state": state | {"entry": "constants"}, "words": words, "notes": [], "questions": []}

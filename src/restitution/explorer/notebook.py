@@ -7,7 +7,7 @@ from os import PathLike
 from threading import Thread
 from typing import TYPE_CHECKING, Self
 
-from restitution.case.impact import Case, read_case
+from restitution.case.impact import Case
 from restitution.errors import InputError
 from restitution.files import path_of
 
@@ -67,7 +67,7 @@ def explore(
     Parameters
     ----------
     impact : Impact or path-like, optional
-        The impact, or the case file, from which the page starts.
+        The impact, or the case file of an impact or an indentation, from which the page starts.
     host, port : str, int
         Address on which the server listens; by default this machine alone, and any free port.
     height : int
@@ -97,14 +97,15 @@ def explore(
     """
     from restitution.checks import whole
     from restitution.explorer.launch import in_thread, listen, warm_up
-    from restitution.explorer.state import of_case, of_impact
+    from restitution.explorer.state import of_case, of_file, of_impact
 
     title = None
     if impact is None:
         state = {}
-    elif isinstance(impact, Case | str | PathLike):
-        case = impact if isinstance(impact, Case) else read_case(path_of(impact, "impact"))
-        state, title = of_case(case), case.title
+    elif isinstance(impact, Case):
+        state, title = of_case(impact), impact.title
+    elif isinstance(impact, str | PathLike):
+        state, title = of_file(path_of(impact, "impact"))
     else:
         state = of_impact(impact)
     whole("height", height, 100, 10_000)

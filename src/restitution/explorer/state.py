@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from restitution.case.impact import Case
-from restitution.case.section import CaseError
+from restitution.case.impact import Case, read_case
+from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
+from restitution.case.section import CaseError, read_sections, read_toml
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.geometry import Geometry
 from restitution.contact.pyramid import Pyramid
@@ -21,7 +23,6 @@ from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
 
 if TYPE_CHECKING:
-    from restitution.case.indentation import IndentationCase, IndentationFile
     from restitution.material.viscoelastic import Material
 
 State = dict[str, Any]
@@ -135,6 +136,16 @@ def _from_groups(values: State) -> dict[str, float]:
         "viscosity": values["groups.p3"] * float(unit),
         "poisson_ratio": values["groups.nu"],
     }
+
+
+def of_file(path: Path) -> tuple[State, str | None]:
+    """Return the state and the title of a case file of an impact or of an indentation."""
+    content = read_toml(path)
+    if "indentation" in content:
+        sections = read_sections(IndentationFile, path, content)
+        return of_indentation(read_indentation(path), sections), sections.title
+    case = read_case(path)
+    return of_case(case), case.title
 
 
 def of_case(case: Case) -> State:
