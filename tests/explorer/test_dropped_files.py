@@ -15,6 +15,7 @@ from restitution.explorer import answers, dropped_files
 from restitution.explorer.downloads import download
 from restitution.explorer.state import settled
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 TIMES = np.geomspace(1e-5, 1e2, 40)
 OMEGA = np.geomspace(1e-2, 1e5, 40)
 SERIES = rs.PronySeries(3e6, [9e6, 4e6], [1e-3, 0.3])
@@ -292,3 +293,19 @@ def test_a_case_file_of_many_tables_is_refused_before_it_is_read():
     text = "".join(f"[a{n}]\n" for n in range(100_000))
     with pytest.raises(rs.InputError, match="a case file must have at most 65536"):
         dropped(text, "a.toml")
+
+
+def test_a_soft_ball_of_a_case_keeps_its_waves():
+    # The README's first example: a rubber ball on a rigid plate.
+    text = (EXAMPLES / "rubber_ball.toml").read_text()
+    state = dropped(text, "ball.toml")["state"]
+    (waves,) = (one for one in answers.impact(state)["validity"] if one["kind"] == "waves")
+    assert waves["state"] == "ok"
+    again = dropped(download({"what": "case", "state": state})["text"], "again.toml")["state"]
+    assert again["impact.material_of"] == "body"
+    names: dict[str, Any] = {}
+    exec(download({"what": "python", "state": state})["text"], names)
+    assert not names["result"].validity["waves"].exceeded
+    hard = state | {"impact.material_of": "target"}
+    (waves,) = (one for one in answers.impact(hard)["validity"] if one["kind"] == "waves")
+    assert waves["state"] == "doubtful"

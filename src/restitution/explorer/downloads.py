@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from restitution.case.material import is_fractional
 from restitution.checks import one_of
+from restitution.contact.contact import BALL_ON_TARGET
 from restitution.contact.geometry import Geometry
 from restitution.explorer.answers import case_of, indentation_case
 from restitution.explorer.state import case_content, indentation_content
@@ -50,10 +51,12 @@ def python(state: Mapping[str, Any]) -> str:
     case = case_of(state)
     content = case_content(state)
     problem = case.impact
-    arguments = {"mass": problem.mass, "velocity": problem.velocity}
+    arguments: dict[str, Any] = {"mass": problem.mass, "velocity": problem.velocity}
     for name in ("external_force", "body_size"):
         if value := getattr(problem, name):
             arguments[name] = value
+    if problem.diameters != BALL_ON_TARGET:
+        arguments["diameters"] = problem.diameters
     fractional = case.sections.needs_window
     material = _material(content["material"], problem.material, fractional)
     lines = ["import restitution as rs", "", f"material = {material}"]
@@ -110,4 +113,6 @@ def _keywords(values: Mapping[str, Any]) -> str:
 def _python_value(value: Any) -> str:
     if isinstance(value, PronySeries):
         return f"rs.{value!r}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_python_value, value))})"
     return 'float("inf")' if value == math.inf else repr(value)

@@ -324,6 +324,9 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("impact.external_force", "impact", INPUTS["external_force"], _CONSTANTS_ENTRY)
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", "impact", Quantity("body_size", LENGTH, words, low=0.0, open=False))
+    # It decides which one of the two radiates waves; the impact is the same.
+    options = [Option("target", "the target"), Option("body", "the body")]
+    yield Input("impact.material_of", "impact", "what deforms", options=tuple(options))
     yield _number("impact.gravity", "bounces", INPUTS["gravity"])
     yield from _indentation_inputs(round_bodies)
 

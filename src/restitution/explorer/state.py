@@ -13,6 +13,7 @@ from restitution.case.impact import Case, read_case
 from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
 from restitution.case.section import CaseError, read_sections, read_toml
 from restitution.contact.analytic import sphere_mass
+from restitution.contact.contact import BALL_ON_TARGET
 from restitution.contact.geometry import Geometry
 from restitution.contact.pyramid import Pyramid
 from restitution.errors import InputError
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 State = dict[str, Any]
 
 _PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
+# The body that deforms unless the case states it.
+_SOFT = "target"
 _NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
 
 
@@ -100,6 +103,8 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
     for key in ("external_force", "body_size"):
         if not content["impact"].get(key):
             content["impact"].pop(key, None)
+    if content["impact"]["material_of"] == _SOFT:
+        del content["impact"]["material_of"]
     return content | {"material": _material(values)}
 
 
@@ -161,6 +166,7 @@ def of_case(case: Case) -> State:
     values["mass_from"] = "density" if "body.density" in values else "mass"
     values["impact.external_force"] = float(case.impact.external_force)
     values["impact.body_size"] = float(case.impact.body_size or 0.0)
+    values["impact.material_of"] = sections.impact.material_of or _SOFT
     return values | _of_section(written["material"], lambda: case.impact.material)
 
 
@@ -225,6 +231,7 @@ def of_impact(impact: Impact) -> State:
     for name in ("velocity", "external_force"):
         values[f"impact.{name}"] = float(getattr(impact, name))
     values["impact.body_size"] = float(impact.body_size or 0.0)
+    values["impact.material_of"] = "body" if impact.diameters == BALL_ON_TARGET[::-1] else _SOFT
     return values | {"body.mass": float(impact.mass)} | of_material(impact.material)
 
 

@@ -4,7 +4,7 @@ import { logspace } from "./map.js";
 import { digits } from "./units.js";
 
 const ONLY = { "material.model": "standard_solid", "profile.type": "parabola", bulk: "poisson_ratio" };
-const WITHOUT = new Set(["material.density", "impact.external_force", "impact.body_size"]);
+const WITHOUT = new Set(["material.density", "impact.external_force", "impact.body_size", "impact.material_of"]);
 
 // The schema with what can be answered here.
 export function reduced(schema) {
