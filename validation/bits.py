@@ -5,7 +5,7 @@ outputs must have the same bits. Then files of a store are damaged or exchanged;
 read the same numbers, and the same sweep must restore every byte. Sweeps are killed at random moments; the same
 sweep must end with the same bytes. Bits of saved surrogates are flipped; a surrogate must be refused or be the same.
 
-Usage: python validation/bits.py [--size 20] [--stores 40] [--kills 40] [--flips 3000] [--seed 0]
+Usage: python validation/bits.py [--size 20] [--stores 40] [--kills 40] [--flips 3000] [--seed 0] [--out FILE]
 """
 
 import argparse
@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.progress import track
 
 import restitution as rs
@@ -37,7 +36,6 @@ NAMES = (
     "max_contact_radius",
 )
 ROWS = 30
-PROGRESS = Console(stderr=True)
 SWEEP = """
 import sys
 import restitution as rs
@@ -128,7 +126,7 @@ def damaged(seed: int, count: int) -> Counter[tuple[str, str]]:
         run(made)
         intact, contents = rs.open_sweep(made).load(), tree(made)
         files = [name for name in sorted(contents) if "/c/" in name or name.startswith("validity/")]
-        for kind in track(["flip", "truncate", "remove", "exchange"] * count, "stores", console=PROGRESS):
+        for kind in track(["flip", "truncate", "remove", "exchange"] * count, "stores"):
             shutil.copytree(made, out)
             name = rng.choice(files)
             content = bytearray(contents[name])
@@ -159,7 +157,9 @@ def killed(seed: int, count: int) -> Counter[tuple[str, str]]:
         made, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
 
         def start(out: Path) -> subprocess.Popen[str]:
-            process = subprocess.Popen([sys.executable, "-c", SWEEP, str(out)], stdout=subprocess.PIPE, text=True)
+            process = subprocess.Popen(
+                [sys.executable, "-c", SWEEP, str(out)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            )
             assert process.stdout
             process.stdout.readline()
             return process
@@ -167,7 +167,7 @@ def killed(seed: int, count: int) -> Counter[tuple[str, str]]:
         process, begin = start(made), time.monotonic()
         process.wait()
         duration, contents = time.monotonic() - begin, tree(made)
-        for kind in track(["kill -9", "Ctrl-C"] * (count // 2), "kills", console=PROGRESS):
+        for kind in track(["kill -9", "Ctrl-C"] * (count // 2), "kills"):
             process = start(out)
             time.sleep(rng.uniform(0.0, 0.9 * duration))
             process.send_signal(signal.SIGKILL if kind == "kill -9" else signal.SIGINT)
@@ -190,7 +190,7 @@ def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
     with tempfile.TemporaryDirectory() as folder:
         path = made.save(Path(folder) / "surrogate.json")
         content = path.read_bytes()
-        for _ in track(range(count), "flips", console=PROGRESS):
+        for _ in track(range(count), "flips"):
             changed = bytearray(content)
             changed[rng.randrange(len(changed))] ^= 1 << rng.randrange(8)
             path.write_bytes(changed)
@@ -204,26 +204,26 @@ def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
 
 
 def main() -> None:
-    """Print a report."""
+    """Write a table of the bits and one of the damages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", type=int, default=20, help="draws of all kinds of impacts")
     parser.add_argument("--stores", type=int, default=40, help="damages of each kind")
     parser.add_argument("--kills", type=int, default=40, help="sweeps that are interrupted")
     parser.add_argument("--flips", type=int, default=3000, help="flipped bits of a surrogate")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
     given = parser.parse_args()
     warnings.simplefilter("ignore", RestitutionWarning)
     tried, differ = Counter[str](), Counter[str]()
-    for number in track(range(given.size), "bits", console=PROGRESS):
+    for number in track(range(given.size), "bits"):
         for total, found in zip((tried, differ), compared(given.seed, number), strict=True):
             total.update(found)
-    print(f"Seed {given.seed}, {given.size} draws.\n\n| kind | compared | bits differ |\n|---|---|---|")
-    for kind in tried:
-        print(f"| {kind} | {tried[kind]:,} | {differ[kind]:,} |")
-    print("\n| damage | what happened | count |\n|---|---|---|")
+    lines = [f"Seed {given.seed}, {given.size} draws.", "", "| kind | compared | bits differ |", "|---|---|---|"]
+    lines += [f"| {kind} | {tried[kind]:,} | {differ[kind]:,} |" for kind in tried]
     ends = damaged(given.seed, given.stores) + killed(given.seed, given.kills) + flipped(given.seed, given.flips)
-    for (kind, end), n in sorted(ends.items()):
-        print(f"| {kind} | {end} | {n} |")
+    lines += ["", "| damage | what happened | count |", "|---|---|---|"]
+    lines += [f"| {kind} | {end} | {n} |" for (kind, end), n in sorted(ends.items())]
+    given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
