@@ -32,7 +32,7 @@ times over eleven decades; they are solids and liquids, some with a dashpot in p
 cone, $r^{{0.7}}$, $r^{{3.3}}$
 and a sphere. The reference uses $E^*(t)$ itself, closed forms, quadrature on graded panels and `brentq`. Errors are
 relative to the largest value. Right after a sudden turn, fast terms change the force by more than $10^{{-10}}$ within
-the rounding of a time, so the change of the force between neighbouring doubles is subtracted from its error. The last
+the rounding of a time, so the change of the force over the rounding of the times is subtracted from its error. The last
 row of a block is the residual of Ting's condition $\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and
 the largest depth.
 
@@ -173,10 +173,8 @@ class UnderDepth:
             forces.append(now + self.force(moment, depth))
         moments = np.minimum(t + touch, result.history_given.stop)
         found = result.sample(moments)
-        before, behind = (
-            result.sample(np.nextafter(moments, 0.0)),
-            result.sample(np.nextafter(moments, 2.0 * moments)),
-        )
+        ulps = 2.0 * np.spacing(abs(touch) + self.time[-1])
+        before, behind = (result.sample(np.clip(moments + n * ulps, *result.time[[0, -1]])) for n in (-1, 1))
         rounding = np.abs(behind.force.values - before.force.values)
         radii = np.asarray(self.profile.contact_radius(np.array(depths)))
         both = math.isfinite(end) or math.isfinite(result.contact_end_time)
