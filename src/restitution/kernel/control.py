@@ -8,6 +8,7 @@ from restitution.kernel.compile import inlined
 CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
 
 _SLOW = 0.25  # contraction from which new inverses cost less than more chord steps
+_MOST_CHORDS = 6.0  # chord steps ahead from which new inverses cost less
 _WORST = 0.9  # largest contraction for the estimate of the remaining error
 # A chord step diverges if it is longer than the last by the first factor and larger than the second number.
 _GROWTH, _LARGE = 2.0, 1e-3
@@ -36,7 +37,7 @@ def newton_verdict(
         return CHORD
     if size > _GROWTH * previous and size > _LARGE:
         return DIVERGED
-    return FACTOR if slow else CHORD
+    return FACTOR if slow or size * (size / previous) ** _MOST_CHORDS > accept else CHORD
 
 
 @inlined

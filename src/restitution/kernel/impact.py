@@ -205,7 +205,7 @@ def solve_block(
                 if status == SEPARATED:
                     # A body that loses much on its way back shows only now how small an error matters.
                     e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
-                    if first_length(problem, work, finer, sharper, e) < work.places[BACK_LENGTH, 0]:
+                    if first_length(problem, work, sharper, e) < work.places[BACK_LENGTH, 0]:
                         status = rebound(problem, scheme, work, finer, sharper, e)
                 if status in (SEPARATED, SINKS_IN):
                     outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])

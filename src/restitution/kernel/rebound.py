@@ -72,10 +72,10 @@ TIME_WEIGHT = 0.4  # weight of an error of the time, as F dt
 _PLACE_ROUNDING = 1e-14  # rounding of a place over sigma at the turning point
 # Length of an element.
 _OF_RELAXATION = 0.7  # first element over the shortest relaxation time that matters
-# A mode matters from this delay of the edge of contact on, times the force over the velocity that counts: over the
-# tolerance of an element, and over Newton's. Shorter delays than the last one are never resolved.
-_MATTERS, _MATTERS_AT_LAST, _LEAST_DELAY = 0.1, 50.0, 1e-13
-_MOST_DELAY = 6.0  # at the end of the first element, over s at the turning point times its length; it should be 4
+# Modes matter from this delay of the edge of contact on, times the force over the velocity that counts, over Newton's
+# tolerance, which is a twentieth of rtol. Shorter delays than the last number are never resolved.
+_MATTERS, _LEAST_DELAY = 10.0, 1e-13
+_MOST_PACE = 4.0  # largest u of the first element over s at the turning point; it should be 2
 _NEAR = 1e-8  # way from the turning point, over sigma there, on which the velocity is linear
 _SHORTEST = 1e-15  # over sigma at the turning point
 _WHOLE = 0.999  # share of the rest from which an element covers all of it
@@ -143,7 +143,8 @@ def rebound_element(
                 F_t = F_t - force_k * inverse
                 phi_t = phi_t - x * inverse
                 psi_t = psi_t - (memory_k + (brake * inverse) * force_k) * inverse
-        v = v0 - h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
+        gained = -h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
+        v = v0 + gained
         psi = equilibrium * v - eta * (F - external_force) + memory - brake * F_t
         mode_slope = broadcast(0.0)
         if refactor:
@@ -153,7 +154,8 @@ def rebound_element(
                 write8(M, j, 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
-            start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
+            # W_k of a fast mode is far smaller than v: from v - v0 it would be rounding.
+            start = table[MODES_ + 1 + 2 * k, 0] + gained
             if refactor:
                 Wk = matvec(B[k], start)
                 weight = E * Wk / u
@@ -245,9 +247,9 @@ def elastic_velocity(work: Work) -> float:
 
 
 @compiled
-def first_length(problem: Problem, work: Work, tolerance: float, accept: float, counts: float) -> float:
+def first_length(problem: Problem, work: Work, accept: float, counts: float) -> float:
     """Longest first element that resolves all modes that matter, if a velocity of `counts` matters at the end."""
-    velocity = min(_MATTERS * tolerance, _MATTERS_AT_LAST * accept) * min(elastic_velocity(work), counts)
+    velocity = _MATTERS * accept * min(elastic_velocity(work), counts)
     layer = first_layer(problem, max(velocity / work.turning[F_], _LEAST_DELAY))
     return _OF_RELAXATION * layer / (2.0 * work.turning[S_])
 
@@ -286,7 +288,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
     amplitude = elastic_velocity(work)
-    h = min(h, first_length(problem, work, tolerance, accept, counts))
+    h = min(h, first_length(problem, work, accept, counts))
     kink = work.counts[N_APPROACH]
     rough_end = problem.path.exponent > 0.0 and problem.path.exponent not in (1.0, 2.0)
     position = 0.0
@@ -337,9 +339,10 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
-        # Behind the turning point the edge of contact retreats no faster than it advanced. Rounding can lead Newton's
-        # method to another root.
-        astray = element == 0 and work.vectors[DELAY, S - 1] > _MOST_DELAY * s_m * h
+        # Behind the turning point the edge of contact retreats no faster than it advanced. Newton's method can find
+        # another root.
+        lags, paces = read8(work.vectors, DELAY, 0), read8(work.vectors, UNKNOWN, 0)
+        astray = element == 0 and not (smallest(lags) > 0.0 and largest(paces) < _MOST_PACE * s_m)
         if iterations < 0 or astray:
             h *= ON_FAILURE
             continue
