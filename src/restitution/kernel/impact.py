@@ -50,7 +50,7 @@ _COARSER, _NEAR_ROUNDING = 5.0, 3.0
 # follow the immediate force of a dashpot, and where a flat face touches material with fast modes.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
 # Factor of the tolerance where a(s) is a table, with bends that are no kinks.
-_WITH_TABLE = 0.6
+_WITH_TABLE = 0.4
 # Impacts under a constant force, or on a target that moves: smallest e, largest amplification of the error without a
 # second solve, and smallest tolerances of a second solve.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-12, 2e-14)

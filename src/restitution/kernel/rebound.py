@@ -55,6 +55,7 @@ from restitution.kernel.workspace import (
 ROUNDING = 1e-9  # relative size of a step below which it may be rounding
 NOISE = 1e-14  # further part of it over the velocity of the approach, which vanishes at the turning point
 _LEAST_VELOCITY = 1e-12  # smallest velocity for this part
+_FORCE_NOISE, _LEAST_SPEED = 1e-15, 1e-9  # the same of the force over the velocity of a body on a target that moves
 _MOST_ITERATIONS = 14
 _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9  # largest step and smallest u, over the largest u
 # First guess of u.
@@ -110,7 +111,9 @@ def rebound_element(
     elapsed = delay + h * matvec(A, r1)
     Pi = read8(work.vectors, INTEGRAL, 0)
     u = read8(work.vectors, UNKNOWN, 0)
+    # The velocity that a moving target takes has the rounding of the force.
     rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], _LEAST_VELOCITY)
+    rounding += _FORCE_NOISE * z * table[F_, 0] / max(abs(v0), _LEAST_SPEED)
     previous = math.inf
     largest_u = 0.0
     drift = 0.0
