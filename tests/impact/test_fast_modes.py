@@ -97,6 +97,16 @@ def test_the_first_layer_of_the_rebound(series, profile, rtol):
     )
 
 
+def test_newton_does_not_end_where_the_pace_is_kept_above_zero():
+    fast = PronySeries(
+        0.004625951772510465, [0.01699341217431956, 8832295306560.43], [1.936933332758204e-10, 2.203234266741087e-12],
+        parallel_viscosity=0.0005714320543844006,
+    )  # fmt: skip
+    impact = Impact(Material(fast, math.inf), FlatEndedParabola(1.0, 0.3), 1.0, 1.0)
+    found, wanted = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-9, 1e-10))
+    assert found == pytest.approx(wanted, abs=1e-12)
+
+
 @pytest.mark.parametrize("dashpot", [False, True])
 def test_strong_fast_branches_under_a_flat_end_are_solved(dashpot):
     # The state of a fast branch is far smaller than the velocity: with rounding of the velocity, 1 % are refused.

@@ -25,7 +25,8 @@ def newton_verdict(
     """Judge a step of relative size `size` after one of size `previous`.
 
     Chord steps with old inverses contract no faster than the drift of the unknown since the inverses were computed,
-    which the first step may hide. After a full step only its size is available. Steps below `rounding` that do not
+    which the first step may hide. After a full step only its size is available. New inverses cost less than many chord
+    steps that contract slowly. Steps below `rounding` that do not
     shrink with renewed inverses are rounding.
     """
     contraction = max(size / previous, drift)
@@ -37,7 +38,8 @@ def newton_verdict(
         return CHORD
     if size > _GROWTH * previous and size > _LARGE:
         return DIVERGED
-    return FACTOR if slow or size * (size / previous) ** _MOST_CHORDS > accept else CHORD
+    many = size * (size / previous) ** _MOST_CHORDS > accept
+    return FACTOR if slow or many else CHORD
 
 
 @inlined

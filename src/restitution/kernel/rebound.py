@@ -76,7 +76,8 @@ _OF_RELAXATION = 0.7  # first element over the shortest relaxation time that mat
 # Modes matter from this delay of the edge of contact on, times the force over the velocity that counts, over Newton's
 # tolerance, which is a twentieth of rtol. Shorter delays than the last number are never resolved.
 _MATTERS, _LEAST_DELAY = 10.0, 1e-13
-_MOST_PACE = 4.0  # largest u of the first element over s at the turning point; it should be 2
+# Largest u of the first element over s at the turning point, which should be 2, and smallest u over the largest one.
+_MOST_PACE, _STANDSTILL = 4.0, 1e-6
 _NEAR = 1e-8  # way from the turning point, over sigma there, on which the velocity is linear
 _SHORTEST = 1e-15  # over sigma at the turning point
 _WHOLE = 0.999  # share of the rest from which an element covers all of it
@@ -342,10 +343,11 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
-        # Behind the turning point the edge of contact retreats no faster than it advanced. Newton's method can find
-        # another root.
-        lags, paces = read8(work.vectors, DELAY, 0), read8(work.vectors, UNKNOWN, 0)
-        astray = element == 0 and not (smallest(lags) > 0.0 and largest(paces) < _MOST_PACE * s_m)
+        # Behind the turning point the edge of contact retreats no faster than it advanced, and all the time. Newton's
+        # method can find another root, or end where u is kept above zero.
+        paces = read8(work.vectors, UNKNOWN, 0)
+        most = largest(paces)
+        astray = element == 0 and not (smallest(paces) > _STANDSTILL * most and most < _MOST_PACE * s_m)
         if iterations < 0 or astray:
             h *= ON_FAILURE
             continue
