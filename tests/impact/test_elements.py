@@ -392,3 +392,19 @@ def test_history_of_the_elements_is_thinned_and_has_units() -> None:
     assert 40 <= found.sizes["time"] <= 80
     assert set(found.data_vars) == {"displacement", "force"}
     assert (found.force.attrs["units"], found.displacement.attrs["units"]) == ("N", "m")
+
+
+@pytest.mark.parametrize(
+    ("equilibrium", "impedance", "status"),
+    [(0.0, math.inf, Status.SINKS_IN), (1.0, 1.0, Status.CAPTURED), (1.0, math.inf, Status.SEPARATED)],
+    ids=["liquid", "target", "neither"],
+)
+def test_a_body_that_gives_back_less_than_counts_is_held(monkeypatch, equilibrium, impedance, status):
+    # The limit of 1e-6 needs too many steps: with a limit of 1, each body gives back less.
+    monkeypatch.setattr(elements, "LEAST_RESTITUTION", 1.0)
+    material = Material(PronySeries(equilibrium, [10.0], [0.1]), math.inf)
+    result = solve_elements(Impact(material, Parabola(1.0), 1.0, 1.0, impedance=impedance), n_elements=50)
+    assert result.status is status
+    held = status is not Status.SEPARATED
+    assert (result.restitution_coefficient == 0.0) is held
+    assert math.isinf(result.contact_time) is held

@@ -63,6 +63,67 @@ def test_a_strong_fast_branch_hides_no_slower_one(series, velocity):
         assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, abs=rtol + 1e-10)
 
 
+UNRESOLVED = [
+    # A mode that shifts e by the tolerance if no element resolves it.
+    (PronySeries(0.01735467059134712, [0.6068440694282438, 5658121836.298629], [5.1619213232306054e-05,
+     2.047294966820255e-10]), PowerLaw(6.0, 1.0), 1e-9),
+    # Newton's method finds a false root of the first element of the rebound.
+    *(
+        (
+            PronySeries(
+                0.015534342280872162,
+                [41.84957954766757, 15689242.092524135, 0.8642047122392071, 1921.1531882838497, 485945006.82244337,
+                 1.1539854611493328, 0.017113428820376787, 105544033233.9155, 0.05281337554328754, 65442009083.836754,
+                 71483623.63614418],
+                [1.515205832265807e-13, 5.819086607118718e-12, 0.0006580859660975164, 8.927679484614497e-08,
+                 6.847375472183439e-10, 2.9531264093734904e-06, 1.6182904521077655e-12, 1.207778433118023e-11,
+                 0.0006694756215361923, 3.767444406736825e-11, 3.89951578328322e-12],
+            ),
+            FlatEndedParabola(1.0, 0.3),
+            rtol,
+        )
+        for rtol in (3e-9, 1.575e-9, 1e-9)
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("series", "profile", "rtol"), UNRESOLVED)
+def test_the_first_layer_of_the_rebound(series, profile, rtol):
+    impact = Impact(Material(series, math.inf), profile, 1.0, 1.0)
+    wanted = solve(impact, rtol=1e-12).restitution_coefficient
+    # No error may be close to the tolerance: the next material may have a larger one.
+    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(
+        wanted, abs=0.5 * rtol * max(wanted, 1e-3)
+    )
+
+
+def test_newton_does_not_end_where_the_pace_is_kept_above_zero():
+    fast = PronySeries(
+        0.004625951772510465, [0.01699341217431956, 8832295306560.43], [1.936933332758204e-10, 2.203234266741087e-12],
+        parallel_viscosity=0.0005714320543844006,
+    )  # fmt: skip
+    impact = Impact(Material(fast, math.inf), FlatEndedParabola(1.0, 0.3), 1.0, 1.0)
+    found, wanted = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-9, 1e-10))
+    assert found == pytest.approx(wanted, abs=1e-12)
+
+
+@pytest.mark.parametrize("dashpot", [False, True])
+def test_strong_fast_branches_under_a_flat_end_are_solved(dashpot):
+    # The state of a fast branch is far smaller than the velocity: with rounding of the velocity, 1 % are refused.
+    rng, drawn = np.random.default_rng(1), []
+    for _ in range(600):
+        count = rng.integers(2, 6)
+        times = 10 ** rng.uniform(-14, 1, count)
+        moduli = np.where(rng.random(count) < 0.3, 10 ** rng.uniform(-2, 2, count), 10 ** rng.uniform(-3, 1.5) / times)
+        eta = 10 ** rng.uniform(-5, 0) if dashpot else 0.0
+        series = PronySeries(10 ** rng.uniform(-5, 2), moduli, times, parallel_viscosity=eta)
+        drawn.append(Impact(Material(series, math.inf), FlatEndedParabola(1.0, 0.3), 1.0, 1.0))
+    found = solve(drawn, rtol=1e-9)
+    assert np.all(np.isfinite(found.restitution_coefficient))
+    coarse = solve(drawn, rtol=1e-6).restitution_coefficient
+    assert coarse == pytest.approx(found.restitution_coefficient, rel=1e-6, abs=1e-9)
+
+
 def fast_series(rng: np.random.Generator) -> PronySeries:
     """Branches from 1e-14 of the contact time on, weak, or as strong as a dashpot that matters."""
     count = rng.integers(2, 12)

@@ -19,6 +19,7 @@ from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.solution import SampledSolution
 from restitution.impact.status import Status
+from restitution.kernel.outcome import LEAST_RESTITUTION
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY
@@ -66,7 +67,8 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
     On the paper's material, a standard solid that is elastic in bulk, these are the equations (7) to (9) of the page
     Problem of the theory. On any other material an element is a spring, a dashpot and Maxwell branches in parallel,
     with the reduced modulus. An element whose force would become negative leaves contact for good; the impact ends
-    when all elements have left. The body is CAPTURED if it moves inwards again before that.
+    when all elements have left. The body is CAPTURED if it moves inwards again before that. A liquid, or a target with
+    an impedance, that gives back e < 1e-6 holds the body, as in the method "exact".
     """
     foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
     found = foundation.march(spacing, step)
@@ -258,10 +260,14 @@ class _Foundation:
                 raise InputError("time_step", step, wanted, "s")
             d, v = d + step * rate, v + step * (self.load - force) / self.mass
         depths, velocities, forces, radii = np.array(rows).T
+        e = max(0.0, -float(velocities[-1]) / self.velocity)
+        fades = self.load == 0.0 and (self.series.is_liquid or self.admittance > 0.0)
+        if status is Status.SEPARATED and fades and e < LEAST_RESTITUTION:
+            status = Status.SINKS_IN if self.series.is_liquid else Status.CAPTURED
         left, time = status is Status.SEPARATED, step * np.arange(depths.size)
         return SampledSolution(
             time, depths, velocities, forces, radii,
-            restitution_coefficient=max(0.0, -float(velocities[-1]) / self.velocity) if left else 0.0,
+            restitution_coefficient=e if left else 0.0,
             contact_time=float(time[-1]) if left else math.inf,
             max_indentation_depth=float(depths.max()),
             max_force=float(forces.max()),

@@ -199,7 +199,8 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         refactor = verdict == FACTOR
         renewed = renewed or (refactor and size < ROUNDING)
         previous = size
-    v = v0 - h * matvec(A, g) - z * (F - F0)
+    gained = -h * matvec(A, g) - z * (F - F0)
+    v = v0 + gained
     write8(table, S_, 1, s)
     write8(table, V_, 1, v)
     write8(table, T_, 1, table[T_, 0] + h * matvec(A, r))
@@ -211,7 +212,8 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         power *= drift
         rounds += 1
     for k in range(N):
-        start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
+        # W_k of a fast mode is far smaller than v: from v - v0 it would be rounding.
+        start = table[MODES_ + 1 + 2 * k, 0] + gained
         Wk = matvec(B[k], start)
         for _ in range(rounds):
             Wk = refined(problem, scheme, work, k, start, Wk, r, h)

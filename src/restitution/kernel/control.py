@@ -8,6 +8,7 @@ from restitution.kernel.compile import inlined
 CHORD, FACTOR, CONVERGED, DIVERGED = range(4)
 
 _SLOW = 0.25  # contraction from which new inverses cost less than more chord steps
+_MOST_CHORDS = 6.0  # chord steps ahead from which new inverses cost less
 _WORST = 0.9  # largest contraction for the estimate of the remaining error
 # A chord step diverges if it is longer than the last by the first factor and larger than the second number.
 _GROWTH, _LARGE = 2.0, 1e-3
@@ -24,7 +25,8 @@ def newton_verdict(
     """Judge a step of relative size `size` after one of size `previous`.
 
     Chord steps with old inverses contract no faster than the drift of the unknown since the inverses were computed,
-    which the first step may hide. After a full step only its size is available. Steps below `rounding` that do not
+    which the first step may hide. After a full step only its size is available. New inverses cost less than many chord
+    steps that contract slowly. Steps below `rounding` that do not
     shrink with renewed inverses are rounding.
     """
     contraction = max(size / previous, drift)
@@ -36,7 +38,8 @@ def newton_verdict(
         return CHORD
     if size > _GROWTH * previous and size > _LARGE:
         return DIVERGED
-    return FACTOR if slow else CHORD
+    many = size * (size / previous) ** _MOST_CHORDS > accept
+    return FACTOR if slow or many else CHORD
 
 
 @inlined

@@ -50,7 +50,7 @@ _COARSER, _NEAR_ROUNDING = 5.0, 3.0
 # follow the immediate force of a dashpot, and where a flat face touches material with fast modes.
 _WITH_DASHPOT, _WITH_FLAT_FACE = (2.0, 1e-13), (200.0, 1e-12)
 # Factor of the tolerance where a(s) is a table, with bends that are no kinks.
-_WITH_TABLE = 0.6
+_WITH_TABLE = 0.4
 # Impacts under a constant force, or on a target that moves: smallest e, largest amplification of the error without a
 # second solve, and smallest tolerances of a second solve.
 _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-12, 2e-14)
@@ -205,7 +205,7 @@ def solve_block(
                 if status == SEPARATED:
                     # A body that loses much on its way back shows only now how small an error matters.
                     e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
-                    if first_length(problem, work, finer, sharper, e) < work.places[BACK_LENGTH, 0]:
+                    if first_length(problem, work, sharper, e) < work.places[BACK_LENGTH, 0]:
                         status = rebound(problem, scheme, work, finer, sharper, e)
                 if status in (SEPARATED, SINKS_IN):
                     outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])

@@ -55,6 +55,7 @@ from restitution.kernel.workspace import (
 ROUNDING = 1e-9  # relative size of a step below which it may be rounding
 NOISE = 1e-14  # further part of it over the velocity of the approach, which vanishes at the turning point
 _LEAST_VELOCITY = 1e-12  # smallest velocity for this part
+_FORCE_NOISE, _LEAST_SPEED = 1e-15, 1e-9  # the same of the force over the velocity of a body on a target that moves
 _MOST_ITERATIONS = 14
 _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9  # largest step and smallest u, over the largest u
 # First guess of u.
@@ -72,10 +73,11 @@ TIME_WEIGHT = 0.4  # weight of an error of the time, as F dt
 _PLACE_ROUNDING = 1e-14  # rounding of a place over sigma at the turning point
 # Length of an element.
 _OF_RELAXATION = 0.7  # first element over the shortest relaxation time that matters
-# A mode matters from this delay of the edge of contact on, times the force over the velocity that counts: over the
-# tolerance of an element, and over Newton's. Shorter delays than the last one are never resolved.
-_MATTERS, _MATTERS_AT_LAST, _LEAST_DELAY = 0.1, 50.0, 1e-13
-_MOST_DELAY = 6.0  # at the end of the first element, over s at the turning point times its length; it should be 4
+# Modes matter from this delay of the edge of contact on, times the force over the velocity that counts, over Newton's
+# tolerance, which is a twentieth of rtol. Shorter delays than the last number are never resolved.
+_MATTERS, _LEAST_DELAY = 10.0, 1e-13
+# Largest u of the first element over s at the turning point, which should be 2, and smallest u over the largest one.
+_MOST_PACE, _STANDSTILL = 4.0, 1e-6
 _NEAR = 1e-8  # way from the turning point, over sigma there, on which the velocity is linear
 _SHORTEST = 1e-15  # over sigma at the turning point
 _WHOLE = 0.999  # share of the rest from which an element covers all of it
@@ -110,7 +112,9 @@ def rebound_element(
     elapsed = delay + h * matvec(A, r1)
     Pi = read8(work.vectors, INTEGRAL, 0)
     u = read8(work.vectors, UNKNOWN, 0)
+    # The velocity that a moving target takes has the rounding of the force.
     rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], _LEAST_VELOCITY)
+    rounding += _FORCE_NOISE * z * table[F_, 0] / max(abs(v0), _LEAST_SPEED)
     previous = math.inf
     largest_u = 0.0
     drift = 0.0
@@ -143,7 +147,8 @@ def rebound_element(
                 F_t = F_t - force_k * inverse
                 phi_t = phi_t - x * inverse
                 psi_t = psi_t - (memory_k + (brake * inverse) * force_k) * inverse
-        v = v0 - h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
+        gained = -h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
+        v = v0 + gained
         psi = equilibrium * v - eta * (F - external_force) + memory - brake * F_t
         mode_slope = broadcast(0.0)
         if refactor:
@@ -153,7 +158,8 @@ def rebound_element(
                 write8(M, j, 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
-            start = v + (table[MODES_ + 1 + 2 * k, 0] - v0)
+            # W_k of a fast mode is far smaller than v: from v - v0 it would be rounding.
+            start = table[MODES_ + 1 + 2 * k, 0] + gained
             if refactor:
                 Wk = matvec(B[k], start)
                 weight = E * Wk / u
@@ -245,9 +251,9 @@ def elastic_velocity(work: Work) -> float:
 
 
 @compiled
-def first_length(problem: Problem, work: Work, tolerance: float, accept: float, counts: float) -> float:
+def first_length(problem: Problem, work: Work, accept: float, counts: float) -> float:
     """Longest first element that resolves all modes that matter, if a velocity of `counts` matters at the end."""
-    velocity = min(_MATTERS * tolerance, _MATTERS_AT_LAST * accept) * min(elastic_velocity(work), counts)
+    velocity = _MATTERS * accept * min(elastic_velocity(work), counts)
     layer = first_layer(problem, max(velocity / work.turning[F_], _LEAST_DELAY))
     return _OF_RELAXATION * layer / (2.0 * work.turning[S_])
 
@@ -286,7 +292,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     for k in range(N):
         table[MODES_ + 2 * k, 0] = 1.0
     amplitude = elastic_velocity(work)
-    h = min(h, first_length(problem, work, tolerance, accept, counts))
+    h = min(h, first_length(problem, work, accept, counts))
     kink = work.counts[N_APPROACH]
     rough_end = problem.path.exponent > 0.0 and problem.path.exponent not in (1.0, 2.0)
     position = 0.0
@@ -337,9 +343,11 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         _predict(problem, scheme, work, element, h, previous)
         iterations = rebound_element(problem, scheme, work, table, h, delay, accept)
         work.counts[N_FACTOR] += 1
-        # Behind the turning point the edge of contact retreats no faster than it advanced. Rounding can lead Newton's
-        # method to another root.
-        astray = element == 0 and work.vectors[DELAY, S - 1] > _MOST_DELAY * s_m * h
+        # Behind the turning point the edge of contact retreats no faster than it advanced, and all the time. Newton's
+        # method can find another root, or end where u is kept above zero.
+        paces = read8(work.vectors, UNKNOWN, 0)
+        most = largest(paces)
+        astray = element == 0 and not (smallest(paces) > _STANDSTILL * most and most < _MOST_PACE * s_m)
         if iterations < 0 or astray:
             h *= ON_FAILURE
             continue
