@@ -178,3 +178,17 @@ def test_the_end_of_contact_under_a_blunt_tip(exponent):
     finest = solve(drawn, rtol=1e-12, errors="warn").restitution_coefficient
     found = solve(drawn, rtol=1e-11, errors="warn").restitution_coefficient
     assert np.nanmax(np.abs(found - finest) / np.maximum(finest, 1e-3)) < 2e-11
+
+
+@pytest.mark.parametrize("eta", [1e3, 1e7, 1e10])
+def test_a_dashpot_that_takes_nearly_all_energy(eta):
+    # A flat punch on a Kelvin-Voigt solid is a damped oscillator, which ends at the zero of its force.
+    stiffness, damping = 2.0 * 10.0 * 4.0, 2.0 * 10.0 * 4.0 * eta
+    fast = 0.5 * damping * (1.0 + math.sqrt(1.0 - 4.0 * stiffness / damping**2))
+    slow = stiffness / fast
+    solid = Material(PronySeries(1.0, parallel_viscosity=eta), math.inf)
+    result = solve(Impact(solid, FlatPunch(10.0), 1.0, 1.0))
+    end = math.log((fast / slow) ** 2) / (fast - slow)
+    assert result.contact_time == pytest.approx(end, rel=1e-8)
+    speed = (slow * math.exp(-slow * end) - fast * math.exp(-fast * end)) / (fast - slow)
+    assert result.restitution_coefficient == pytest.approx(speed, rel=1e-6)

@@ -59,7 +59,7 @@ _FORCE_NOISE, _LEAST_SPEED = 1e-15, 1e-9  # the same of the force over the veloc
 _MOST_ITERATIONS = 14
 _LARGEST_STEP, _LEAST_PACE = 1e3, 1e-9  # largest step and smallest u, over the largest u
 # First guess of u.
-_LEAST_S = 1e-12
+_LEAST_S, _LEAST_SPRING = 1e-12, 1e-30
 _SHARES = 3  # rounds that decide which modes have relaxed
 _FARTHEST = 2.0  # length over that of the last element up to which the polynomial of u/s1 is continued
 _MOST_CHANGE = 10.0  # largest factor by which u/s1 may change
@@ -403,7 +403,7 @@ def _relaxed_share(problem: Problem, ahead: float) -> float:
                 springs += problem.moduli[k]
             else:
                 dashpot += problem.moduli[k] * problem.times[k]
-        ratio = dashpot / max(springs, _LEAST_S)
+        ratio = dashpot / max(springs, _LEAST_SPRING)
         t = ahead * (ahead / (ratio + math.sqrt(ratio * ratio + ahead * ahead)))
     return ratio
 
