@@ -32,7 +32,7 @@ times over eleven decades; they are solids and liquids, some with a dashpot in p
 cone, $r^{{0.7}}$, $r^{{3.3}}$
 and a sphere. The reference uses $E^*(t)$ itself, closed forms, quadrature on graded panels and `brentq`. Errors are
 relative to the largest value. Right after a sudden turn, fast terms change the force by more than $10^{{-10}}$ within
-the rounding of a time, so the change of the force over the rounding of the times is subtracted from its error. The last
+the rounding of a time, so the change of either force over the rounding of the times is subtracted from the error. The last
 row of a block is the residual of Ting's condition $\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and
 the largest depth.
 
@@ -159,7 +159,8 @@ class UnderDepth:
             self.turning + (last - self.turning) * np.array([1e-3, 0.2, 0.5, 0.9, 0.99]),
         ])  # fmt: skip
         t = t[~np.isin(t, [self.turning, end])]
-        forces, depths = [], []
+        forces, depths, own_rounding = [], [], []
+        ulps = 2.0 * np.spacing(abs(touch) + self.time[-1])
         for moment in t:
             depth = np.interp(moment, self.time, self.depth)
             now = 0.0
@@ -171,11 +172,11 @@ class UnderDepth:
                 depth = self.largest
             depths.append(depth)
             forces.append(now + self.force(moment, depth))
+            own_rounding.append(abs(self.force(moment + ulps, depth) - self.force(moment, depth)))
         moments = np.minimum(t + touch, result.history_given.stop)
         found = result.sample(moments)
-        ulps = 2.0 * np.spacing(abs(touch) + self.time[-1])
         before, behind = (result.sample(np.clip(moments + n * ulps, *result.time[[0, -1]])) for n in (-1, 1))
-        rounding = np.abs(behind.force.values - before.force.values)
+        rounding = np.maximum(np.abs(behind.force.values - before.force.values), own_rounding)
         radii = np.asarray(self.profile.contact_radius(np.array(depths)))
         both = math.isfinite(end) or math.isfinite(result.contact_end_time)
         return {
