@@ -59,6 +59,20 @@ def test_an_interval_goes_on_where_another_parameter_comes_back_from_zero():
     assert _least(data, 1.5e6) < found.chi2 + 1.0
 
 
+@pytest.mark.parametrize("seed", [3, 5, 9])
+def test_an_interval_goes_on_where_the_line_of_a_hidden_parameter_leads_far_away(seed):
+    """The equilibrium modulus is near zero at the best fit, and a third of the branch modulus inside the interval."""
+    data, truth = _slow(seed, share=0.003, ratio=4.0)
+    found = rs.identify(data, rs.standard_solid, fixed=FIXED)
+    exact = rs.solve(rs.Impact(rs.standard_solid(*truth, **FIXED), rs.Parabola(0.01), MASS, data.velocity))
+    logs = (np.log(exact.restitution_coefficient / data.restitution_coefficient),
+            np.log(exact.contact_time / data.contact_time))  # fmt: skip
+    # chi2 at the truth is above the least one of the same branch modulus, so that the interval holds the truth.
+    assert np.square(logs).sum() / 0.003**2 < found.chi2 + 3.84
+    low, high = found.parameters["branch_modulus"].interval
+    assert low < truth[1] < high
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_no_interval_misses_the_truth_by_five_errors(seed):
     random = np.random.default_rng(seed + 100)

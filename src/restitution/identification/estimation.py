@@ -137,15 +137,21 @@ def minimise(
 
 
 def rescued(
-    problem: EstimationProblem, fit: Fit, hidden: NDArray[np.intp], loss: Loss, held: int, tolerance: float
-) -> Fit:
-    """The fit, or a better one with the same held coordinate from other values of hidden coordinates."""
+    problem: EstimationProblem, fit: Fit, near: Array, hidden: NDArray[np.intp], loss: Loss, held: int,
+    tolerance: float,
+) -> Fit:  # fmt: skip
+    """The fit, or a better one with the same held coordinate from other values of hidden coordinates.
+
+    All other coordinates start from the fit, and from a point near it, as the fit may be a poor local minimum.
+    """
     places = hidden[hidden != held]
     if not places.size:
         return fit
-    points = np.tile(fit.coordinates, (_TRIALS, 1))
+    points = np.tile(np.stack([near, fit.coordinates])[:, None], (1, _TRIALS + 1, 1))
     low, high = problem.low[places], problem.high[places]
-    points[:, places] = low + lattice(_TRIALS, places.size) * (high - low)
+    points[:, 1:, places] = low + lattice(_TRIALS, places.size) * (high - low)
+    points[..., held] = fit.coordinates[held]
+    points = points.reshape(-1, near.size)[:-1]
     costs = (_lossy(problem.residuals(points), loss) ** 2).sum(axis=1)
     chosen = np.argsort(np.where(np.isfinite(costs), costs, np.inf), kind="stable")[:_RESCUES]
     found = _minima(problem, points[chosen], loss, tolerance, held)

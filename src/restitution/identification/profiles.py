@@ -76,7 +76,7 @@ def _flattens(
     guess = best.coordinates.copy()
     guess[k] = far
     fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-    fit = rescued(problem, fit, unseen, estimation.loss, k, _TOLERANCE)
+    fit = rescued(problem, fit, best.coordinates, unseen, estimation.loss, k, _TOLERANCE)
     walked.append((far, fit.cost - best.cost))
     return fit.cost - best.cost < (_WARY * quantile) ** 2
 
@@ -94,61 +94,71 @@ def _side(
     origin = estimation.fit.coordinates
     bound = float(problem.low[k] if sign < 0 else problem.high[k])
     open_end = sign * math.inf
-    slope = covariance[:, k] / covariance[k, k]
+    unseen = hidden(standard_error, problem.n_parameters)
+    slope = sign * covariance[:, k] / covariance[k, k]
     walked: list[tuple[float, float]] = []
-    # Distance, root of the excess, and coordinates of the last two points.
-    last, before = (0.0, 0.0, origin), None
+    last, before = _Point(0.0, 0.0, origin), None
     step, flat = min(_LONGEST, quantile * float(standard_error[k])), 0.0
 
-    def at(distance: float) -> tuple[float, float, Array]:
+    def at(distance: float, guess: Array, wakened: Array | None = None) -> _Point:
+        """Point of the profile; with descents from other hidden coordinates of some point if it is outside."""
         nonlocal best
-        if before is None:
-            guess = origin + slope * sign * distance
-        else:
-            share = (distance - last[0]) / (last[0] - before[0])
-            guess = last[2] + share * (last[2] - before[2])
         guess = np.clip(guess, problem.low, problem.high)
         guess[k] = origin[k] + sign * distance
         fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-        if not math.isfinite(fit.cost) and before is not None:
-            guess = last[2].copy()
-            guess[k] = origin[k] + sign * distance
-            fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-        if fit.cost - least >= quantile**2:
-            fit = rescued(problem, fit, hidden(standard_error, problem.n_parameters), estimation.loss, k, _TOLERANCE)
+        if wakened is not None and not fit.cost - least < quantile**2:
+            fit = rescued(problem, fit, wakened, unseen, estimation.loss, k, _TOLERANCE)
         if fit.cost < best.cost:
             best = fit
-        walked.append((float(origin[k] + sign * distance), fit.cost - least))
-        return distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates
+        walked.append((float(guess[k]), fit.cost - least))
+        return _Point(distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates)
 
     room = abs(bound - float(origin[k]))
     while True:
-        if last[0] >= min(flat + FAR, 0.999 * room):
+        if last.distance >= min(flat + FAR, 0.999 * room):
             return open_end, walked, best
-        distance = min(last[0] + step, flat + FAR, 0.999 * room)
-        new = at(distance)
-        if new[1] >= quantile:
+        distance = min(last.distance + step, flat + FAR, 0.999 * room)
+        # The line of a hidden coordinate is meaningless, so that no coordinate goes far along it.
+        line = slope * distance if before is None else last.toward(before, distance)
+        new = at(distance, last.coordinates + np.clip(line, -_LONGEST, _LONGEST), last.coordinates)
+        if not new.root < quantile:
             break
         before, last, width = last, new, step
-        if last[1] < _FLAT:
-            flat, step = last[0], max(_GROWTH * width, 0.02)
+        if last.root < _FLAT:
+            flat, step = last.distance, max(_GROWTH * width, 0.02)
             continue
         # The next step goes to the end if the root of the excess is a straight line.
-        pace = (last[1] - before[1]) / (last[0] - before[0])
-        step = min(_LONGEST, 1.05 * (quantile - last[1]) / pace if pace > 0.0 else _LONGEST)
+        pace = (last.root - before.root) / (last.distance - before.distance)
+        step = min(_LONGEST, 1.05 * (quantile - last.root) / pace if pace > 0.0 else _LONGEST)
         step = max(step, 0.02 * _LONGEST * min(1.0, float(standard_error[k])))
     # Bracketed: the secant rule, kept within by halving.
     inner, outer = last, new
     for n in range(_ROUNDS):
-        if outer[1] - quantile < _CLOSE:
-            return float(origin[k] + sign * outer[0]), walked, best
-        share = (quantile - inner[1]) / (outer[1] - inner[1]) if math.isfinite(outer[1]) else 0.5
+        if outer.root - quantile < _CLOSE:
+            break
+        share = (quantile - inner.root) / (outer.root - inner.root) if math.isfinite(outer.root) else 0.5
         share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
-        new = at(inner[0] + share * (outer[0] - inner[0]))
-        if abs(new[1] - quantile) < _CLOSE:
-            return float(origin[k] + sign * new[0]), walked, best
-        if new[1] > quantile:
+        distance = inner.distance + share * (outer.distance - inner.distance)
+        line = inner.toward(outer, distance) if math.isfinite(outer.root) else 0.0
+        new = at(distance, inner.coordinates + line, inner.coordinates)
+        if abs(new.root - quantile) < _CLOSE:
             outer = new
-        else:
+            break
+        if new.root < quantile:
             inner = new
-    return float(origin[k] + sign * outer[0]), walked, best
+        else:
+            outer = new
+    return float(origin[k] + sign * outer.distance), walked, best
+
+
+class _Point(NamedTuple):
+    """Point of one side of a profile."""
+
+    distance: float
+    root: float  # of the excess
+    coordinates: Array
+
+    def toward(self, other: _Point, distance: float) -> Array:
+        """Change of the coordinates to a distance, along the line through another point."""
+        share = (distance - self.distance) / (other.distance - self.distance)
+        return share * (other.coordinates - self.coordinates)
