@@ -126,6 +126,8 @@ def test_arrays_of_unequal_length_are_refused():
         with pytest.raises(InputError, match="arrays of one shape"):
             rs.Rebounds([1.0, 2.0], e, radius=0.01, mass=mass)
     assert rs.Rebounds([1.0, 2.0], 0.5, radius=0.01, mass=0.005).size == 2
+    with pytest.raises(InputError, match="at least one impact"):
+        rs.Rebounds([], [], radius=0.01, mass=0.005)
 
 
 @pytest.mark.filterwarnings("ignore:small strain")
@@ -155,3 +157,16 @@ def _columns(material):
 def test_impacts_of_unequal_bodies_under_a_force_are_not_interpolated():
     one = np.linspace(1.0, 2.0, 1000)
     assert impact_nodes(ImpactColumns(one, one, one, None, one), 1.0) is None
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("contact_time", "deviation"), [([1e-3, 1e-3, 1e-200], "1 %"), ([1e-3, 1e-3, 1e90], "1 %"), ([1e-3] * 3, 1e-200)]
+)
+def test_extreme_numbers_are_refused_without_a_warning_of_numpy(contact_time, deviation):
+    noise = rs.Noise(restitution_coefficient=deviation, contact_time=deviation)
+    v = np.array([0.1, 0.2, 1e-150])
+    balls = rs.Rebounds(v, [0.8, 0.7, 0.6], radius=0.01, mass=MASS, contact_time=contact_time, noise=noise)
+    with pytest.raises(InputError) as caught:
+        rs.identify(balls, rs.kelvin_voigt, fixed=FIXED)
+    assert "\n" not in str(caught.value)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR, quantile
+from restitution.identification.descent import squares
 from restitution.identification.estimation import Estimation, Fit, efficiency
 from restitution.identification.profiles import LikelihoodProfile, hidden, profile
 
@@ -179,9 +180,8 @@ class Uncertainty:
             ends = np.where(move > 0.0, problem.high[:n], problem.low[:n]) - best[:n]
             shares = ends[np.abs(move) > _COMPONENT] / move[np.abs(move) > _COMPONENT]
             row[:n] += min(FAR, float(shares.min(initial=FAR))) * move
-        costs = (problem.residuals(moves) ** 2).sum(axis=1)
-        least = float((problem.residuals(best[None]) ** 2).sum())
-        return bool(np.all(np.abs(costs - least) < _UNSEEN * max(least, 1.0)))
+        *costs, least = squares(problem.residuals(np.concatenate([moves, best[None]])))
+        return bool(np.all(np.abs(np.array(costs) - least) < _UNSEEN * max(least, 1.0)))
 
     def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
