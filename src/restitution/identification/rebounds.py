@@ -190,9 +190,9 @@ class Rebounds(Observations):
     def _nodes(self) -> ImpactNodes | None:
         """Few impacts in place of many, if the outcomes are smooth functions of one number."""
         exponent = self.profile.path_exponent
-        if exponent is None or self.velocity.size <= _MANY:
+        if self.velocity.size <= _MANY:
             return None
-        return impact_nodes(self._impacts, float(np.asarray(exponent)))
+        return impact_nodes(self._impacts, None if exponent is None else float(np.asarray(exponent)))
 
     @cached_property
     def _impacts(self) -> ImpactColumns:
