@@ -90,7 +90,10 @@ def _distinct(impacts: ImpactColumns) -> ImpactNodes | None:
     _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     if first.size == size:
         return None
-    once = ImpactColumns(*(one if one is None else one[first] for one in impacts))
+    once = ImpactColumns(
+        impacts.velocity[first], impacts.mass[first], impacts.external_force[first],
+        None if impacts.temperature is None else impacts.temperature[first], impacts.coefficient[first],
+    )  # fmt: skip
     weights = csr_array((np.ones(size), place.ravel(), np.arange(size + 1)), (size, first.size))
     return ImpactNodes(once, size, [(np.arange(size), slice(0, first.size), weights)])
 
