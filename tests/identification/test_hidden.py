@@ -186,11 +186,12 @@ def test_outcomes_of_many_impacts_with_another_profile_are_those_of_each(profile
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize(
-    ("contact_time", "deviation"), [([1e-3, 1e-3, 1e-200], "1 %"), ([1e-3, 1e-3, 1e90], "1 %"), ([1e-3] * 3, 1e-200)]
+    ("velocity", "contact_time", "deviation"),
+    [(0.3, [1e-3, 1e-3, 1e-200], "1 %"), (1e-199, [1e-3, 1e-3, 1e190], "1 %"), (0.3, [1e-3] * 3, 1e-200)],
 )
-def test_extreme_numbers_are_refused_without_a_warning_of_numpy(contact_time, deviation):
+def test_extreme_numbers_are_refused_without_a_warning_of_numpy(velocity, contact_time, deviation):
     noise = rs.Noise(restitution_coefficient=deviation, contact_time=deviation)
-    v = np.array([0.1, 0.2, 1e-150])
+    v = np.array([0.1, 0.2, velocity])
     balls = rs.Rebounds(v, [0.8, 0.7, 0.6], radius=0.01, mass=MASS, contact_time=contact_time, noise=noise)
     with pytest.raises(InputError) as caught:
         rs.identify(balls, rs.kelvin_voigt, fixed=FIXED)
