@@ -152,3 +152,15 @@ def test_text_of_others_is_no_html():
 def test_numbers_that_are_not_finite_have_no_unit():
     table = of_values([("a", "a", math.nan, "s"), ("b", "b", math.inf, "Pa"), ("c", "c", 2.5e-4, "m")])
     assert [row[2:] for row in table.rows] == [("-", ""), ("inf", ""), ("250", "µm")]
+
+
+@pytest.mark.parametrize("right", ["", "second of all"])
+@pytest.mark.parametrize("words", ["", "a longer text with blanks that is broken over lines, as it is wider than all"])
+def test_a_long_table_has_the_lines_of_its_layout_by_rich(right, words):
+    random = np.random.default_rng(1)
+    cells = 10.0 ** random.uniform(-9.0, 9.0, (700, 3))
+    rows = [tuple(f"{x:.4g}" if x > 1e-6 else "-" for x in row) for row in cells]
+    rows[300] = (rows[300][0], f"{rows[300][1]} {words}".strip(), rows[300][2])
+    table = Table(("first", "second of all", "a third column [unit]"), rows, right)
+    for width in (100, 140):
+        assert table.text(width) == table._layout(rows, width)

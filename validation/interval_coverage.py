@@ -67,12 +67,12 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
     random, kind = np.random.default_rng([seed, number]), KINDS[number % len(KINDS)]
     ratio, share, noise = np.exp(random.uniform(np.log([0.5, 0.1, 0.003]), np.log([20.0, 10.0, 0.03])))
     modulus = float(np.exp(random.uniform(math.log(3e5), math.log(3e6))))
-    if kind == "AFM curve":
-        data, truth = curve(modulus, ratio, share, noise, random)
-    else:
-        data, truth = rebounds(kind, modulus, ratio, share, noise, random)
     row = {"number": number, "kind": kind, "ratio": ratio, "share": share, "noise": noise}
     try:
+        if kind == "AFM curve":
+            data, truth = curve(modulus, ratio, share, noise, random)
+        else:
+            data, truth = rebounds(kind, modulus, ratio, share, noise, random)
         found = rs.identify(data, rs.standard_solid, fixed=FIXED)
     except rs.errors.InputError as error:
         return [row | {"name": "", "state": f"refused: {error.field}", "inside": True, "errors": 0.0}]

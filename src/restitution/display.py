@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 _WIDTH = 100
+# Above this number of rows, a table is laid out by its widest cells.
+_MANY = 500
 
 
 class ScaledUnit(NamedTuple):
@@ -89,6 +91,28 @@ class Table(NamedTuple):
 
     def text(self, width: int = _WIDTH) -> str:
         """Return the table as lines of a width."""
+        if len(self.rows) <= _MANY or not all(self.columns):
+            return self._layout(self.rows, width)
+        # Rich needs a second for a thousand rows. Those with the widest cells give the places of all others.
+        widest = [max(self.rows, key=lambda row, n=n: len(row[n])) for n in range(len(self.columns))]
+        marks = tuple("|" for _ in self.columns)
+        *lines, last, end = self._layout([*widest, marks], width).split("\n")[:-1]
+        places = [n for n, letter in enumerate(last) if letter == "|"]
+        head = len(lines) - len(widest)
+        if head < 1 or not lines[head - 1].strip(" ").startswith("─"):  # a cell is broken over lines
+            return self._layout(self.rows, width)
+        rights = [name == self.right for name in self.columns]
+
+        def line(row: tuple[str, ...]) -> str:
+            found = ""
+            for cell, place, right in zip(row, places, rights, strict=True):
+                found = found.ljust(place + 1 - len(cell) if right else place) + cell
+            return found.ljust(len(last))
+
+        return "\n".join([*lines[:head], *map(line, self.rows), end, ""])
+
+    def _layout(self, rows: Sequence[tuple[str, ...]], width: int) -> str:
+        """Lines of some rows in columns of a width."""
         from io import StringIO
 
         from rich import box
@@ -102,7 +126,7 @@ class Table(NamedTuple):
             least = min(16, max(map(len, words), default=1))
             align = "right" if head == self.right else "left"
             layout.add_column(Text(head), overflow="fold", justify=align, min_width=least)
-        for row in self.rows:
+        for row in rows:
             layout.add_row(*map(Text, row))
         # A line that is too long for the terminal is better broken by it than cut off by the table.
         # In a notebook, rich would display the table in place of writing it.

@@ -47,7 +47,7 @@ def descend(
     points, q = points.copy(), points.shape[1]
     everywhere = np.arange(len(points))
     values = residuals(points[:, None], everywhere)[:, 0]
-    costs = _squares(values)
+    costs = squares(values)
     slopes, normal, gradient = np.zeros((len(points), q, values.shape[1])), np.zeros((len(points), q, q)), 0.0 * points
     raised = np.full(len(points), _RAISED)
     damping, fresh, ended = np.full(len(points), _FIRST), np.isfinite(costs), np.zeros(len(points), dtype=np.bool_)
@@ -75,7 +75,7 @@ def descend(
             step = np.where(small[:, None], np.clip(step + second, -furthest, furthest), step)
         trial = np.where(free, np.clip(at + step, low[active] + _MARGIN, high[active] - _MARGIN), at)
         tried = residuals(trial[:, None], active)[:, 0]
-        cost = _squares(tried)
+        cost = squares(tried)
         better = cost < costs[active]
         # A descent also ends if only rounding prevents an improvement.
         ended[active] = (promise < enough * costs[active]) | ((damping[active] > _HOPELESS) & ~better)
@@ -96,8 +96,8 @@ def _slopes(residuals: Residuals, points: Array, places: Places, values: Array, 
     return np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
 
 
-def _squares(values: Array) -> Array:
-    # A sum that overflows is no minimum.
+def squares(values: Array) -> Array:
+    """Sums of squares of rows; infinite where one overflows or is not a number: such a point is no minimum."""
     with np.errstate(over="ignore"):
         return np.where(np.isfinite(values).all(axis=1), (values**2).sum(axis=1), np.inf)
 

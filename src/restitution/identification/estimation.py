@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError
-from restitution.identification.descent import descend
+from restitution.identification.descent import descend, squares
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
 from restitution.identification.starts import effective_tables, instantaneous_ratio, lattice, starts
@@ -137,17 +137,22 @@ def minimise(
 
 
 def rescued(
-    problem: EstimationProblem, fit: Fit, hidden: NDArray[np.intp], loss: Loss, held: int, tolerance: float
-) -> Fit:
-    """The fit, or a better one with the same held coordinate from other values of hidden coordinates."""
+    problem: EstimationProblem, fit: Fit, near: Array, hidden: NDArray[np.intp], loss: Loss, held: int,
+    tolerance: float,
+) -> Fit:  # fmt: skip
+    """The fit, or a better one with the same held coordinate from other values of hidden coordinates.
+
+    All other coordinates start from the fit, and from a point near it, as the fit may be a poor local minimum.
+    """
     places = hidden[hidden != held]
     if not places.size:
         return fit
-    points = np.tile(fit.coordinates, (_TRIALS, 1))
+    points = np.tile(np.stack([near, fit.coordinates])[:, None], (1, _TRIALS + 1, 1))
     low, high = problem.low[places], problem.high[places]
-    points[:, places] = low + lattice(_TRIALS, places.size) * (high - low)
-    costs = (_lossy(problem.residuals(points), loss) ** 2).sum(axis=1)
-    chosen = np.argsort(np.where(np.isfinite(costs), costs, np.inf), kind="stable")[:_RESCUES]
+    points[:, 1:, places] = low + lattice(_TRIALS, places.size) * (high - low)
+    points[..., held] = fit.coordinates[held]
+    points = points.reshape(-1, near.size)[:-1]
+    chosen = np.argsort(squares(_lossy(problem.residuals(points), loss)), kind="stable")[:_RESCUES]
     found = _minima(problem, points[chosen], loss, tolerance, held)
     return min((fit, *found), key=lambda one: one.cost)
 
@@ -250,8 +255,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 def _chosen(problem: EstimationProblem, points: Array) -> Array:
     """Starts with the smallest residuals; of a compressible material one of four may have a negative Poisson ratio."""
-    costs = (problem.residuals(points) ** 2).sum(axis=1)
-    order = np.argsort(np.where(np.isfinite(costs), costs, np.inf), kind="stable")
+    order = np.argsort(squares(problem.residuals(points)), kind="stable")
     ratio = instantaneous_ratio(problem.columns(points))[order]
     auxetic = ratio > 1.0
     turn = np.where(auxetic, _COMPRESSIBLE * np.cumsum(auxetic) - _COMPRESSIBLE + 1.5, np.cumsum(~auxetic))

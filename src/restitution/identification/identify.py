@@ -90,6 +90,11 @@ def identify(
     determined if both ends of its interval lie within a factor of 1000 of the estimate. A small chi2 does not prove a
     model: compare several models with `identify.compare`.
 
+    The ends of a profile are where the least chi2 exceeds the minimum by 1.96^2. A profile may flatten beyond such an
+    end, if the data hardly show the size of some parameter: the root of the excess is below 1.8 times 1.96 at five
+    times the stated error, in place of 5. The end is then where it is 1.8 times 1.96, as a chance excess would
+    otherwise exclude values at many errors.
+
     Two materials may fit equally well. One with a negative instantaneous Poisson ratio is taken only if its chi2 is
     smaller by 18.4 (odds of 10 000) where the bulk modulus or the Poisson ratio is unknown and has no prior, and
     by 3.84 where one is known. `warnings` has the other minimum.

@@ -39,21 +39,22 @@ class ImpactNodes(NamedTuple):
         return found
 
 
-def impact_nodes(impacts: ImpactColumns, exponent: float) -> ImpactNodes | None:
-    """Nodes for impacts with the exponent p; None if there would be no fewer of them.
+def impact_nodes(impacts: ImpactColumns, exponent: float | None) -> ImpactNodes | None:
+    """Nodes for impacts with the exponent p, or with another profile (None); None if there would be no fewer of them.
 
     With d = v u(t) the momentum balance of u has the single number c v^(p/2)/m where no constant force acts: such
-    impacts at one temperature are one group. Under a force, impacts of equal bodies are. The outcomes e, T and
-    F/(m v) are functions of the number, and local polynomials through the nodes give them to about 1e-8, and to 1e-4
-    where the contact time rises steeply, at small e.
+    impacts at one temperature are one group. Under a force, or with another profile, impacts of equal bodies are. The
+    outcomes e, T and F/(m v) are functions of the number, and local polynomials through the nodes give them to about
+    1e-8, and to 1e-4 where the contact time rises steeply, at small e. Without groups, equal impacts are solved once.
     """
-    free = impacts.external_force == 0.0
-    number = impacts.coefficient * impacts.velocity ** (0.5 * exponent) / impacts.mass
+    free = (impacts.external_force == 0.0) & (exponent is not None)
+    coefficient = np.nan_to_num(impacts.coefficient)
+    number = coefficient * impacts.velocity ** (0.5 * (exponent or 0.0)) / impacts.mass
     heat = np.zeros(number.size) if impacts.temperature is None else impacts.temperature
-    body = (np.where(free, 0.0, one) for one in (impacts.coefficient, impacts.mass, impacts.external_force))
+    body = (np.where(free, 0.0, one) for one in (coefficient, impacts.mass, impacts.external_force))
     kinds, group = np.unique(np.stack([heat, *body], axis=1), axis=0, return_inverse=True)
     if len(kinds) * _FEWEST >= number.size:
-        return None
+        return _distinct(impacts)
     parts: list[ImpactColumns] = []
     groups: list[tuple[NDArray[np.intp], slice, Any]] = []
     at = 0
@@ -66,18 +67,35 @@ def impact_nodes(impacts: ImpactColumns, exponent: float) -> ImpactNodes | None:
         same = [np.full(nodes.size, column[first]) for column in (*impacts[:3], heat, impacts.coefficient)]
         velocity, mass, force, temperature, coefficient = same
         if alone:
-            coefficient = given * mass / velocity ** (0.5 * exponent)
+            coefficient = given * mass / velocity ** (0.5 * (exponent or 0.0))
         else:
             velocity = given
         parts.append(ImpactColumns(velocity, mass, force, temperature, coefficient))
         groups.append((places, slice(at, at + nodes.size), weights))
         at += nodes.size
     if at >= number.size:
-        return None
+        return _distinct(impacts)
     whole = ImpactColumns(*(np.concatenate(one) for one in zip(*parts, strict=True)))
     return ImpactNodes(
         whole if impacts.temperature is not None else whole._replace(temperature=None), number.size, groups
     )
+
+
+def _distinct(impacts: ImpactColumns) -> ImpactNodes | None:
+    """Each impact once; None if no two are equal."""
+    from scipy.sparse import csr_array
+
+    size = impacts.velocity.size
+    rows = np.stack([np.nan_to_num(one) for one in impacts if one is not None], axis=1)
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    if first.size == size:
+        return None
+    once = ImpactColumns(
+        impacts.velocity[first], impacts.mass[first], impacts.external_force[first],
+        None if impacts.temperature is None else impacts.temperature[first], impacts.coefficient[first],
+    )  # fmt: skip
+    weights = csr_array((np.ones(size), place.ravel(), np.arange(size + 1)), (size, first.size))
+    return ImpactNodes(once, size, [(np.arange(size), slice(0, first.size), weights)])
 
 
 def _weights(x: Array) -> tuple[Array, Any]:

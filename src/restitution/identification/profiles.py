@@ -54,31 +54,47 @@ def profile(
     ends: list[float] = []
     unseen = hidden(standard_error, estimation.problem.n_parameters)
     for sign in (-1.0, 1.0):
-        end, walked, best = _side(estimation, k, sign, standard_error, covariance, quantile, best)
-        if unseen.size and math.isfinite(end) and _flattens(estimation, k, end, walked, quantile, unseen):
-            end, more, best = _side(estimation, k, sign, standard_error, covariance, _WARY * quantile, best)
-            walked += more
-        ends.append(end)
-        points += walked
+        side = _side(estimation, k, sign, standard_error, covariance, quantile, best)
+        points += side.walked
+        ends.append(side.end)
+        if unseen.size and math.isfinite(side.end):
+            far, wary = _FAR_ERRORS * abs(side.end - points[0][0]), _WARY * quantile
+            side = _side(estimation, k, sign, standard_error, covariance, wary, side.best, side, far)
+            points += side.walked
+            ends[-1] = ends[-1] if math.isnan(side.end) else side.end
+        best = side.best
     points.sort()
     z, excess = np.array(points).T
     return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
 
 
-def _flattens(
-    estimation: Estimation, k: int, end: float, walked: list[tuple[float, float]], quantile: float,
-    unseen: NDArray[np.intp],
-) -> bool:  # fmt: skip
-    """Whether the profile is low at five errors, where that of a normal distribution is at 2.6 times the quantile."""
-    problem, best = estimation.problem, estimation.fit
-    z = float(best.coordinates[k])
-    far = float(np.clip(z + _FAR_ERRORS * (end - z), problem.low[k], problem.high[k]))
-    guess = best.coordinates.copy()
-    guess[k] = far
-    fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-    fit = rescued(problem, fit, unseen, estimation.loss, k, _TOLERANCE)
-    walked.append((far, fit.cost - best.cost))
-    return fit.cost - best.cost < (_WARY * quantile) ** 2
+class _Point(NamedTuple):
+    """Point of one side of a profile."""
+
+    distance: float
+    root: float  # of the excess
+    coordinates: Array
+
+    def toward(self, other: _Point, distance: float) -> Array:
+        """Change of the coordinates to a distance, along the line through another point."""
+        share = (distance - self.distance) / (other.distance - self.distance)
+        return share * (other.coordinates - self.coordinates)
+
+    def step(self, before: _Point, quantile: float) -> float:
+        """Step to a root of the excess if that is a straight line."""
+        pace = (self.root - before.root) / (self.distance - before.distance)
+        return min(_LONGEST, 1.05 * (quantile - self.root) / pace if pace > 0.0 else _LONGEST)
+
+
+class _Side(NamedTuple):
+    """One side of a profile."""
+
+    end: float  # of the interval; NaN if it is nearer than asked
+    walked: list[tuple[float, float]]
+    best: Fit
+    last: _Point | None = None  # at the end
+    before: _Point | None = None
+    flat: float = 0.0  # distance to which the profile is flat
 
 
 def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:
@@ -87,68 +103,72 @@ def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:
 
 
 def _side(
-    estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit
-) -> tuple[float, list[tuple[float, float]], Fit]:
-    """End of the interval on one side, the points of the profile, and the best fit among them."""
+    estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit,
+    known: _Side | None = None, beyond: float = 0.0,
+) -> _Side:  # fmt: skip
+    """End of the interval on one side, the points of the profile, and the best fit among them.
+
+    The walk goes on from a known end. An end that is nearer than the distance `beyond` is not searched for.
+    """
     problem, least = estimation.problem, estimation.fit.cost
     origin = estimation.fit.coordinates
     bound = float(problem.low[k] if sign < 0 else problem.high[k])
     open_end = sign * math.inf
-    slope = covariance[:, k] / covariance[k, k]
+    unseen = hidden(standard_error, problem.n_parameters)
+    slope = sign * covariance[:, k] / covariance[k, k]
     walked: list[tuple[float, float]] = []
-    # Distance, root of the excess, and coordinates of the last two points.
-    last, before = (0.0, 0.0, origin), None
-    step, flat = min(_LONGEST, quantile * float(standard_error[k])), 0.0
+    last, before, flat = _Point(0.0, 0.0, origin), None, 0.0
+    step = min(_LONGEST, quantile * float(standard_error[k]))
+    if known is not None and known.last is not None and known.before is not None:
+        last, before, flat = known.last, known.before, known.flat
+        step = last.step(before, quantile)
 
-    def at(distance: float) -> tuple[float, float, Array]:
+    def at(distance: float, guess: Array, wakened: Array | None = None) -> _Point:
+        """Point of the profile; if it is outside, also by descents from other hidden coordinates of some point."""
         nonlocal best
-        if before is None:
-            guess = origin + slope * sign * distance
-        else:
-            share = (distance - last[0]) / (last[0] - before[0])
-            guess = last[2] + share * (last[2] - before[2])
         guess = np.clip(guess, problem.low, problem.high)
         guess[k] = origin[k] + sign * distance
         fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-        if not math.isfinite(fit.cost) and before is not None:
-            guess = last[2].copy()
-            guess[k] = origin[k] + sign * distance
-            fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-        if fit.cost - least >= quantile**2:
-            fit = rescued(problem, fit, hidden(standard_error, problem.n_parameters), estimation.loss, k, _TOLERANCE)
+        if wakened is not None and not fit.cost - least < quantile**2:
+            fit = rescued(problem, fit, wakened, unseen, estimation.loss, k, _TOLERANCE)
         if fit.cost < best.cost:
             best = fit
-        walked.append((float(origin[k] + sign * distance), fit.cost - least))
-        return distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates
+        walked.append((float(guess[k]), fit.cost - least))
+        return _Point(distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates)
 
     room = abs(bound - float(origin[k]))
     while True:
-        if last[0] >= min(flat + FAR, 0.999 * room):
-            return open_end, walked, best
-        distance = min(last[0] + step, flat + FAR, 0.999 * room)
-        new = at(distance)
-        if new[1] >= quantile:
+        if last.distance >= min(flat + FAR, 0.999 * room):
+            return _Side(open_end, walked, best)
+        distance = min(last.distance + step, flat + FAR, 0.999 * room)
+        # The line of a hidden coordinate is meaningless, so that no coordinate goes far along it.
+        line = slope * distance if before is None else last.toward(before, distance)
+        new = at(distance, last.coordinates + np.clip(line, -_LONGEST, _LONGEST), last.coordinates)
+        if not new.root < quantile:
+            if distance <= beyond:
+                return _Side(math.nan, walked, best)
             break
         before, last, width = last, new, step
-        if last[1] < _FLAT:
-            flat, step = last[0], max(_GROWTH * width, 0.02)
+        if last.root < _FLAT:
+            flat, step = last.distance, max(_GROWTH * width, 0.02)
             continue
-        # The next step goes to the end if the root of the excess is a straight line.
-        pace = (last[1] - before[1]) / (last[0] - before[0])
-        step = min(_LONGEST, 1.05 * (quantile - last[1]) / pace if pace > 0.0 else _LONGEST)
-        step = max(step, 0.02 * _LONGEST * min(1.0, float(standard_error[k])))
-    # Bracketed: the secant rule, kept within by halving.
+        step = max(last.step(before, quantile), 0.02 * _LONGEST * min(1.0, float(standard_error[k])))
+    # Bracketed by two least sums: the secant rule, kept within by halving, from the line between their coordinates.
     inner, outer = last, new
     for n in range(_ROUNDS):
-        if outer[1] - quantile < _CLOSE:
-            return float(origin[k] + sign * outer[0]), walked, best
-        share = (quantile - inner[1]) / (outer[1] - inner[1]) if math.isfinite(outer[1]) else 0.5
+        if outer.root - quantile < _CLOSE:
+            break
+        share = (quantile - inner.root) / (outer.root - inner.root) if math.isfinite(outer.root) else 0.5
         share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
-        new = at(inner[0] + share * (outer[0] - inner[0]))
-        if abs(new[1] - quantile) < _CLOSE:
-            return float(origin[k] + sign * new[0]), walked, best
-        if new[1] > quantile:
+        distance = inner.distance + share * (outer.distance - inner.distance)
+        line = inner.toward(outer, distance) if math.isfinite(outer.root) else 0.0
+        new = at(distance, inner.coordinates + line)
+        if abs(new.root - quantile) < _CLOSE:
             outer = new
-        else:
+            break
+        if new.root < quantile:
             inner = new
-    return float(origin[k] + sign * outer[0]), walked, best
+        else:
+            outer = new
+    end = float(origin[k] + sign * outer.distance) if outer.distance >= beyond else math.nan
+    return _Side(end, walked, best, outer, last, flat)

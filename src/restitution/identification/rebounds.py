@@ -31,6 +31,8 @@ _RTOL = 1e-9
 _MANY = 400
 # Relative change of the velocity for slopes over the velocity.
 _STEP = 1e-3
+# Moduli [Pa] of anything that bounces, with room to spare.
+_MODULI = 1e-30, 1e30
 _NAMES = ("restitution_coefficient", "contact_time", "max_force")
 # Noise of unknown size has these ratios.
 _UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 %")
@@ -188,9 +190,9 @@ class Rebounds(Observations):
     def _nodes(self) -> ImpactNodes | None:
         """Few impacts in place of many, if the outcomes are smooth functions of one number."""
         exponent = self.profile.path_exponent
-        if exponent is None or self.velocity.size <= _MANY:
+        if self.velocity.size <= _MANY:
             return None
-        return impact_nodes(self._impacts, float(np.asarray(exponent)))
+        return impact_nodes(self._impacts, None if exponent is None else float(np.asarray(exponent)))
 
     @cached_property
     def _impacts(self) -> ImpactColumns:
@@ -330,8 +332,15 @@ class Rebounds(Observations):
     def _moduli(self, times: Array) -> DynamicTable:
         known = _thinned(np.isfinite(times), times)
         loss = -np.log(self.restitution_coefficient[known])
-        elastic = (self._elastic[0][known] / times[known]) ** self._power
-        omega, storage, tangent = moduli_of_bounces(loss, elastic, times[known])
+        with np.errstate(over="ignore", under="ignore"):
+            elastic = (self._elastic[0][known] / times[known]) ** self._power
+            omega, storage, tangent = moduli_of_bounces(loss, elastic, times[known])
+        bad = np.flatnonzero(~((storage > _MODULI[0]) & (storage < _MODULI[1])))
+        if bad.size:
+            wanted = "is not that of a material: compare the units of mass, radius, velocity, contact time and force"
+            raise InputError(
+                "storage_modulus", float(storage[bad[0]]), wanted, "Pa", index=(int(np.flatnonzero(known)[bad[0]]),)
+            )
         order = np.argsort(omega)
         omega, storage, loss = omega[order], storage[order], (tangent * storage)[order]
         if self.counter_material == "same":
@@ -393,4 +402,6 @@ def _broadcast(columns: dict[str, Any]) -> dict[str, Array]:
     if lengths or len(shape) != 1:
         listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         raise InputError(", ".join(columns), wanted=f"must be single numbers, or arrays of one shape (n,): {listed}")
+    if shape == (0,):
+        raise InputError(", ".join(columns), wanted="must hold at least one impact")
     return {name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape) for name, values in columns.items()}

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.identification.bands import FAR, quantile
-from restitution.identification.estimation import Estimation, Fit, efficiency
+from restitution.identification.descent import squares
+from restitution.identification.estimation import Estimation, Fit, efficiency, minimise
 from restitution.identification.profiles import LikelihoodProfile, hidden, profile
 
 Array = NDArray[np.float64]
@@ -27,6 +28,8 @@ _UNSEEN = 1e-3
 _COMPONENT = 1e-3
 # Below this standard error of the logarithm, the interval of the linearised problem is good enough.
 _LINEAR = 0.05
+# Share of the excess at an end by which the linearised problem may err.
+_BENT = 0.1
 _STEP = 1e-4
 CLOSE, UNDETERMINED = 1.3, 3.0
 """Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
@@ -179,9 +182,8 @@ class Uncertainty:
             ends = np.where(move > 0.0, problem.high[:n], problem.low[:n]) - best[:n]
             shares = ends[np.abs(move) > _COMPONENT] / move[np.abs(move) > _COMPONENT]
             row[:n] += min(FAR, float(shares.min(initial=FAR))) * move
-        costs = (problem.residuals(moves) ** 2).sum(axis=1)
-        least = float((problem.residuals(best[None]) ** 2).sum())
-        return bool(np.all(np.abs(costs - least) < _UNSEEN * max(least, 1.0)))
+        *costs, least = squares(problem.residuals(np.concatenate([moves, best[None]])))
+        return bool(np.all(np.abs(np.array(costs) - least) < _UNSEEN * max(least, 1.0)))
 
     def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
@@ -221,6 +223,19 @@ class Uncertainty:
         """Whether a parameter is hidden, so that the linearised problem gives no interval of any other."""
         return hidden(self.standard_errors, self.estimation.problem.n_parameters).size > 0
 
+    def _bent(self, k: int, level: float) -> bool:
+        """Whether the least sum of squares at an end of the interval of the linearised problem is not as predicted."""
+        if not np.any(self.standard_errors[: self.estimation.problem.n_parameters] > _LINEAR):
+            return False
+        problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
+        excess = self.quantile(level) ** 2 * self._efficiency[1]
+        move = math.sqrt(excess / self.covariance[k, k] * self._efficiency[0]) * self.covariance[:, k]
+        return any(
+            abs(minimise(problem, np.clip(end, problem.low, problem.high), loss, k, 1e-3).cost - fit.cost - excess)
+            > _BENT * excess
+            for end in (fit.coordinates - move, fit.coordinates + move)
+        )
+
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Estimate of parameter k; from its profile on request, or if its error is not small."""
         problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
@@ -229,7 +244,7 @@ class Uncertainty:
         free = any(one.exact and parameter.name in one.exponents for one in self.flat_directions)
         if free:
             low, high = -math.inf, math.inf
-        elif profiled or (profiled is None and (error > _LINEAR or self._curved)):
+        elif profiled or (profiled is None and (error > _LINEAR or self._curved or self._bent(k, level))):
             low, high = self.profile(k, level)[2:4]
         else:
             reach = self.quantile(level) * error
