@@ -185,6 +185,18 @@ def items(name: str, value: Any, wanted: str) -> list[Any]:
         raise InputTypeError(name, value, wanted) from None
 
 
+def is_iterable(value: Any) -> bool:
+    """Whether a value has items, or an iteration that fails."""
+    try:
+        iter(value)
+    except TypeError:  # also that of an array without a dimension
+        return False
+    # The iteration of a foreign object may raise anything.
+    except Exception:
+        return True
+    return True
+
+
 def pair(name: str, value: Any, wanted: str) -> tuple[Any, Any]:
     """Return the two items of a pair."""
     found = items(name, value, wanted)
