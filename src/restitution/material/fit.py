@@ -181,8 +181,8 @@ def fit_prony(
     loss_weight
         Weight of the loss modulus against the storage modulus, below 1 as it scatters more; at most 1e6.
     smoothing
-        Weight of the jumps of the spectrum (branch modulus per unit of log time) over the modulus at that time [-], at most
-        1e6.
+        Weight of the jumps of the spectrum (branch modulus per unit of log time) over the modulus at that time [-],
+        at most 1e6.
 
     Returns
     -------
