@@ -112,7 +112,7 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(("name", "truth"), [("balls", "RUBBER"), ("sound", "FOAM"), ("afm_curve", "GEL")])
-@pytest.mark.filterwarnings("ignore:drag", "ignore:depth")
+@pytest.mark.filterwarnings("ignore:drag", "ignore:straight lines replace the depth")
 def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> None:
     folder = EXAMPLES / "identification"
     found = read_identification(folder / f"{name}.toml").solve()
@@ -121,6 +121,9 @@ def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> No
     for parameter, value in made[truth].items():
         # Three standard errors of the logarithm; the 95 % interval has two on each side.
         low, high = found.parameters[parameter].interval
+        if math.isinf(high):  # the data give a bound only
+            assert low < value
+            continue
         middle, reach = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
         assert abs(math.log(value) - middle) < 1.55 * reach
     if name == "afm_curve":

@@ -483,7 +483,7 @@ def test_two_bodies_equal_a_collision_in_python(folder: Path, text: str, second:
     ("profile", "motion", "words"),
     [
         ("", "", "a body on a half-space, one of the two rigid"),
-        ("thickness = 0.005", "", "a body on a layer, one of the two rigid"),
+        ("thickness = 0.005", "", "a rigid body on a layer"),
         ("", "impedance = 5.0", "a body on a plate or rod, one of the two rigid"),
     ],
 )
