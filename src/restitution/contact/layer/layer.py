@@ -191,11 +191,11 @@ class Layer(Geometry):
         unit = replace(self, profile=_unit_power_law(2.0 / exponent), thickness=1.0)
         vars(unit).update(_poisson_ratio=self._poisson_ratio, similar=Similar(unit, 1.0, 1.0))
         with np.errstate(all="ignore"):
-            radius = float(np.float64(self.thickness / coefficient) ** (2.0 / exponent))
-        if not 0.0 < radius < math.inf:
+            radius: Any = np.asarray(self.thickness / coefficient)[()] ** (2.0 / exponent)
+        if not np.all((radius > 0.0) & (radius < math.inf)):
             wanted = "must be nearer to the size of the profile, as their ratio is no number that a double can hold"
             raise InputError("thickness", self.thickness, wanted, "m")
-        return Similar(unit, radius, self.thickness)
+        return Similar(unit, radius if np.ndim(radius) else float(radius), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m]."""
