@@ -129,7 +129,15 @@ def table(title: str, section: type[Section], keys: Iterable[str] = ()) -> list[
 def page() -> str:
     """Return the page as MyST Markdown."""
     shared = list(material.MaterialSection.model_fields)
-    lines = [INTRODUCTION.rstrip()]
+    lines = [
+        INTRODUCTION.rstrip(),
+        "",
+        "A modulus in mPa (0.001 Pa) is refused, because it is nearly always a slip for MPa. Write so small a",
+        "modulus in Pa. A viscosity in mPa s is read.",
+        "",
+        "A case file has at most 20 million characters, and so has a saved surrogate. Longer tables belong in CSV",
+        "files, which have at most 20 MB; see [materials](materials.md#files).",
+    ]
     lines += ["", "The key `title` at the top of the file is printed above the results."]
     lines += [
         "",

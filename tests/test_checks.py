@@ -212,3 +212,30 @@ def test_a_function_takes_the_stated_number_of_arguments():
 def test_a_public_name_with_a_slip_is_advised():
     with pytest.raises(AttributeError, match="did you mean solve"):
         _ = rs.solv
+
+
+@pytest.mark.parametrize(
+    "modulus",
+    [
+        ureg.Quantity(1.0, "mPa"),
+        ureg.Quantity([1.0, 2.0], "millipascal"),
+        [ureg.Quantity(1.0, "MPa"), ureg.Quantity(1.0, "mPa")],
+        1.0 * astropy_units.mPa,
+        unyt.unyt_quantity(1.0, "mPa"),
+        xr.DataArray([1.0], attrs={"units": "mPa"}),
+    ],
+    ids=["pint", "pint array", "list of pint", "astropy", "unyt", "xarray"],
+)
+def test_a_modulus_in_millipascal_is_refused(modulus):
+    with pytest.raises(InputError, match="did you mean MPa") as error:
+        quantities.check("branch_moduli", modulus)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("modulus", [1e-3, ureg.Quantity(1e-3, "Pa"), ureg.Quantity(1e-9, "MPa")])
+def test_soft_moduli_in_other_units_are_accepted(modulus):
+    assert quantities.check("branch_modulus", modulus) == pytest.approx(1e-3, rel=1e-15)
+
+
+def test_a_viscosity_in_millipascal_seconds_is_accepted():
+    assert quantities.check("viscosity", ureg.Quantity(1.0, "mPa s")) == pytest.approx(1e-3, rel=1e-15)

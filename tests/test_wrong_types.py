@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import restitution as rs
+
 
 @pytest.fixture(scope="module")
 def wrong_types():
@@ -29,6 +31,35 @@ def test_a_sample_of_wrong_types_is_refused_in_one_line(wrong_types, tmp_path, m
     number, faults, _ = wrong_types.bad_calls(400, seed=5)
     assert number == 400
     assert dict(faults) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "kind"),
+    [
+        ("Impact", "diameters", "None"),
+        ("Impact", "diameters", "Hostile"),
+        ("calibrate", "extrapolate", "array"),
+        ("calibrate", "radius", "1e308"),
+        ("calibrate", "radius", "5e-324"),
+        ("calibrate", "restitution", "Endless"),
+        ("fit_prony", "smoothing", "1e308"),
+        ("resilience", "tip_radius", "1e308"),
+        ("resilience", "tip_radius", "5e-324"),
+        ("sine_arch", "duration", "5e-324"),
+        ("surrogate", "extrapolate", "NA"),
+        ("sweep", "base", "type"),
+    ],
+)
+def test_an_extreme_or_foreign_object_is_refused_by_an_input_error(wrong_types, name, parameter, kind):
+    call = next(call for call in wrong_types.calls() if call.name == name)
+    with pytest.raises(rs.InputError) as error:
+        call.function(**call.arguments | {parameter: wrong_types.bad_objects()[kind]})
+    assert "\n" not in str(error.value)
+
+
+def test_a_chunk_larger_than_any_sweep_holds_all_points(wrong_types):
+    call = next(call for call in wrong_types.calls() if call.name == "sweep")
+    assert wrong_types.run(call, call.arguments | {"chunk": 10**400})[0] == ""
 
 
 def test_numbers_in_other_containers_give_the_same_result(wrong_types):

@@ -5,7 +5,7 @@ runs in this process through the commands of `restitution`. A good end has the e
 at least one line `error:` for 2 and 3. Any other end is a fault and is printed with the text that repeats it, and so
 is a run beyond the limit of time, a warning of NumPy, and a growth of the memory of the process beyond 2 GB.
 
-    python validation/fuzz.py --runs 3000 --seed 1 --out validation/fuzz.md
+    python validation/fuzz.py --runs 15000 --seed 1 --processes 3 --out validation/fuzz.md
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Generator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -278,15 +280,25 @@ def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[See
     return counts, faults, longest
 
 
+def _shared(
+    runs: int, seed: int, processes: int
+) -> tuple[Counter[tuple[str, int]], list[tuple[Seed, str, End]], float]:
+    """The same over several processes, which have consecutive seeds."""
+    shares = [runs // processes + (n < runs % processes) for n in range(processes)]
+    with ProcessPoolExecutor(processes, get_context("spawn"), warnings.simplefilter, ("always",)) as pool:
+        counts, faults, longest = zip(*pool.map(fuzz, shares, range(seed, seed + processes)), strict=True)
+    return sum(counts, Counter()), [one for some in faults for one in some], max(longest)
+
+
 def main() -> None:
     """Run and write the table."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--runs", type=int, default=1000)
     options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--processes", type=int, default=1)
     options.add_argument("--out", type=Path)
     given = options.parse_args()
-    warnings.simplefilter("always")
-    counts, faults, longest = fuzz(given.runs, given.seed)
+    counts, faults, longest = _shared(given.runs, given.seed, given.processes)
     commands = sorted({command for command, _ in counts})
     codes = sorted({code for _, code in counts})
     lines = [
@@ -304,8 +316,9 @@ def main() -> None:
     if given.out is not None:
         head = (
             "# Damaged input\n\nMade by `python validation/fuzz.py "
-            f"--runs {given.runs} --seed {given.seed}`: {given.runs} random mutants of {len(seeds())} files, each run "
-            f"through the command line in one process, at most {LIMIT} s each. Exit code 0: done, 2: refused in "
+            f"--runs {given.runs} --seed {given.seed} --processes {given.processes}`: {given.runs} random mutants of "
+            f"{len(seeds())} files, each run through the command line, at most {LIMIT} s each, and at most "
+            f"{MEMORY // 1_000_000_000} GB more memory of a process. Exit code 0: done, 2: refused in "
             "one line "
             "or more, 3: the solver failed, 70: a mistake in the program, -1: stopped by the limit.\n\n"
         )

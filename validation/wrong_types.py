@@ -200,7 +200,8 @@ def good_objects(values: np.ndarray[Any, Any], unit: str) -> dict[str, Any]:
 
 _MATERIAL = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 _BALL = rs.Parabola(0.01)
-_IMPACT = rs.Impact(_MATERIAL, _BALL, mass=0.005, velocity=1.0)
+# Slow enough for small strain, so that no call warns.
+_IMPACT = rs.Impact(_MATERIAL, _BALL, mass=0.005, velocity=0.5)
 _TIMES = np.geomspace(1e-3, 1.0, 12)
 _TABLE = {"time": _TIMES, "modulus": 1e6 * (1.0 + 9.0 * np.exp(-_TIMES / 0.05))}
 
@@ -308,7 +309,7 @@ def calls() -> list[Call]:
         Call("maxwell", rs.maxwell, {"shear_modulus": 1e6, "viscosity": 1e3, "bulk_modulus": 1e9}),
         Call("open_sweep", rs.open_sweep, {"path": "none.zarr"}),
         Call("plate_impedance", rs.plate_impedance, {"material": rs.library.get("steel"), "thickness": 0.01}),
-        Call("plot_sweep", rs.plot_sweep, {"dataset": rs.sweep(_IMPACT, {"velocity": [0.5, 1.0]})}),
+        Call("plot_sweep", rs.plot_sweep, {"dataset": rs.sweep(_IMPACT, {"velocity": [0.1, 0.5]})}),
         Call("ramp", rs.ramp, {"value": 1e-6, "duration": 1.0}),
         Call("read_case", rs.read_case, {"path": "none.toml"}),
         Call("read_curves", rs.read_curves, {"path": "none.jpk", "profile": _BALL}),

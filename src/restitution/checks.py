@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
@@ -15,6 +16,8 @@ from restitution.errors import InputError, InputTypeError
 Numeric = float | NDArray[np.float64]
 
 _NUMBER = "must be a real number or an array of real numbers"
+# The names of it in texts, pint, astropy and unyt. Hardly any body is that soft, and it is one capital from MPa.
+_MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
 
 @cache
@@ -32,6 +35,12 @@ def _has_unit(value: Any) -> bool:
     )
 
 
+def refuse_millipascal(name: str, value: Any, unit: str) -> None:
+    """Refuse a modulus in mPa, which a person writes who means MPa."""
+    if _MILLIPASCAL.fullmatch(unit):
+        raise InputError(name, value, "must not be in mPa, 0.001 Pa; did you mean MPa? If not, write it in Pa")
+
+
 def _without_unit(name: str, value: Any, unit: str) -> Any:
     """Return the plain numbers of a value with a unit (of pint, astropy, unyt, xarray), in the unit of the field."""
     if not _has_unit(value):
@@ -39,15 +48,21 @@ def _without_unit(name: str, value: Any, unit: str) -> Any:
         stated = attributes.get("units") if isinstance(attributes, dict) else None
         if stated is None or stated in (unit, unit or "1"):
             return value
+        if unit == "Pa":
+            refuse_millipascal(f"{name}.attrs['units']", stated, str(stated))
         try:
             value = unit_registry().Quantity(np.asarray(value), str(stated))
         except Exception:  # pint's parser lets errors of many unrelated types through
             wanted = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
             raise InputError(f"{name}.attrs['units']", str(stated), wanted) from None
     try:
+        if unit == "Pa":
+            refuse_millipascal(name, str(value), str(getattr(value, "units", getattr(value, "unit", ""))))
         if hasattr(value, "magnitude"):
             return value.to(unit or "dimensionless").magnitude
         return value.to_value(unit.replace(" ", "*").replace("^", "**"))
+    except InputError:
+        raise
     # Each library of units has its own classes of errors.
     except Exception:
         wanted = f"must be a quantity in {unit}" if unit else "must be a plain number"
@@ -183,6 +198,18 @@ def items(name: str, value: Any, wanted: str) -> list[Any]:
     # The iteration of a foreign object may raise anything.
     except Exception:
         raise InputTypeError(name, value, wanted) from None
+
+
+def is_iterable(value: Any) -> bool:
+    """Whether a value has items, or an iteration that fails."""
+    try:
+        iter(value)
+    except TypeError:  # also that of an array without a dimension
+        return False
+    # The iteration of a foreign object may raise anything.
+    except Exception:
+        return True
+    return True
 
 
 def pair(name: str, value: Any, wanted: str) -> tuple[Any, Any]:

@@ -74,7 +74,7 @@ def celsius(kelvin: float, digits: int = 6) -> str:
     >>> celsius(273.15), celsius(296.15), celsius(273.15 + 1e-13)
     ('0', '23', '0')
     """
-    return f"{round(kelvin - 273.15, 9) + 0.0:.{digits}g}"
+    return f"{round(float(kelvin) - 273.15, 9) + 0.0:.{digits}g}"
 
 
 def plain_symbol(symbol: str) -> str:

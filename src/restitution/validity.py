@@ -345,7 +345,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
     low, high = DENSITY_LIMITS
     share = numbers.radiated_energy_ratio / RADIATION_LIMIT
     change = numbers.instantaneous_poisson_ratio - numbers.poisson_ratio
-    with np.errstate(divide="ignore"):  # a product that underflows is a density of zero
+    with np.errstate(divide="ignore", over="ignore"):  # a product that underflows is a density of zero
         density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
     return {
         # A contact that no body of this radius has is worse than every other.

@@ -2,17 +2,19 @@
 
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from restitution.case import quantity
 from restitution.case.identification import DesignFile, IdentificationFile
-from restitution.case.impact import CaseFile
+from restitution.case.impact import CaseFile, read_case
 from restitution.case.indentation import IndentationFile
 from restitution.case.quantity import to_si
 from restitution.case.section import Section
 from restitution.checks import unit_registry
+from restitution.errors import InputError
 from restitution.quantities import (
     ANGLE,
     DENSITY,
@@ -159,3 +161,24 @@ def test_json_schema_has_units() -> None:
     sections = CaseFile.model_json_schema()["$defs"]
     found = {name: sections["ImpactSection"]["properties"][name]["anyOf"][0] for name in ("velocity", "drop_height")}
     assert {name: one["unit"] for name, one in found.items()} == {"velocity": "m/s", "drop_height": "m"}
+
+
+@pytest.mark.parametrize("text", ["1 mPa", "500000 mPa", "1 millipascal"])
+def test_a_modulus_in_millipascal_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="did you mean MPa"):
+        to_si(text, MODULUS)
+
+
+def test_soft_moduli_and_viscosities_in_millipascal_seconds_are_read() -> None:
+    assert to_si("0.001 Pa", MODULUS) == 0.001
+    assert to_si("1 mPa s", VISCOSITY) == 0.001
+
+
+def test_a_case_names_the_modulus_that_is_in_millipascal(tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(
+        '[body]\nradius = "10 mm"\nmass = "5 g"\n[impact]\nvelocity = "1 m/s"\n'
+        '[material]\nmodel = "elastic"\nshear_modulus = "1 mPa"\npoisson_ratio = 0.3\n'
+    )
+    with pytest.raises(InputError, match=r'material\.shear_modulus = "1 mPa": must not be in mPa'):
+        read_case(case)

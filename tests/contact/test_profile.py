@@ -256,3 +256,7 @@ def test_bad_parameters(make, field, value, limits):
 def test_wrong_type():
     with pytest.raises(TypeError, match="radius = 'big'"):
         Parabola("big")
+
+
+def test_an_exponent_near_zero_gives_an_infinite_path_exponent():
+    assert PowerLaw(1e-308, 1e4).path_exponent == np.inf

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.contact.profile import Parabola
 from restitution.errors import InputError
 from restitution.identification.effective_moduli import FORMULA_ERRORS, effective_moduli
-from restitution.identification.observations import Noise
+from restitution.identification.observations import Noise, hollow_balls
 from restitution.identification.rebounds import Rebounds
 
 BODY = {"radius": 0.01, "mass": 0.033}
@@ -156,5 +157,17 @@ def test_the_table_is_printed_and_drawn_on_a_curve(bounces):
 def test_numbers_beyond_the_floating_point_range_are_refused():
     balls = Rebounds(velocity=[1.0, 1.0], mass=[0.005, 1e308], radius=0.01, restitution_coefficient=[0.5, 0.5],
                         contact_time=[1e-3, 1e-3], noise=Noise(restitution_coefficient=0.01, contact_time=1e-5))  # fmt: skip
-    with pytest.raises(InputError, match=r"storage_modulus\[1\].*must be finite: compare the units"):
+    with pytest.raises(InputError, match=r"storage_modulus\[1\].*must be finite and > 0: compare the units"):
         rs.effective_moduli(balls)
+
+
+@pytest.mark.parametrize("velocity", [1e-320, 1e-200])
+def test_a_velocity_too_small_for_the_formulas_is_refused(velocity):
+    ball = Rebounds([velocity, 1.0], [0.8, 0.7], radius=0.01, mass=0.03, contact_time=[1e-3, 1e-3])
+    with pytest.raises(InputError, match=r"storage_modulus\[0\] = .*: must be finite and > 0"):
+        effective_moduli(ball)
+
+
+@pytest.mark.parametrize("radius", [1e-150, 1e-320])
+def test_a_ball_so_small_that_its_volume_is_zero_is_not_hollow(radius):
+    assert hollow_balls(0.03, Parabola(radius)) == []

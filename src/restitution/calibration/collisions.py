@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from restitution import quantities, validity
 from restitution.calibration.bodies import Pair, reduced_radius
-from restitution.checks import pair, positive, within
+from restitution.checks import is_iterable, pair, positive, within
 from restitution.contact.profile import Parabola
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
@@ -108,8 +108,11 @@ def collisions(
     """Return the collisions of a pair of bodies, solved or with given coefficients of restitution."""
     speeds, given = _given(velocity, restitution, points)
     radii = np.array([pair.ball_radius]) if radius is None else _range("radius", radius, _RADII)
-    factor = radii / pair.ball_radius
-    mass, reduced = float(pair.impact.mass) * factor**3, reduced_radius(pair.impact) * factor
+    with np.errstate(over="ignore", under="ignore"):
+        factor = radii / pair.ball_radius
+        mass, reduced = float(pair.impact.mass) * factor**3, reduced_radius(pair.impact) * factor
+    if not np.all((mass > 0) & np.isfinite(mass)):
+        raise InputError("radius", radius, f"must not be that far from {pair.ball_radius:g} m, the ball's", "m")
     if given is None:
         balls = replace(pair.impact, profile=Parabola(reduced), mass=mass)
         require_known(balls, speeds[[0, -1]], extrapolate=extrapolate)
@@ -137,7 +140,7 @@ def _range(name: str, value: Any, points: int) -> Array:
 
 def _given(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array | None]:
     """Return the velocities [m/s], and the given coefficients of restitution at them, if there are any."""
-    if np.iterable(restitution):
+    if is_iterable(restitution):
         return _measured(velocity, restitution)
     if velocity is None:
         raise InputError("velocity", wanted="must be given: one velocity, or the lowest and the highest")

@@ -12,8 +12,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 from pydantic_core import core_schema
 
-from restitution.checks import unit_registry
-from restitution.errors import InputError
+from restitution.checks import refuse_millipascal, unit_registry
+from restitution.errors import ABSENT, InputError
 from restitution.material.models import Constant
 from restitution.quantities import (
     ACCELERATION,
@@ -58,7 +58,7 @@ _PLAIN = {
     MASS: {f"{prefix}g": power - 3 for prefix, power in _PREFIXES.items() if prefix not in ("M", "G")},
     TIME: {f"{prefix}s": power for prefix, power in _PREFIXES.items() if power <= 0},
     FORCE: {f"{prefix}N": power for prefix, power in _PREFIXES.items()},
-    MODULUS: {f"{prefix}Pa": power for prefix, power in _PREFIXES.items()},
+    MODULUS: {f"{prefix}Pa": power for prefix, power in _PREFIXES.items() if prefix != "m"},
     VISCOSITY: {f"{prefix}Pa s": power for prefix, power in _PREFIXES.items()},
     VELOCITY: {"m/s": 0, "mm/s": -3, "um/s": -6, "cm/s": -2},
     DENSITY: {"kg/m^3": 0, "kg/m3": 0, "g/cm^3": 3, "g/cm3": 3},
@@ -102,6 +102,8 @@ def to_si(text: str, dimension: Dimension) -> float:
     if match is None:
         raise InputError("", wanted=f"cannot be read as a number and a unit; {dimension.advice}")
     number, name = float(match[1]), match[2]
+    if dimension == MODULUS:
+        refuse_millipascal("", ABSENT, name)
     power = _PLAIN.get(dimension, {}).get(name)
     if power is not None:
         # Division by a power of ten rounds once; a product with its inverse twice.

@@ -151,7 +151,8 @@ class PowerLaw(Profile, case_name="power_law"):
     @property
     def path_exponent(self) -> Numeric:
         """Exponent of a = c s^p: 2/n."""
-        return plain(2.0 / np.asarray(self.exponent))
+        with np.errstate(over="ignore"):  # an impact without a finite number fails in the kernel
+            return plain(2.0 / np.asarray(self.exponent))
 
     @property
     def path_coefficient(self) -> Numeric:

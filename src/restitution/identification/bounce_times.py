@@ -54,7 +54,8 @@ class Flight(NamedTuple):
             return (up + down) / g, down
         down = self.landing(np.maximum(0.5 * np.log1p(up * up * k / g) / k - depth, 0.0))
         root = math.sqrt(k / g)
-        return (np.arctan(up * root) + np.arctanh(down * root)) / math.sqrt(g * k), down
+        with np.errstate(divide="ignore", invalid="ignore"):  # a landing at the terminal velocity takes for ever
+            return (np.arctan(up * root) + np.arctanh(down * root)) / math.sqrt(g * k), down
 
     def launch(self, duration: Array, depth: Array) -> Array:
         """Velocity [m/s] at the start of flights with this duration [s]."""

@@ -195,8 +195,8 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
     )
     v_error = np.nan_to_num(_relative_error(rebounds, "velocity", v))
     loss = -np.log(e)
-    with np.errstate(invalid="ignore", over="ignore"):
-        by_force = np.isnan(duration)
+    with np.errstate(all="ignore"):  # numbers too large or too small for the formulas are refused below
+        by_force, given = np.isnan(duration), ~np.isnan(duration) | ~np.isnan(force)
         depth = np.where(by_force, 1.25 * mass * v * v / force, v * duration / HERTZ_TIME_FACTOR)
         hertz = 0.9375 * mass * v * v / np.sqrt(radius) * depth**-2.5
         duration = np.where(by_force, HERTZ_TIME_FACTOR * depth / v * np.exp(_poly(_TIME_BY_FORCE, loss)), duration)
@@ -212,9 +212,11 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
         # Both factors of the loss modulus vary with e.
         without_e = storage_error**2 - (by_e * e_error) ** 2
         loss_error = np.sqrt(((_LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
-    if np.isinf(storage).any():
-        wanted = "must be finite: compare the units of mass, radius, velocity, contact time and force"
-        raise InputError("storage_modulus", math.inf, wanted, "Pa", index=(int(np.argmax(np.isinf(storage))),))
+    beyond = given & ~((storage > 0.0) & (storage < math.inf))
+    if beyond.any():
+        n = int(np.argmax(beyond))
+        wanted = "must be finite and > 0: compare the units of mass, radius, velocity, contact time and force"
+        raise InputError("storage_modulus", float(storage[n]), wanted, "Pa", index=(n,))
     return EffectiveModuli(
         omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
         tangent_error, v, e,

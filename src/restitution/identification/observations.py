@@ -109,7 +109,8 @@ def hollow_balls(mass: Any, profile: Any) -> list[str]:
     """Doubt about balls that are too light to be solid, in words."""
     if mass is None or not isinstance(profile, Parabola):
         return []
-    density = float(np.min(mass / (4.0 / 3.0 * math.pi * np.asarray(profile.radius) ** 3)))
+    with np.errstate(all="ignore"):  # a radius may be so small that its cube is zero
+        density = float(np.min(mass / (4.0 / 3.0 * math.pi * np.asarray(profile.radius) ** 3)))
     if density >= _LIGHTEST:
         return []
     return [f"a ball of this mass and radius has {density:.0f} kg/m^3: a hollow one that deforms is no half-space"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import Numeric, function, positive_or_infinite, single_nonnegative, truth
+from restitution.checks import Numeric, function, pair, positive_or_infinite, single_nonnegative, truth
 from restitution.contact.analytic import sphere_mass
 from restitution.contact.contact import BALL_ON_TARGET, Contact
 from restitution.contact.geometry import Geometry
@@ -106,10 +106,8 @@ class Impact:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "profile", self.contact.profile)
-        if len(self.diameters) != 2:
-            raise InputError("diameters", self.diameters, "must be a pair of numbers")
-        pair = tuple(positive_or_infinite("diameters", one) for one in self.diameters)
-        object.__setattr__(self, "diameters", pair)
+        both = pair("diameters", self.diameters, "must be a pair of numbers")
+        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
         _ = self.shape

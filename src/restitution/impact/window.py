@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import validity
+from restitution.checks import truth
 from restitution.errors import ABSENT, InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
@@ -32,7 +33,7 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
 
     The contacts are those of an impact, or of all its bodies at other velocities [m/s].
     """
-    if extrapolate or impact.contact.window is None:
+    if truth("extrapolate", extrapolate) or impact.contact.window is None:
         return
     given = np.unique(np.asarray(impact.velocity if velocity is None else velocity, dtype=np.float64))
     check = validity_of(impact if velocity is None else _at(impact, given))["window"]

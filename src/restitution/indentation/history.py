@@ -137,6 +137,8 @@ class History:
             return np.asarray(finite(name, for_arrays(times.ravel()), UNITS.get(name, ""))).reshape(times.shape)
 
         edges, at_times = _first_pieces(t), values_at(t)
+        if np.any(edges[1:] <= edges[:-1]):
+            raise InputError("time", wanted="must not be so close together that no number lies between them")
         lows, highs = edges[:-1], edges[1:]
         found: list[tuple[Array, Array]] = []
         scale, pieces = float(np.max(np.abs(at_times))), 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_nonnegative, single_positive, truth
+from restitution.checks import single_nonnegative, single_positive, truth, within
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 _DENSITIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 6.0)
 # One per cent more misfit than that of the densest grid: far within the scatter of any data.
 _SLACK = 1.01
+# Larger weights make the data count for nothing.
+_LARGEST_WEIGHT = 1e6
 # A fit with a larger misfit gives a warning.
 _POOR = 0.1
 # Relaxation times reach beyond the data by this factor, as branches act half a decade away from their own times.
@@ -177,9 +179,10 @@ def fit_prony(
     liquid
         Whether to leave out the equilibrium modulus.
     loss_weight
-        Weight of the loss modulus against the storage modulus, below 1 as it scatters more.
+        Weight of the loss modulus against the storage modulus, below 1 as it scatters more; at most 1e6.
     smoothing
-        Weight of the jumps of the spectrum (branch modulus per unit of log time) over the modulus at that time [-].
+        Weight of the jumps of the spectrum (branch modulus per unit of log time) over the modulus at that time [-],
+        at most 1e6.
 
     Returns
     -------
@@ -211,6 +214,8 @@ def fit_prony(
         raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
     allowed = single_positive("misfit", misfit)
     weights = single_positive("loss_weight", loss_weight), single_nonnegative("smoothing", smoothing)
+    for name, weight in zip(("loss_weight", "smoothing"), weights, strict=True):
+        within(name, weight, 0.0, _LARGEST_WEIGHT)
     problem = _Problem(data, truth("liquid", liquid), *weights)
     *coarser, times = map(problem.grid, _DENSITIES)
     moduli = problem.solve(times)

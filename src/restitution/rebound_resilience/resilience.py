@@ -116,6 +116,8 @@ def resilience(
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
         raise InputError("temperature", wanted="must be a number or a list of numbers", unit="K")
     bases, notes = _bases(material, radius, size) if base is None else (bases, ())
+    if not bases:
+        raise InputError("base", wanted=f"must be another: {'; '.join(notes)}")
     force = weighed * STANDARD_GRAVITY if test.falls else 0.0
     impacts = [
         Impact(one, geometry, weighed, test.velocity, external_force=force, body_size=stated)

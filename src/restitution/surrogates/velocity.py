@@ -88,7 +88,8 @@ class Surrogate(Shown):
         _check_pieces(self.pieces)
         ends = self.pieces.edges[[0, -1]]
         if np.abs(ends - np.log([low, high])).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
-            wanted = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
+            with np.errstate(over="ignore", under="ignore"):
+                wanted = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
             raise InputError("velocity", list(self.velocity), wanted, VELOCITY.unit)
 
     @property

@@ -342,7 +342,8 @@ def _chunk_shape(
         return tuple(min(chunk.get(name, n), n) for name, n in zip(dimensions, shape, strict=True))
     if chunk is not None:
         whole("chunk", chunk, 1)
-    room = chunk or min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, math.prod(shape) // _CHUNKS))
+    every = math.prod(shape)
+    room = min(chunk, every) if chunk else min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, every // _CHUNKS))
     # Nearly as long along each dimension, so that a slice along any of them touches few chunks.
     parts = dict[int, int]()
     for rank, n in sorted(enumerate(shape), key=lambda one: one[1]):

@@ -96,7 +96,10 @@ class BuilderTemplate:
     dimensionless = False
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        parameters = inspect.signature(self.build).parameters.values()
+        try:
+            parameters = inspect.signature(self.build).parameters.values()
+        except (TypeError, ValueError):  # some functions and types in C have no signature
+            raise InputTypeError("base", self.build, "must be a function with named parameters") from None
         if any(one.kind is one.VAR_KEYWORD for one in parameters):
             return names
         check_names(tuple(name for name in names if all(name != one.name for one in parameters)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -189,7 +190,12 @@ class Layer(Geometry):
         exponent = float(np.asarray(self.profile.path_exponent))
         unit = replace(self, profile=_unit_power_law(2.0 / exponent), thickness=1.0)
         vars(unit).update(_poisson_ratio=self._poisson_ratio, similar=Similar(unit, 1.0, 1.0))
-        return Similar(unit, (self.thickness / coefficient) ** (2.0 / exponent), self.thickness)
+        with np.errstate(all="ignore"):
+            radius: Any = np.asarray(self.thickness / coefficient)[()] ** (2.0 / exponent)
+        if not np.all((radius > 0.0) & (radius < math.inf)):
+            wanted = "must be nearer to the size of the profile, as their ratio is no number that a double can hold"
+            raise InputError("thickness", self.thickness, wanted, "m")
+        return Similar(unit, radius if np.ndim(radius) else float(radius), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m]."""
