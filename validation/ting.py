@@ -27,14 +27,13 @@ TEXT = """\
 ## Random histories against a direct solution of the integral equations
 
 `validation/ting.py --count {count} --seed {seed}` makes this table. A row has {count} random histories of straight
-lines. A fifth of them have a step, and some begin above the surface. The materials have 1 to 8 terms with relaxation
-times over eleven decades; they are solids and liquids, some with a dashpot in parallel. The profiles are a parabola, a
-cone, $r^{{0.7}}$, $r^{{3.3}}$
-and a sphere. The reference uses $E^*(t)$ itself, closed forms, quadrature on graded panels and `brentq`. Errors are
-relative to the largest value. Right after a sudden turn, fast terms change the force by more than $10^{{-10}}$ within
-the rounding of a time, so the change of either force over the rounding of the times is subtracted from the error. The
-last row of a block is the residual of Ting's condition $\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and
-the largest depth.
+lines. A fifth of them have a step, and some begin above the surface. The materials have 1 to 8 terms with
+relaxation times over eleven decades; they are solids and liquids, some with a dashpot in parallel. The profiles are
+a parabola, a cone, $r^{{0.7}}$, $r^{{3.3}}$ and a sphere. The reference uses $E^*(t)$ itself, closed forms,
+quadrature on graded panels and `brentq`. Errors are relative to the largest value. Right after a sudden turn, fast
+terms change the force by more than $10^{{-10}}$ within the rounding of a time, so the change of either force over
+the rounding of the times is subtracted from its error. The last row of a block is the residual of Ting's condition
+$\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and the largest depth.
 
 {table}
 """
