@@ -101,6 +101,24 @@ def test_no_interval_misses_the_truth_by_five_errors(seed):
         assert abs(math.log(value) - best) < 5.0 / 1.96 * abs(end - best)
 
 
+def test_no_fit_is_worse_than_the_truth_where_little_comes_back():
+    """With e of 0.2 the formulas for effective moduli lead to another minimum, with eight times the sum of squares."""
+    v = np.geomspace(0.03, 0.18, 10)
+    # Numbers of a solid of 688 kPa, 10.8 MPa and 5.73 kPa s, with noise of 1.8 %.
+    e = np.array([0.15685525, 0.16383315, 0.17141374, 0.17275353, 0.18248182,
+                  0.18764011, 0.19676054, 0.20155082, 0.20573848, 0.21588415])  # fmt: skip
+    t = np.array([4.64431, 4.08802, 3.96124, 3.57424, 3.45796, 3.15026, 2.91868, 2.76234, 2.62022, 2.48416]) * 1e-3
+    data = rs.Rebounds(v, e, radius=0.01, mass=MASS, contact_time=t)
+    found = rs.identify(data, rs.standard_solid, fixed=FIXED)
+
+    def squares(solid):
+        exact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), MASS, v))
+        return np.square(np.log([exact.restitution_coefficient / e, exact.contact_time / t])).sum()
+
+    # The noise of both columns is estimated, so that the fit weights them.
+    assert squares(found.material) < 1.5 * squares(rs.standard_solid(6.88e5, 1.08e7, 5.73e3, **FIXED))
+
+
 def test_words_follow_the_width_of_the_interval():
     close = Estimate(10.0, 0.5, (9.0, 11.0), True, "Pa")
     wide = Estimate(10.0, 8.0, (4.0, 30.0), True, "Pa")

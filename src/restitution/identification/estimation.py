@@ -14,7 +14,7 @@ from restitution.errors import InputError
 from restitution.identification.descent import descend, squares
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters, penalties, start_and_bounds
-from restitution.identification.starts import effective_tables, instantaneous_ratio, lattice, starts
+from restitution.identification.starts import effective_tables, instantaneous_ratio, lattice, scattered, starts
 from restitution.material.columns import MaterialColumns
 from restitution.material.fit import DynamicTable
 
@@ -25,6 +25,8 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them.
 _TRIALS, _RESCUES = 64, 3
+# Further points, of which the best one is followed too.
+_SCATTERED = 16
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
@@ -237,7 +239,8 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     """Fit a model to data from starts of the data."""
     problem, centre, tables = problem_of(data, space)
     points = starts(space, tables, problem.columns, centre, problem.low, problem.high)
-    fits = _deeper(problem, _minima(problem, _chosen(problem, points), loss, _COARSE), loss)
+    points = np.vstack([_chosen(problem, points), _best_scattered(problem, centre)])
+    fits = _deeper(problem, _minima(problem, points, loss, _COARSE), loss)
     if not math.isfinite(fits[0].cost):
         raise InputError("start", wanted="no start leads to a result for all data; give start")
     for _ in range(5):
@@ -260,6 +263,13 @@ def _chosen(problem: EstimationProblem, points: Array) -> Array:
     auxetic = ratio > 1.0
     turn = np.where(auxetic, _COMPRESSIBLE * np.cumsum(auxetic) - _COMPRESSIBLE + 1.5, np.cumsum(~auxetic))
     return points[order[np.argsort(turn, kind="stable")][: _COMPRESSIBLE if np.any(ratio > 0.0) else _BEST]]
+
+
+def _best_scattered(problem: EstimationProblem, centre: Array) -> Array:
+    """The best one of points around the centre; the formulas for effective moduli fail where e is small."""
+    points = np.clip(scattered(problem.space, centre, _SCATTERED), problem.low + _MARGIN, problem.high - _MARGIN)
+    with np.errstate(all="ignore"):
+        return points[[np.argmin(squares(problem.residuals(points)))]]
 
 
 def _deeper(problem: EstimationProblem, fits: Sequence[Fit], loss: Loss) -> list[Fit]:

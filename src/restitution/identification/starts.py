@@ -57,10 +57,7 @@ def starts(
     held at three values: these moduli hardly depend on it.
     """
     n = len(space.free)
-    wide = [1.0 if one.kind == "logit" else _SPREAD for one in space.free]
-    spread = np.array([0.0 if one.name in space.start else size for one, size in zip(space.free, wide, strict=True)])
-    points = np.tile(centre, (_N_STARTS, 1))
-    points[:, :n] += (2.0 * lattice(_N_STARTS, n) - 1.0) * spread
+    points = scattered(space, centre, _N_STARTS)
     held = -1
     for k, one in enumerate(space.free):
         if one.name in _BULKS:
@@ -99,6 +96,16 @@ def starts(
         if math.isfinite(costs[k]) and all(np.abs(points[k] - points[other]).max() > _APART for other in chosen):
             chosen.append(int(k))
     return points[chosen] if chosen else centre[None]
+
+
+def scattered(space: Parameters, centre: Array, n_points: int) -> Array:
+    """Points around a centre, within 1.5 decades of each parameter without a start of its own."""
+    n = len(space.free)
+    wide = [1.0 if one.kind == "logit" else _SPREAD for one in space.free]
+    spread = [0.0 if one.name in space.start else size for one, size in zip(space.free, wide, strict=True)]
+    points = np.tile(centre, (n_points, 1))
+    points[:, :n] += (2.0 * lattice(n_points, n) - 1.0) * spread
+    return points
 
 
 def instantaneous_ratio(materials: MaterialColumns) -> Array:
