@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola
+from restitution.contact.analytic import FlatEndedParabola, Sphere
 from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
 from restitution.contact.profile import Parabola
 from restitution.impact.problem import Impact
@@ -192,3 +192,22 @@ def test_a_dashpot_that_takes_nearly_all_energy(eta):
     assert result.contact_time == pytest.approx(end, rel=1e-8)
     speed = (slow * math.exp(-slow * end) - fast * math.exp(-fast * end)) / (fast - slow)
     assert result.restitution_coefficient == pytest.approx(speed, rel=1e-6)
+
+
+def test_a_force_that_is_rough_by_rounding_alone_is_no_reason_to_refuse():
+    # The elements of the approach shrank to nothing at 1e-9, and at 1e-11; other tolerances were solved.
+    shear = PronySeries(
+        0.005811937599631095, [1422939692530.1775, 1095822.2559193817], [2.3543706518328205e-13, 2.6435157996727514e-08],
+        parallel_viscosity=3.085489595287112e-08,
+    )  # fmt: skip
+    moduli = [959.3668150494165, 15328178922.12315, 2.9404229315025807, 0.22811115760618048, 26.926849603821804,
+              2.290555714617628, 1.831829449360323, 0.0914889292566669, 0.03480267551049704, 0.8251313524278213,
+              0.22419701882539028, 170.326503999878]  # fmt: skip
+    times = [8.931367594184128e-14, 1.5571071724487999e-13, 0.06891764064786501, 9.801731685638062e-14,
+             3.93274660534666e-14, 0.00026329000555908564, 2.88082871353799e-14, 1.0453999036860652e-13,
+             0.01398334034908581, 1.4703231688027772e-14, 2.1136323886440514e-14, 45.09959128734604]  # fmt: skip
+    material = Material(shear, PronySeries(5.710719676373347, moduli, times))
+    impact = Impact(material, Sphere(0.03018279805532307), 3.25422108, 70.11997798942393)
+    known = solve(impact, rtol=1e-6).restitution_coefficient
+    for rtol in (1e-9, 1e-11):
+        assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(known, abs=1e-6)

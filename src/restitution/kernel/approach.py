@@ -83,6 +83,8 @@ _PAST_TURNING = 1.35  # longest element over the length to the turning point at 
 _PAST_TABLE = 0.01  # range beyond the end of a table, over that end, in which its polynomials may be used
 ATTEMPTS = 4  # largest number of attempts over the room for elements
 # Error of an element.
+# Length over that of the first trial, and roughness over its own, at which the force is as rough as before.
+_MUCH_SHORTER, _AS_ROUGH = 0.3, 0.5
 FORCE_WEIGHT = 0.1  # weight of the force, times the scale of the depth
 STIFF = 15.0  # additional weight of the tail where fast modes carry all of the force
 _HALF_STIFF = 10.0  # length over the relaxation time of a mode from which half of its force counts as fast
@@ -267,8 +269,13 @@ def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: floa
 
 
 @compiled
-def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float) -> int:
-    """Solve the approach up to the turning point; store it in `work.approach` and `work.turning`."""
+def approach(
+    problem: Problem, scheme: Scheme, work: Work, tolerance: float, accept: float, first: float, patient: bool
+) -> int:
+    """Solve the approach up to the turning point; store it in `work.approach` and `work.turning`.
+
+    `patient` takes a force that stays rough in much shorter elements for rounding.
+    """
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
@@ -298,6 +305,8 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
     # First kink ahead, kink at the start of the element, kink at its intended end, and solves that missed this end.
     ahead, behind, target, missed = element, -1, -1, 0
     unhindered = h
+    # Roughness of the force over the first trial of an element that is too long for it, and its length.
+    first_rough, rough_length = 0.0, 0.0
     while True:
         attempts += 1
         if element >= work.approach.shape[0] - 1 or attempts > ATTEMPTS * work.approach.shape[0]:
@@ -346,7 +355,13 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         if behind >= 0:
             error *= max(tolerance / (KINK_TAIL * accept), 1.0)
         # The velocity alone does not show a rough force between the nodes, as at the edge of a flat end.
-        error = max(error, force_scale * tail(scheme, table[F_]) / tolerance)
+        roughness = force_scale * tail(scheme, table[F_]) / tolerance
+        if roughness > 1.0 and first_rough == 0.0:
+            first_rough, rough_length = roughness, h
+        elif patient and h < _MUCH_SHORTER * rough_length and roughness > _AS_ROUGH * first_rough:
+            # Roughness would shrink with the element: this is the rounding of fast modes at its start, which decays.
+            roughness = 0.0
+        error = max(error, roughness)
         if problem.path.exponent < 0.0:
             rough = missed_approach(problem, scheme, work, table, h, TABLE_NOISE * accept + LEAST_NOISE)
             error = max(error, rough / (ROUGH * accept * amplitude))
@@ -369,6 +384,7 @@ def approach(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acc
         work.places[LENGTH, element] = h
         if table[V_, S] <= 0.0:
             break
+        first_rough, rough_length = 0.0, 0.0
         sigma += h
         element += 1
         for n in range(rows):

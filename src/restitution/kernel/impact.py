@@ -42,7 +42,7 @@ from restitution.kernel.workspace import (
 )
 
 MAX_ELEMENTS = 2000
-_TRIALS = 5
+_TRIALS = 6  # the last one is patient
 _FINER = 0.1  # factor of the tolerance after a failed trial
 # Factor after a failed first trial whose tolerance was below `_NEAR_ROUNDING` times Newton's, perhaps due to rounding.
 _COARSER, _NEAR_ROUNDING = 5.0, 3.0
@@ -183,10 +183,12 @@ def solve_block(
         refined, wanted = force == 0.0 and admittance == 0.0, finer
         if admittance > 0.0:
             finer = max(finer, _FIRST_ON_TARGET)
-        trial = 0
+        trial, begin = 0, finer
         while trial < _TRIALS:
             trial += 1
-            status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n])
+            patient = trial == _TRIALS
+            finer = begin if patient else finer
+            status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n], patient)
             # In a liquid a constant force moves the body for ever; without a force it comes to rest.
             if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and external_forces[n] == 0.0):
                 s = work.turning[S_]
@@ -216,7 +218,7 @@ def solve_block(
                 enlarged = enlarged if enlarged > _MOST_ENLARGED else 1.0
                 needed = max(wanted / enlarged, _LEAST_TOLERANCES[0])
                 if needed < finer and not (admittance > 0.0 and e < _SURELY_HELD * LEAST_RESTITUTION):
-                    finer = needed
+                    finer = begin = needed
                     sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue

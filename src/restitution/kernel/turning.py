@@ -41,7 +41,7 @@ def turning_block(
         problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosity, force, admittance, path)
         for column in range(outcomes.shape[1]):
             outcomes[n, column] = math.nan
-        status = approach(problem, scheme, work, tolerance, accept, FIRST * firsts[n])
+        status = approach(problem, scheme, work, tolerance, accept, FIRST * firsts[n], False)
         outcomes[n, STATUS] = status
         if status == SEPARATED:
             s = work.turning[S_]
