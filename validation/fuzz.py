@@ -237,7 +237,8 @@ def run(seed: Seed, text: str, limit: int = LIMIT) -> End:
     elif "Traceback" in answer.stderr:
         fault = "traceback on standard error"
     elif "encountered in" in answer.stderr:
-        fault = f"a warning of numpy: {answer.stderr.strip().splitlines()[0]}"
+        line = next(one for one in answer.stderr.splitlines() if "encountered in" in one)
+        fault = f"a warning of numpy: {line.rpartition('/src/')[2]}"
     return End(code, seconds, fault[:300])
 
 
@@ -296,7 +297,7 @@ def main() -> None:
     options.add_argument("--runs", type=int, default=1000)
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--processes", type=int, default=1)
-    options.add_argument("--out", type=Path)
+    options.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
     given = options.parse_args()
     counts, faults, longest = _shared(given.runs, given.seed, given.processes)
     commands = sorted({command for command, _ in counts})
@@ -309,20 +310,16 @@ def main() -> None:
     lines += ["", f"{len(faults)} faults. The longest refusal (exit 2) took {longest:.1f} s."]
     for (one, text, end), times in _distinct(faults):
         lines += ["", f"{times} x `{one.command[0]} {one.name}`: {end.fault}"]
-        if given.out is None:
-            lines += [text]
-    table = "\n".join(lines)
-    print(table)
-    if given.out is not None:
-        head = (
-            "# Damaged input\n\nMade by `python validation/fuzz.py "
-            f"--runs {given.runs} --seed {given.seed} --processes {given.processes}`: {given.runs} random mutants of "
-            f"{len(seeds())} files, each run through the command line, at most {LIMIT} s each, and at most "
-            f"{MEMORY // 1_000_000_000} GB more memory of a process. Exit code 0: done, 2: refused in "
-            "one line "
-            "or more, 3: the solver failed, 70: a mistake in the program, -1: stopped by the limit.\n\n"
-        )
-        given.out.write_text(head + table + "\n", encoding="utf-8")
+        print(f"{one.command[0]} {one.name}: {end.fault}\n{text}")
+    head = [
+        f"Made by `python validation/fuzz.py --runs {given.runs} --seed {given.seed} --processes {given.processes}`:",
+        f"{given.runs} random mutants of {len(seeds())} files, each run through the command line, at most {LIMIT} s",
+        f"each, and at most {MEMORY // 1_000_000_000} GB more memory of a process. Exit code 0: done, 2: refused in",
+        "one line or more, 3: the solver failed, 70: a mistake in the program, -1: stopped by the limit.",
+        "",
+    ]
+    given.out.write_text("\n".join([*head, *lines]) + "\n", encoding="utf-8")
+    sys.exit(1 if faults else 0)
 
 
 def _distinct(faults: list[tuple[Seed, str, End]]) -> list[tuple[tuple[Seed, str, End], int]]:

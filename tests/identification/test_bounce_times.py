@@ -263,3 +263,15 @@ def test_an_uncertain_drop_height_counts_less():
         for noise in (Noise(time=SD), Noise(time=SD, drop_height=1e-3), Noise(time=SD, drop_height=1.0))
     ]
     assert sizes[0] > sizes[1] > sizes[2]
+
+
+@pytest.mark.filterwarnings("ignore:drag")
+def test_an_enormous_ball_gives_no_warning_of_numpy():
+    # The drag of air on it overflows.
+    assert BounceTimes([0.0, 0.5, 0.9, 1.2], radius=1000000000, mass=0.03351, noise=Noise(time=5e-5)).size == 2
+
+
+@pytest.mark.filterwarnings("ignore:drag")
+def test_a_material_without_a_bulk_modulus_gives_no_warning_of_numpy():
+    data = BounceTimes([0.0, 0.5, 0.9, 1.2, 1.4], radius=RADIUS, mass=MASS, noise=Noise(time=SD))
+    assert identify(data, standard_solid, fixed={"poisson_ratio": -1.0}).chi2 >= 0.0

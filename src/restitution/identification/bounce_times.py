@@ -219,8 +219,9 @@ class BounceTimes(Observations):
         if not type(self.profile).body_radius or coefficient == 0.0:
             return
         flight, depth = self.flight._replace(drag=self._drag(_AIR, coefficient, "")), np.zeros(1)
-        up = flight.launch(self.intervals, depth)
-        lost = 1.0 - flight.fall(up, depth)[1] / up
+        with np.errstate(all="ignore"):  # a hollow ball would not fly so long
+            up = flight.launch(self.intervals, depth)
+            lost = 1.0 - flight.fall(up, depth)[1] / up
         worst = float(np.max(lost[:-1] * self.intervals[1:] / self._instants[1:-1]))
         if worst > 1.0:
             message = (

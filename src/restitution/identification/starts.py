@@ -111,7 +111,8 @@ def scattered(space: Parameters, centre: Array, n_points: int) -> Array:
 def instantaneous_ratio(materials: MaterialColumns) -> Array:
     """Ratio 2G/(3K) of the instantaneous moduli, shape (n,); above 1 the instantaneous Poisson ratio is negative."""
     shear, bulk = (one.equilibria + one.moduli.sum(axis=1) for one in (materials.shear, materials.bulk))
-    return 2.0 * shear / (3.0 * bulk)
+    with np.errstate(divide="ignore"):  # a material with a Poisson ratio of -1 has no bulk modulus
+        return 2.0 * shear / (3.0 * bulk)
 
 
 def lattice(n_points: int, n: int) -> Array:
