@@ -240,7 +240,11 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     problem, centre, tables = problem_of(data, space)
     points = starts(space, tables, problem.columns, centre, problem.low, problem.high)
     points = np.vstack([_chosen(problem, points), _best_scattered(problem, centre)])
-    fits = _deeper(problem, _minima(problem, points, loss, _COARSE), loss)
+    *fits, other = _minima(problem, points, loss, _COARSE)
+    # One of many equal minima that is far from the effective moduli would only hide that there are many.
+    if other.cost < min(one.cost for one in fits) - _significant(problem, other):
+        fits.append(other)
+    fits = _deeper(problem, fits, loss)
     if not math.isfinite(fits[0].cost):
         raise InputError("start", wanted="no start leads to a result for all data; give start")
     for _ in range(5):
@@ -263,6 +267,12 @@ def _chosen(problem: EstimationProblem, points: Array) -> Array:
     auxetic = ratio > 1.0
     turn = np.where(auxetic, _COMPRESSIBLE * np.cumsum(auxetic) - _COMPRESSIBLE + 1.5, np.cumsum(~auxetic))
     return points[order[np.argsort(turn, kind="stable")][: _COMPRESSIBLE if np.any(ratio > 0.0) else _BEST]]
+
+
+def _significant(problem: EstimationProblem, fit: Fit) -> float:
+    """Difference of sums of squares beyond that of equally good fits, by the residuals if the noise is unknown."""
+    freedom = max(problem.n_data - fit.coordinates.size, 1)
+    return EQUALLY_GOOD * (fit.cost / freedom if problem.unknown_sizes else 1.0)
 
 
 def _best_scattered(problem: EstimationProblem, centre: Array) -> Array:
