@@ -345,20 +345,23 @@ def excess(numbers: Numbers) -> dict[str, Array]:
     low, high = DENSITY_LIMITS
     share = numbers.radiated_energy_ratio / RADIATION_LIMIT
     change = numbers.instantaneous_poisson_ratio - numbers.poisson_ratio
-    with np.errstate(divide="ignore", over="ignore"):  # a product that underflows is a density of zero
+    # A product that underflows is a density of zero, and the strain under a needle has no bound.
+    with np.errstate(divide="ignore", over="ignore"):
         density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
-    return {
-        # A contact that no body of this radius has is worse than every other.
-        "small_strain": np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number / STRAIN_LIMIT,
-        "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
-        "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
-        "window": numbers.window_ratio,
-        # A negative static one is a choice.
-        "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
-        "density": density,
-        "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
-        "constants": np.where(numbers.undetermined_constants > 0.0, 1.0 + numbers.undetermined_constants, math.nan),
-    }
+        return {
+            # A contact that no body of this radius has is worse than every other.
+            "small_strain": np.where(numbers.no_such_contact > 0.0, 1e30, 1.0) * numbers.strain_number / STRAIN_LIMIT,
+            "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
+            "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
+            "window": numbers.window_ratio,
+            # A negative static one is a choice.
+            "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
+            "density": density,
+            "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
+            "constants": np.where(
+                numbers.undetermined_constants > 0.0, 1.0 + numbers.undetermined_constants, math.nan
+            ),
+        }
 
 
 def report(numbers: Numbers) -> Validity:

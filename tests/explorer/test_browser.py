@@ -344,6 +344,7 @@ def test_all_curves_show_the_time_of_the_slow_motion(opened, share):
 def test_a_failing_solve_shows_its_line_and_keeps_the_picture(opened):
     page = opened({"material.model": "maxwell", "material.maxwell_modulus": 1e6, "bulk": "bulk_modulus"})
     before = number(page, "restitution_coefficient")
+    until(page, "explorer.backend.sent.size === 0")
     until(page, "explorer.tabs.impact.force.figure.visible && !explorer.tabs.impact.force.figure.stale")
     picture_of_force = "explorer.tabs.impact.force.figure.plot.root.querySelector('canvas')?.toDataURL()"
     drawn = page.evaluate(picture_of_force)

@@ -332,6 +332,9 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
     """Dimensionless contact, and its units; the history is prescribed from first touch on."""
     by_depth = name == "depth"
     touch, duration = history.start, history.stop - history.start
+    if not SMALLEST < duration < LARGEST:
+        wanted = f"must last between {SMALLEST:g} and {LARGEST:g} s from first touch on"
+        raise InputError("time", duration, wanted, "s")
     peak = float(history.coefficients.sum(axis=1).max())
     depth = peak if by_depth else _largest_depth(series, profile, peak, duration)
     path, radius, error = _path(profile, depth)
