@@ -394,6 +394,7 @@ def test_wrong_profiles_and_materials():
         ("depth", deepest, lambda: indent(GEL, short, **loading)),
         ("force", deepest, lambda: indent(GEL, short, force=ramp(1e-9, 1.0))),
         ("depth", "dashpot", lambda: indent(damped, TIP, depth=hold(1e-6, 1.0))),
+        ("time", "must last between", lambda: indent(GEL, TIP, depth=ramp(1e-6, 1e-320))),
     ):
         with pytest.raises(InputError, match=words) as caught:
             call()
