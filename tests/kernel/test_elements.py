@@ -56,7 +56,7 @@ def _rebound_step(problem, scheme, work, element, h, delay, accept):
 
 @entry_point
 def _whole_approach(problem, scheme, work, tolerance, accept, first):
-    return approach(problem, scheme, work, tolerance, accept, first)
+    return approach(problem, scheme, work, tolerance, accept, first, False)
 
 
 def _changed() -> Scheme:
