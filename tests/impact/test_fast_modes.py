@@ -211,3 +211,13 @@ def test_a_force_that_is_rough_by_rounding_alone_is_no_reason_to_refuse():
     known = solve(impact, rtol=1e-6).restitution_coefficient
     for rtol in (1e-9, 1e-11):
         assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(known, abs=1e-6)
+
+
+@refusals
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+def test_an_unresolved_layer_is_no_rounding(rtol):
+    # A liquid takes the force of a flat punch within its relaxation time: 2 a E* tau v. It is right or refused.
+    liquid = Material(PronySeries(0.0, [0.0545873938], [7.352357381e-6]), math.inf)
+    result = solve([Impact(liquid, FlatPunch(0.03468942010950761), 1.2592916, 0.71948)], rtol=rtol, errors="warn")
+    wanted = 2.0 * 0.03468942010950761 * 4.0 * 0.0545873938 * 7.352357381e-6 * 0.71948
+    assert np.isnan(result.max_force[0]) or result.max_force[0] == pytest.approx(wanted, rel=1e-6)

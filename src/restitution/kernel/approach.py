@@ -83,8 +83,9 @@ _PAST_TURNING = 1.35  # longest element over the length to the turning point at 
 _PAST_TABLE = 0.01  # range beyond the end of a table, over that end, in which its polynomials may be used
 ATTEMPTS = 4  # largest number of attempts over the room for elements
 # Error of an element.
-# Length over that of the first trial, and roughness over its own, at which the force is as rough as before.
-_MUCH_SHORTER, _AS_ROUGH = 0.3, 0.5
+# Length over that of the first trial, and roughness over its own, at which the force is as rough as before, and the
+# largest roughness that may be rounding: an unresolved layer is rougher.
+_MUCH_SHORTER, _AS_ROUGH, _MOST_ROUGH = 0.3, 0.5, 10.0
 FORCE_WEIGHT = 0.1  # weight of the force, times the scale of the depth
 STIFF = 15.0  # additional weight of the tail where fast modes carry all of the force
 _HALF_STIFF = 10.0  # length over the relaxation time of a mode from which half of its force counts as fast
@@ -358,7 +359,12 @@ def approach(
         roughness = force_scale * tail(scheme, table[F_]) / tolerance
         if roughness > 1.0 and first_rough == 0.0:
             first_rough, rough_length = roughness, h
-        elif patient and h < _MUCH_SHORTER * rough_length and roughness > _AS_ROUGH * first_rough:
+        elif (
+            patient
+            and roughness < _MOST_ROUGH
+            and h < _MUCH_SHORTER * rough_length
+            and roughness > _AS_ROUGH * first_rough
+        ):
             # Roughness would shrink with the element: this is the rounding of fast modes at its start, which decays.
             roughness = 0.0
         error = max(error, roughness)
