@@ -273,3 +273,8 @@ def test_a_material_made_by_hand_from_a_fit_has_its_window():
     assert Material(PronySeries(1e6, [1e6], [1.0]), 2e9).window is None
     result = solve(Impact(Material(series, 2e9), Parabola(1e-6), 1e-15, 10.0))
     assert any(line.startswith("window: ") for line in result.warnings)
+
+
+def test_a_modulus_of_nearly_zero_gives_no_warning_of_numpy():
+    with pytest.raises(InputError, match="must be in"):
+        fit_prony(RelaxationTable([1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 1e-302]))

@@ -302,7 +302,9 @@ class _Problem:
             jumps *= self.smoothing * math.sqrt(target.size / times.size)
             matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, 1)), jumps))))
             target = np.concatenate((target, np.zeros(times.size - 1)))
-        scale = np.sqrt((matrix**2).sum(axis=0))
+        # Powers of two keep the squares of extreme numbers finite, and all digits.
+        _, power = np.frexp(np.abs(matrix).max(axis=0))
+        scale = np.ldexp(np.sqrt((np.ldexp(matrix, -power) ** 2).sum(axis=0)), power)
         scale[scale == 0] = 1.0
         solution, _ = nnls(matrix / scale, target, maxiter=100 * scale.size)
         return solution / scale
