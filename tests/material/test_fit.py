@@ -275,6 +275,20 @@ def test_a_material_made_by_hand_from_a_fit_has_its_window():
     assert any(line.startswith("window: ") for line in result.warnings)
 
 
+def test_columns_are_any_sequences_of_one_length():
+    times, moduli = [1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 2e6]
+    wanted = fit_prony(RelaxationTable(np.array(times), np.array(moduli))).series
+    assert fit_prony(RelaxationTable(times, moduli)).series == wanted
+    for call, message in (
+        (lambda: RelaxationTable(times, moduli[:3]), "columns of one length"),
+        (lambda: DynamicTable(times, moduli, "stiff"), "loss_modulus"),
+        (lambda: fit_prony(RelaxationTable(np.array(times)[::-1], np.array(moduli))), "strictly ascending"),
+        (lambda: fit_prony(RelaxationTable(np.array(times), -np.array(moduli))), "must be finite and > 0"),
+    ):
+        with pytest.raises(InputError, match=message):
+            call()
+
+
 def test_a_modulus_of_nearly_zero_gives_no_warning_of_numpy():
     with pytest.raises(InputError, match="must be in"):
-        fit_prony(RelaxationTable([1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 1e-302]))
+        fit_prony(RelaxationTable(np.array([1e-3, 1e-2, 1e-1, 10.0]), np.array([1e7, 5e6, 3e6, 1e-302])))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_nonnegative, single_positive, truth, within
+from restitution.checks import number, single_nonnegative, single_positive, truth, within
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
@@ -67,6 +67,9 @@ class RelaxationTable:
     notes: tuple[str, ...] = ()
     temperature: float | None = None
 
+    def __post_init__(self) -> None:
+        _set_columns(self, time="s", modulus="Pa")
+
 
 @dataclass(frozen=True, eq=False)
 class DynamicTable:
@@ -94,6 +97,19 @@ class DynamicTable:
     source: str = ""
     notes: tuple[str, ...] = ()
     temperature: float | None = None
+
+    def __post_init__(self) -> None:
+        _set_columns(self, angular_frequency="rad/s", storage_modulus="Pa", loss_modulus="Pa")
+
+
+def _set_columns(table: RelaxationTable | DynamicTable, **units: str) -> None:
+    """Set the columns of a table as arrays in SI; refuse columns of different lengths."""
+    columns = [np.atleast_1d(number(name, getattr(table, name), unit)) for name, unit in units.items()]
+    if columns[0].ndim != 1 or len({one.shape for one in columns}) > 1:
+        shapes = ", ".join(f"{name} {one.shape}" for name, one in zip(units, columns, strict=True))
+        raise InputError(", ".join(units), wanted=f"must be columns of one length: {shapes}", where=table.source)
+    for name, one in zip(units, columns, strict=True):
+        object.__setattr__(table, name, one)
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,6 +271,10 @@ class _Problem:
         else:
             what, unit = "times", "s"
             self.points, values = data.time, data.modulus
+        if not np.all(np.diff(self.points) > 0.0):
+            raise InputError(what, wanted="must be strictly ascending", where=data.source)
+        if not np.all(np.isfinite(values) & (values.real > 0.0)):
+            raise InputError("modulus", wanted="must be finite and > 0 Pa in each row", where=data.source)
         self.size = np.abs(values)
         self.target = values / self.size
         inside = self.points > 0
