@@ -273,7 +273,7 @@ class _Problem:
             self.points, values = data.time, data.modulus
         if not np.all(np.diff(self.points) > 0.0):
             raise InputError(what, wanted="must be strictly ascending", where=data.source)
-        if not np.all(np.isfinite(values) & (values.real > 0.0)):
+        if not np.all(np.isfinite(values) & (np.real(values) > 0.0)):
             raise InputError("modulus", wanted="must be finite and > 0 Pa in each row", where=data.source)
         self.size = np.abs(values)
         self.target = values / self.size
