@@ -116,7 +116,7 @@ def weight(random: Random) -> Problem:
 
 
 def two_bodies(random: Random) -> Problem:
-    """A solid and a counter material, half of which have a parallel dashpot."""
+    """A solid and a counter material; half of the counter materials have a parallel dashpot."""
     profile = draw_profile(random, int(random.integers(7)))
     masses, velocities = power(random, -2.0, 2.0, IMPACTS), power(random, -2.0, 2.0, IMPACTS)
     return [

@@ -19,7 +19,7 @@ MASS = 0.0327
 
 
 def _slow(seed, share=0.01, times=3.0, ratio=2.0):
-    """Rebounds on a solid that relaxes in three contact times, of which the data show G0 alone."""
+    """Rebounds on a solid that relaxes in three contact times; the data show G0 alone."""
     random, v = np.random.default_rng(seed), np.geomspace(0.03, 0.18, 10)
     stiff = rs.elastic(shear_modulus=(1.0 + ratio) * 1e6, poisson_ratio=0.5)
     time = rs.solve(rs.Impact(stiff, rs.Parabola(0.01), MASS, float(v.mean()))).contact_time

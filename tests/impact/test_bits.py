@@ -45,7 +45,7 @@ def test_a_row_has_the_bits_of_a_single_impact(kind: str) -> None:
     profile: Any = profiles(rng)[kind]
     body: Any = profile.profile if isinstance(profile, rs.Layer) else None
     mass = 1e4 * body.radius**3 if body else 1e-3
-    # Two decades and a half, of which some rows may be deeper than a table.
+    # Two decades and a half; some rows may be deeper than a table.
     velocities = 10.0 ** rng.uniform(-3.0, -0.5, 24)
 
     def columns(v: object, workers: int | None = None) -> np.ndarray:
