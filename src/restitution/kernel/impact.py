@@ -57,6 +57,7 @@ _LEAST_E, _MOST_ENLARGED, _LEAST_TOLERANCES = 1e-3, 2.0, (1e-12, 2e-14)
 # Smallest tolerance of the first solve on a target that moves, and e, over that of a held body, which shows that the
 # body is held.
 _FIRST_ON_TARGET, _SURELY_HELD = 1e-9, 0.5
+_NEARLY_HELD = 4.0  # further amplification where a target takes nearly all energy, much of it before the turning point
 _PEAK_ROUNDS = 12  # of the search for the largest force; each divides the interval by about three
 _BISECTIONS = 60  # of the search for the depth at rest
 _GROWTH = 1.5  # factor by which its interval grows before
@@ -216,6 +217,8 @@ def solve_block(
                 e = -work.rebound[work.counts[N_REBOUND], V_, WIDTH]
                 enlarged = _enlarged(problem, e, outcome[MAX_DEPTH], outcome[MAX_FORCE])
                 enlarged = enlarged if enlarged > _MOST_ENLARGED else 1.0
+                if admittance > 0.0 and e < _LEAST_E:
+                    enlarged *= _NEARLY_HELD
                 needed = max(wanted / enlarged, _LEAST_TOLERANCES[0])
                 if needed < finer and not (admittance > 0.0 and e < _SURELY_HELD * LEAST_RESTITUTION):
                     finer = begin = needed
