@@ -200,7 +200,7 @@ def map_(
 
 
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
-    """Refuse a result of which a part lies beyond the times for which the material is known."""
+    """Refuse a result with impacts beyond the times for which the material is known."""
     from restitution.doubts import checks
     from restitution.impact.window import WAY_OUT
 

@@ -25,7 +25,7 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them.
 _TRIALS, _RESCUES = 64, 3
-# Further points, of which the best one is followed too.
+# Further points; the best one is followed too.
 _SCATTERED = 16
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
